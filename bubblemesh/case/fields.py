@@ -1,0 +1,153 @@
+"""Kinds of values that the models of a case file share."""
+
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+__all__ = [
+    "TAG",
+    "Choice",
+    "Count",
+    "FileName",
+    "Fraction",
+    "Label",
+    "Number",
+    "OneLabel",
+    "Point",
+    "Positive",
+    "Strict",
+    "described",
+    "filled",
+    "listed",
+    "suggestion",
+]
+
+# Squares and products of coordinates must stay finite.
+LARGEST = 1e100
+
+# Tags become parts of Pydantic's error locations, so they must not look like keys of the file.
+TAG = "<{}>"
+
+
+class Strict(BaseModel):
+    """A mapping of a case file: frozen, with no keys but its own."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def described(value: object) -> str:
+    """A value as messages show what was found."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return str(value).lower()
+        case str():
+            return f"the text {_cut(repr(value))}"
+        case dict():
+            return f"the keys {_cut(', '.join(map(str, value)))}" if value else "an empty mapping"
+        case list() | tuple():
+            return f"the list {value}" if len(str(value)) <= 60 else f"a list of {len(value)} values"
+    return _cut(str(value))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """The known word that ``name`` may mean, or all of them."""
+    words = list(known)
+    close = get_close_matches(name, words, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
+
+
+class Choice(NamedTuple):
+    """A mapping that is one of several models, told apart by the only one of ``keys`` that it has."""
+
+    what: str
+    keys: tuple[str, ...]
+
+    def tag(self, value: Any) -> str:
+        """Pydantic's tag of the model for a `checked` value."""
+        return TAG.format(next(key for key in self.keys if key in _keys(value)))
+
+    def checked(self, value: Any) -> Any:
+        """The same value, if it is a mapping with exactly one of the keys."""
+        if isinstance(value, dict | BaseModel) and sum(key in _keys(value) for key in self.keys) == 1:
+            return value
+        context = {"what": self.what, "keys": ", ".join(self.keys), "hint": self._hint(value)}
+        raise PydanticCustomError("choice", "must be {what} with exactly one of the keys {keys}{hint}", context)
+
+    def _hint(self, value: Any) -> str:
+        words = [key for key in value if key not in self.keys] if isinstance(value, dict) else []
+        close = [match for word in words for match in get_close_matches(word, self.keys, n=1)]
+        return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def _keys(value: Any) -> Any:
+    return type(value).model_fields if isinstance(value, BaseModel) else value
+
+
+def listed(count: int, what: str) -> BeforeValidator:
+    """Check for a list of ``count`` entries, so that a message speaks of the whole list."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise PydanticCustomError("list_of", "must be {what}", {"what": what})
+        return value
+
+    return BeforeValidator(check)
+
+
+def filled(value: Any) -> Any:
+    """The same value, if it is no empty list; Pydantic's own check would count the valid entries only."""
+    if isinstance(value, list | tuple) and not value:
+        raise PydanticCustomError("empty", "must have at least one entry")
+    return value
+
+
+def _whole(value: Any) -> Any:
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _label(value: Any) -> Any:
+    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _refusing(is_bad: Callable[[str], bool], message: str) -> AfterValidator:
+    def check(text: str) -> str:
+        if is_bad(text):
+            raise PydanticCustomError("text", message)
+        return text
+
+    return AfterValidator(check)
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST)]
+Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
+# Whole numbers may be written 1e6.
+Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
+Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]")]
+
+# A quote would end the name inside a Gmsh file, whose names have at most 127 characters.
+Label = Annotated[
+    str,
+    BeforeValidator(_label),
+    Field(min_length=1, max_length=127),
+    _refusing(lambda text: not text.isprintable() or '"' in text, "must be printable, without double quotes"),
+]
+OneLabel = Annotated[Label | None, Field(description="Name of this boundary in the mesh files.")]
+
+FileName = Annotated[
+    str,
+    Field(min_length=1, max_length=200),
+    _refusing(
+        lambda text: not text.isprintable() or bool({*text} & {*"/\\"}) or text.strip(". ") == "",
+        "must be usable as a file name: printable, without slashes",
+    ),
+]

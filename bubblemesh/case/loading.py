@@ -1,0 +1,114 @@
+"""From a case file and the command line's options to a checked `Case`."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from bubblemesh.case.document import Document, read_document, read_text
+from bubblemesh.case.models import Case
+from bubblemesh.case.overrides import Override, applied, parsed
+from bubblemesh.case.problems import problems
+from bubblemesh.errors import CaseError
+from bubblemesh.spacing.expression import Expression
+
+__all__ = ["load_case"]
+
+
+def load_case(
+    path: Path | str,
+    *,
+    overrides: Sequence[str] = (),
+    method: str | None = None,
+    seed: int | None = None,
+    text: str | None = None,
+) -> Case:
+    """Read and check a case.
+
+    Parameters
+    ----------
+    path : path
+        The case file; also the name in messages if ``text`` is given, where ``-`` is the standard input.
+    overrides : sequence of str
+        Settings such as ``domain.holes.0.circle.radius=0.3``, later ones over earlier ones.
+    method, seed
+        Set over ``method`` and ``packing.seed``, and over ``overrides``.
+    text : str, optional
+        The case as YAML, in place of the file's content.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
+    """
+    path = Path(path)
+    changes = [*map(parsed, overrides), *_options(method, seed)]
+    source = "<stdin>" if str(path) == "-" else str(path)
+    document = read_document(read_text(path) if text is None else text, source)
+    data: Any = document.data
+    for change in changes:
+        data = applied(data, change)
+    return _checked(data, _Places(source, document, changes), "mesh" if str(path) == "-" else path.stem)
+
+
+def _options(method: str | None, seed: int | None) -> Iterable[Override]:
+    if method is not None:
+        yield Override(("method",), method, "--method")
+    if seed is not None:
+        yield Override(("packing", "seed"), seed, "--seed")
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the values of a case come from."""
+
+    source: str
+    document: Document
+    changes: Sequence[Override]
+
+    def __call__(self, path: Sequence[str | int]) -> str:
+        """Option that set the value at the key path, else the file and the line of its nearest known key."""
+        for change in reversed(self.changes):
+            if change.covers(path):
+                return change.source
+        return f"{self.source}:{self.document.line(path) or 1}"
+
+    def message(self, path: Sequence[str | int], problem: object) -> str:
+        """A problem with its place and key."""
+        return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
+
+
+def _checked(data: dict[str, Any], places: _Places, default_name: str) -> Case:
+    """The case of ``data``, with everything checked that needs no geometry."""
+    if data.get("name") is None:
+        data = data | {"name": default_name}
+    try:
+        case = Case.model_validate(data)
+    except ValidationError as error:
+        raise CaseError("\n".join(problems(error, Case, places))) from None
+    _check_spacing(case, places)
+    _check_method(case, places)
+    return case
+
+
+def _check_spacing(case: Case, places: _Places) -> None:
+    if isinstance(case.spacing, str):
+        try:
+            Expression.parse(case.spacing, case.parameters)
+        except CaseError as error:
+            raise CaseError(places.message(("spacing",), error)) from None
+
+
+def _check_method(case: Case, places: _Places) -> None:
+    # Imported here since the methods need SciPy, for which a wrong case should not wait.
+    from bubblemesh.packing.options import OptionError, configured
+
+    try:
+        configured(case.method, case.packing, case.schedule)
+    except OptionError as error:
+        path = [error.section] if error.key is None else [error.section, error.key]
+        raise CaseError(places.message(path, error.message)) from None

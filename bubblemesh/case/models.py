@@ -1,0 +1,95 @@
+"""The case file's models; their descriptions are the text of its JSON Schema."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
+
+from bubblemesh.case.fields import Count, FileName, Fraction, Number, Positive, Strict
+from bubblemesh.case.rings import Ring
+from bubblemesh.errors import CaseError
+from bubblemesh.spacing.expression import check_parameter_name
+
+__all__ = ["Case", "Domain", "Limits", "Output", "Requirements"]
+
+Format = Literal["msh", "vtu", "vtk", "xdmf"]
+
+
+def _parameter_name(name: str) -> str:
+    try:
+        check_parameter_name(name)
+    except CaseError as error:
+        raise PydanticCustomError("parameter", "{problem}", {"problem": str(error)}) from None
+    return name
+
+
+def _different(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if names.count(name) > 1:
+            raise PydanticCustomError("repeated", "has {name} twice: give each format once", {"name": name})
+    return names
+
+
+def _number_or_text(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise PydanticCustomError("spacing", "must be a number or an expression in x and y")
+    return value
+
+
+class Domain(Strict):
+    """The domain: one outer ring with holes."""
+
+    outer: Ring = Field(description="The ring around the domain.")
+    holes: tuple[Ring, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
+
+
+class Output(Strict):
+    """What to write, and where."""
+
+    formats: Annotated[tuple[Format, ...], AfterValidator(_different)] = Field(
+        default=("msh", "vtu", "xdmf"), description="Mesh formats to write."
+    )
+    directory: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None, description="Folder of the files, relative to the case file."
+    )
+
+
+class Limits(Strict):
+    """What stops a case that is too large."""
+
+    max_nodes: Count = Field(default=2_000_000, description="Largest number of nodes that a mesh may need.")
+
+
+class Requirements(Strict):
+    """The quality that a mesh must reach for the run to succeed."""
+
+    quality_min: Fraction | None = Field(
+        default=None, description="Least quality of any triangle, 1 being equilateral."
+    )
+    quality_mean: Fraction | None = Field(default=None, description="Least mean quality of the triangles.")
+    angle_min: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=60)] | None = Field(
+        default=None, description="Least angle of any triangle, in degrees."
+    )
+
+
+class Case(Strict):
+    """A meshing case: a domain, a spacing and how to mesh."""
+
+    name: FileName | None = Field(
+        default=None, description="Stem of the output files, by default that of the case file."
+    )
+    parameters: dict[Annotated[str, AfterValidator(_parameter_name)], Number] = Field(
+        default={}, description="Constants that the spacing expression may name."
+    )
+    domain: Domain = Field(description="The domain to mesh.")
+    spacing: Annotated[
+        Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")],
+        Discriminator(lambda value: "<text>" if isinstance(value, str) else "<number>"),
+        BeforeValidator(_number_or_text),
+    ] = Field(description="Wanted edge length, as a number or as an expression in x, y and the parameters.")
+    method: str = Field(default="accelerated", description="Name of the packing method.")
+    packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
+    schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")
+    output: Output = Field(default=Output(), description="What to write, and where.")
+    limits: Limits = Field(default=Limits(), description="What stops a case that is too large.")
+    require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")

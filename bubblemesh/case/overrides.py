@@ -1,0 +1,78 @@
+"""Values set over a case's data, such as ``--set domain.holes.0.circle.radius=0.3``."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bubblemesh.case.document import read_value
+from bubblemesh.errors import CaseError
+
+__all__ = ["Override", "applied", "parsed"]
+
+
+@dataclass(frozen=True)
+class Override:
+    """A value for one place of the data, and how messages call where it came from."""
+
+    path: tuple[str | int, ...]
+    value: Any
+    source: str
+
+    def covers(self, path: Sequence[str | int]) -> bool:
+        """Whether what is at ``path`` was set by this override."""
+        return [*map(str, path[: len(self.path)])] == [*map(str, self.path)]
+
+
+def parsed(option: str) -> Override:
+    """Override of the text ``a.b=value``, whose value is read as YAML and whose numbers index lists.
+
+    Raises
+    ------
+    CaseError
+        If there is no ``=``, a key is empty or the value is not valid YAML.
+    """
+    keys, equals, text = option.partition("=")
+    if not equals:
+        raise CaseError(f"--set {option}: no '=' found: write --set key.key=value")
+    path = tuple(key.strip() for key in keys.split("."))
+    if not all(path):
+        raise CaseError(f"--set {option}: an empty key found: write --set key.key=value")
+    source = f"--set {'.'.join(path)}"
+    return Override(path, read_value(text, source), source)
+
+
+def applied(data: Any, override: Override) -> Any:
+    """A copy of ``data`` with the override's value; missing mappings on the way are made, ``data`` stays as it is.
+
+    Raises
+    ------
+    CaseError
+        If the path leads into a plain value, or to a list entry that does not exist.
+    """
+    return _placed(data, override, 0)
+
+
+def _placed(data: Any, override: Override, depth: int) -> Any:
+    if depth == len(override.path):
+        return override.value
+    if isinstance(data, list):
+        index = _index(data, override, depth)
+        return [*data[:index], _placed(data[index], override, depth + 1), *data[index + 1 :]]
+    if data is None:
+        data = {}
+    if not isinstance(data, dict):
+        reached = ".".join(map(str, override.path[:depth]))
+        raise CaseError(f"{override.source}: {reached} is the plain value {data!r}, without keys: set it as a whole")
+    key = str(override.path[depth])
+    return data | {key: _placed(data.get(key), override, depth + 1)}
+
+
+def _index(entries: list[Any], override: Override, depth: int) -> int:
+    part = str(override.path[depth])
+    reached = ".".join(map(str, override.path[:depth]))
+    if not (part.isascii() and part.isdigit()):
+        raise CaseError(f"{override.source}: {reached} is a list: give the number of an entry in place of {part!r}")
+    if len(part) > 9 or int(part) >= len(entries):
+        allowed = f"0 to {len(entries) - 1}" if entries else "none, the list is empty"
+        raise CaseError(f"{override.source}: {reached} has no entry {part} (entries: {allowed})")
+    return int(part)

@@ -1,0 +1,63 @@
+"""The case file that ``bubblemesh init`` writes."""
+
+__all__ = ["TEMPLATE"]
+
+TEMPLATE = """\
+# A square plate with a round hole, meshed finer near the hole.
+# Run it with: bubblemesh run FILE
+
+# Stem of the output files; without it, that of this file.
+name: plate
+
+# Constants for the spacing expression.
+parameters:
+  h: 0.05
+
+domain:
+  # Each ring is one of the shapes below and may turn either way.
+  outer:
+    polygon: [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    # Boundary names, one per side; or one for the whole ring: `label: wall`.
+    labels: [bottom, right, top, left]
+
+    # rectangle: [-1, -1, 1, 1]          # the same ring; its sides are bottom, right, top, left
+
+    # path:                              # a point, then lines and curves; it closes by itself
+    #   - [1, 0]
+    #   - {arc: {to: [-1, 0], center: [0, 0], turn: left}, label: rim}
+    #   - {spline: {through: [[-0.5, -0.3], [0.2, -0.2], [0.8, -0.1]]}, label: keel}
+    #   - {to: [1, 0], label: step}
+
+  holes:
+    - {circle: {center: [0, 0], radius: 0.4}, label: hole}
+    # - {ellipse: {center: [0.6, 0.6], radii: [0.2, 0.1], angle: 45}, label: slot}     # angle in degrees
+
+# Wanted edge length: a number, or an expression in x, y and the parameters. It may use
+# + - * / ** % //, comparisons, `a if c else b`, pi, e and min, max, abs, sqrt, exp, log, sin, cos, tan,
+# hypot, atan2, where, clip, sign, floor, ceil, round and their kin.
+spacing: "h*(1 + 2*max(hypot(x, y) - 0.4, 0))"
+
+# The packing method.
+method: accelerated
+
+# Options of the method; the seed of its random numbers is one of every method.
+packing:
+  seed: 0
+
+# Rounds, iterations and viscosity: rounds, iterations, c0, c_in, c_out, c_odd.
+schedule: {}
+
+output:
+  formats: [msh, vtu, xdmf]              # any of msh, vtu, vtk, xdmf
+  # directory: out                       # relative to this file
+
+# A case that would need more nodes is refused.
+limits:
+  max_nodes: 2000000
+
+# Where the mesh misses one of these, it is written, but the run ends with exit code 4.
+require:
+  quality_min: 0.3                       # of the worst triangle; 1 is equilateral
+  # quality_mean: 0.9
+  # angle_min: 20                        # degrees
+"""

@@ -1,0 +1,46 @@
+"""Exception tree: one class for each exit code of the command line."""
+
+__all__ = [
+    "BubblemeshError",
+    "CaseError",
+    "FileError",
+    "GeometryError",
+    "LimitError",
+    "RequirementError",
+]
+
+
+class BubblemeshError(Exception):
+    """Base class of every error a user can cause; its text says where it is and what to do."""
+
+    exit_code = 1
+
+
+class CaseError(BubblemeshError):
+    """The case file, an option or the spacing is invalid."""
+
+    exit_code = 2
+
+
+class GeometryError(BubblemeshError):
+    """The rings do not bound a domain."""
+
+    exit_code = 3
+
+
+class RequirementError(BubblemeshError):
+    """The mesh was written, but misses a quality that the case requires."""
+
+    exit_code = 4
+
+
+class FileError(BubblemeshError):
+    """A file cannot be read or written."""
+
+    exit_code = 5
+
+
+class LimitError(BubblemeshError):
+    """The case needs more nodes than its limit allows."""
+
+    exit_code = 6

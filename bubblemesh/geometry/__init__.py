@@ -1,0 +1,1 @@
+"""Curves, rings and the domain they bound."""

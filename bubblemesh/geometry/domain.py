@@ -1,0 +1,146 @@
+"""A plane domain with holes: what is inside, and how far the boundary is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.boundary import Boundary, Polyline
+from bubblemesh.geometry.contacts import joined
+from bubblemesh.geometry.rings import Ring
+from bubblemesh.geometry.validity import require_domain
+
+__all__ = ["Domain", "Nearest"]
+
+PROJECTION_STEPS = 8
+
+
+class Nearest(NamedTuple):
+    """Nearest boundary points of m points: piece (m,), arc length (m,), the point (m, 2) and its distance (m,)."""
+
+    piece: Integers
+    s: Floats
+    foot: Floats
+    distance: Floats
+
+
+@dataclass(frozen=True)
+class Domain:
+    """The region inside the outer ring and outside the holes.
+
+    Attributes
+    ----------
+    boundary : Boundary
+        Smooth pieces with the domain on their left.
+    notes : tuple of str
+        What was changed on reading the rings.
+    """
+
+    boundary: Boundary
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, outer: Ring, holes: Sequence[Ring] = ()) -> "Domain":
+        """The domain that the rings bound, whichever way they turn.
+
+        Raises
+        ------
+        GeometryError
+            If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
+        """
+        rings = [_turned(outer, +1), *(_turned(hole, -1) for hole in holes)]
+        require_domain([_outline(ring) for ring in rings], contact=False)
+        boundary = joined(Boundary.of(rings))
+        polyline = boundary.polyline()
+        require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))])
+        return cls(boundary, tuple(note for ring in rings for note in ring.notes))
+
+    @cached_property
+    def polyline(self) -> Polyline:
+        """Fine polygonal copy of the boundary."""
+        return self.boundary.polyline()
+
+    @cached_property
+    def polygon(self) -> shapely.Polygon:
+        """The domain bounded by that copy."""
+        rings = [self.polyline.points[self.polyline.ring == k] for k in range(self.polyline.ring.max() + 1)]
+        polygon = shapely.Polygon(rings[0], rings[1:])
+        shapely.prepare(polygon)
+        return polygon
+
+    @cached_property
+    def _chords(self) -> shapely.STRtree:
+        points = self.polyline.points
+        return shapely.STRtree(shapely.linestrings(np.stack([points, points[self.polyline.successor]], axis=1)))
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Bounding box (x0, y0, x1, y1)."""
+        x0, y0, x1, y1 = self.polygon.bounds
+        return x0, y0, x1, y1
+
+    @property
+    def size(self) -> float:
+        """The longer side of the bounding box."""
+        x0, y0, x1, y1 = self.bounds
+        return max(x1 - x0, y1 - y0)
+
+    @property
+    def hole_count(self) -> int:
+        """Number of holes."""
+        return len(self.polygon.interiors)
+
+    def nearest(self, points: Floats) -> Nearest:
+        """Nearest boundary points of ``points`` (m, 2), on the true curves."""
+        line, boundary = self.polyline, self.boundary
+        chord = self._chords.query_nearest(shapely.points(points), all_matches=False)[1]
+        a, b = line.points[chord], line.points[line.successor[chord]]
+        t = np.einsum("ij,ij->i", points - a, b - a) / np.einsum("ij,ij->i", b - a, b - a)
+        t = np.clip(t, 0, 1)[:, None]
+        piece, s = line.piece[chord], line.s[chord] + t[:, 0] * line.step[chord]
+        foot = a + t * (b - a)
+        curved = np.flatnonzero(boundary.curved[piece])
+        if len(curved):
+            s[curved] = self._projected(points[curved], piece[curved], s[curved])
+            foot[curved] = boundary.points(piece[curved], s[curved])
+        return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
+
+    def _projected(self, points: Floats, piece: Integers, s: Floats) -> Floats:
+        """Arc length of the nearest point on each curve, from a start close to it (Gauss-Newton)."""
+        for _ in range(PROJECTION_STEPS):
+            ahead = points - self.boundary.points(piece, s)
+            s = self.boundary.wrapped(piece, s + np.einsum("ij,ij->i", ahead, self.boundary.tangents(piece, s)))
+        return s
+
+    def contains(self, points: Floats) -> Booleans:
+        """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
+        return np.asarray(shapely.contains_xy(self.polygon, points[:, 0], points[:, 1]))
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """Distance (m,) to the boundary, positive inside."""
+        if len(points) == 0:
+            return np.zeros(0)
+        piece, s, foot, distance = self.nearest(points)
+        inside = self.contains(points)
+        # Close to a curve its tangent tells the side better than the chords do.
+        smooth = self.boundary.curved[piece] & (self.boundary.closed[piece] | ((s > 0) & (s < self.boundary.lengths[piece])))
+        smooth = np.flatnonzero(smooth)
+        tx, ty = self.boundary.tangents(piece[smooth], s[smooth]).T
+        rx, ry = (points[smooth] - foot[smooth]).T
+        inside[smooth] = tx * ry - ty * rx > 0
+        return np.where(inside, distance, -distance)
+
+
+def _outline(ring: Ring) -> Floats:
+    return Boundary.of([ring]).polyline().points
+
+
+def _turned(ring: Ring, turn: int) -> Ring:
+    """The ring turned counter-clockwise (+1) or clockwise (-1)."""
+    x, y = (_outline(ring) - _outline(ring)[0]).T
+    twice_area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    return ring if twice_area * turn >= 0 else ring.reversed()

@@ -1,0 +1,244 @@
+"""Closed rings of smooth sides, made from the shapes that a case file offers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry import curves
+
+__all__ = ["ArcTo", "LineTo", "Ring", "Side", "SplineTo", "circle", "ellipse", "path", "polygon", "rectangle"]
+
+# Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
+ARC_MISMATCH = 1e-3
+
+Point = tuple[float, float]
+
+
+class Line(NamedTuple):
+    """A straight side; the fields of this and the next records are those of the curve family."""
+
+    start: Point
+    end: Point
+
+    def reversed(self) -> "Line":
+        return Line(self.end, self.start)
+
+
+class Arc(NamedTuple):
+    """A circular side, or a whole circle."""
+
+    center: Point
+    radius: float
+    angle: float
+    sweep: float
+
+    def reversed(self) -> "Arc":
+        return self._replace(angle=self.angle + self.sweep, sweep=-self.sweep)
+
+
+class Ellipse(NamedTuple):
+    """A whole ellipse, ``angle`` in radians."""
+
+    center: Point
+    radii: Point
+    angle: float
+    turn: float
+
+    def reversed(self) -> "Ellipse":
+        return self._replace(turn=-self.turn)
+
+
+class Spline(NamedTuple):
+    """A cubic spline through ``knots`` (k, 2)."""
+
+    knots: Floats
+
+    def reversed(self) -> "Spline":
+        return Spline(self.knots[::-1])
+
+
+Curve = Line | Arc | Ellipse | Spline
+
+
+def family(members: Sequence[Curve]) -> curves.Family:
+    """The family that evaluates ``members``, which are of one kind."""
+    if isinstance(members[0], Spline):
+        return curves.Splines([member.knots for member in members if isinstance(member, Spline)])
+    kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
+    return kind(*(np.array(column, float) for column in zip(*members, strict=True)))
+
+
+@dataclass(frozen=True)
+class Side:
+    """One smooth side of a ring; ``label`` is None where the case gives none."""
+
+    curve: Curve
+    label: str | None = None
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A closed ring.
+
+    Attributes
+    ----------
+    sides : tuple of Side
+    vertices : tuple of (x, y)
+        Start of each side; empty for a whole circle or ellipse, which has no fixed node.
+    notes : tuple of str
+        What was changed on reading, for the user to know.
+    """
+
+    sides: tuple[Side, ...]
+    vertices: tuple[Point, ...]
+    notes: tuple[str, ...] = ()
+
+    def reversed(self) -> "Ring":
+        """The same ring run the other way."""
+        sides = tuple(replace(side, curve=side.curve.reversed()) for side in reversed(self.sides))
+        return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
+
+
+class LineTo(NamedTuple):
+    """The straight line to the point ``to``."""
+
+    to: Point
+    label: str | None = None
+
+
+class ArcTo(NamedTuple):
+    """The circular arc about ``center`` to the point ``to``, counter-clockwise if ``left``."""
+
+    to: Point
+    center: Point
+    left: bool
+    label: str | None = None
+
+
+class SplineTo(NamedTuple):
+    """The cubic spline through the points ``through``, whose last is its end."""
+
+    through: Sequence[Point]
+    label: str | None = None
+
+
+def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
+    """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1."""
+    corners = [_point(point) for point in points]
+    if len(corners) > 1 and corners[0] == corners[-1]:
+        corners.pop()
+    names = list(labels) if labels is not None else [label] * len(corners)
+    pieces = [LineTo(corner, name) for corner, name in zip(corners[1:] + corners[:1], names, strict=False)]
+    return path(corners[0], pieces, label)
+
+
+def rectangle(
+    x0: float, y0: float, x1: float, y1: float, labels: Sequence[str] | None = None, label: str | None = None
+) -> Ring:
+    """Rectangle with opposite corners (x0, y0) and (x1, y1); sides in the order bottom, right, top, left."""
+    (x0, x1), (y0, y1) = sorted([x0, x1]), sorted([y0, y1])
+    return polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], labels, label)
+
+
+def circle(center: Sequence[float], radius: float, label: str | None = None) -> Ring:
+    """Whole circle."""
+    return Ring((Side(Arc(_point(center), float(radius), 0.0, 2 * np.pi), label),), ())
+
+
+def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0, label: str | None = None) -> Ring:
+    """Whole ellipse whose first axis is turned by ``angle`` degrees."""
+    return Ring((Side(Ellipse(_point(center), _point(radii), float(np.radians(angle)), 1.0), label),), ())
+
+
+def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str | None = None) -> Ring:
+    """Ring from ``start`` along ``pieces``, closed by a straight line where it does not end at its start.
+
+    Consecutive points that coincide are merged, with a note.
+
+    Raises
+    ------
+    GeometryError
+        If an arc's ends are not equally far from its centre, or fewer than three points remain.
+    """
+    first = here = _point(start)
+    tolerance = 1e-13 * _extent([first, *(_end(piece) for piece in pieces)])
+    if not _same(_end(pieces[-1]) if pieces else first, first, tolerance):
+        pieces = [*pieces, LineTo(first, label)]
+    sides, vertices, notes = [], [], []
+    for number, piece in enumerate(pieces, start=1):
+        end = first if number == len(pieces) else _point(_end(piece))
+        if isinstance(piece, LineTo) and _same(here, end, tolerance):
+            notes.append(f"duplicate point {_text(end)} merged")
+            continue
+        curve, curve_notes = _curve(here, piece, end)
+        sides.append(Side(curve, piece.label or label))
+        vertices.append(here)
+        notes += curve_notes
+        here = end
+    if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
+        raise GeometryError(f"the ring at {_text(first)} has fewer than three different points: give at least three")
+    return Ring(tuple(sides), tuple(vertices), tuple(notes))
+
+
+def _curve(start: Point, piece: LineTo | ArcTo | SplineTo, end: Point) -> tuple[Curve, list[str]]:
+    """The curve of ``piece`` between two vertices, and notes on what was mended."""
+    if isinstance(piece, LineTo):
+        return Line(start, end), []
+    if isinstance(piece, ArcTo):
+        return _arc(start, piece, end)
+    knots = np.array([start, *piece.through[:-1], end], float)
+    repeated = np.flatnonzero((np.diff(knots, axis=0) == 0).all(axis=1))
+    notes = [f"duplicate spline point {_text(knots[i])} merged" for i in repeated]
+    knots = np.delete(knots, repeated, axis=0)
+    if len(knots) < 2 or (len(knots) < 4 and start == end):
+        raise GeometryError(f"the spline at {_text(start)} has too few different points to be a curve")
+    return Spline(knots), notes
+
+
+def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
+    """Arc between two vertices; its centre is moved to the nearest point that is equally far from both."""
+    p, q, center = np.array(start), np.array(end), np.array(piece.center, float)
+    radii = np.hypot(*(p - center)), np.hypot(*(q - center))
+    mismatch = abs(radii[0] - radii[1]) / max(*radii, np.finfo(float).tiny)
+    if mismatch > ARC_MISMATCH:
+        raise GeometryError(
+            f"the arc from {_text(start)} to {_text(end)} is {radii[0]:.6g} from its center {_text(piece.center)} at "
+            f"one end and {radii[1]:.6g} at the other: correct the center or an end"
+        )
+    if start != end:
+        chord = q - p
+        center = center - chord * (((center - p) @ chord) / (chord @ chord) - 0.5)
+    notes = []
+    if mismatch > 1e-9:
+        notes.append(f"center of the arc from {_text(start)} to {_text(end)} moved by {mismatch:.1e} of its radius")
+    (ux, uy), (wx, wy) = p - center, q - center
+    first, turned = np.arctan2(uy, ux), np.arctan2(ux * wy - uy * wx, ux * wx + uy * wy)
+    if piece.left and turned <= 0:
+        turned += 2 * np.pi
+    elif not piece.left and turned >= 0:
+        turned -= 2 * np.pi
+    return Arc(_point(center), float(np.hypot(ux, uy)), float(first), float(turned)), notes
+
+
+def _end(piece: LineTo | ArcTo | SplineTo) -> Sequence[float]:
+    return piece.through[-1] if isinstance(piece, SplineTo) else piece.to
+
+
+def _extent(points: Sequence[Sequence[float]]) -> float:
+    return float(np.ptp(np.array(points, float), axis=0).max())
+
+
+def _same(a: Sequence[float], b: Sequence[float], tolerance: float) -> bool:
+    return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= tolerance
+
+
+def _point(values: Sequence[float] | Floats) -> Point:
+    return float(values[0]), float(values[1])
+
+
+def _text(point: Sequence[float] | Floats) -> str:
+    return f"({point[0]:.6g}, {point[1]:.6g})"

@@ -1,0 +1,96 @@
+"""Do the rings bound a domain? If not, which one does not, where, and what is to be done."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from shapely.validation import explain_validity
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import GeometryError
+
+__all__ = ["ring_name", "require_domain"]
+
+FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
+
+
+def require_domain(outlines: Sequence[Floats], *, contact: bool = True) -> None:
+    """Check the polygonal copies (m, 2) of the rings, the outer one first.
+
+    With ``contact`` false, only each ring by itself is looked at.
+
+    Raises
+    ------
+    GeometryError
+        With the ring's name and the coordinates of the first fault.
+    """
+    polygons = [_simple(outline, ring_name(k)) for k, outline in enumerate(outlines)]
+    if not contact:
+        return
+    for k, hole in enumerate(polygons[1:], start=1):
+        _require_inside(hole, polygons[0], ring_name(k))
+    holes = np.array(polygons[1:], dtype=object)
+    tree = shapely.STRtree(holes)
+    for i, j in zip(*tree.query(holes, predicate="intersects"), strict=True):
+        if i < j:
+            _require_apart(polygons[1 + i], polygons[1 + j], ring_name(1 + i), ring_name(1 + j))
+    whole = shapely.Polygon(outlines[0], outlines[1:])
+    if not whole.is_valid:
+        fault, where = _explained(whole)
+        raise GeometryError(f"the rings cut the domain in two at {where} ({fault}): give one case for each part")
+
+
+def ring_name(number: int) -> str:
+    """What messages call a ring."""
+    return "the outer ring" if number == 0 else f"hole {number}"
+
+
+def _simple(outline: Floats, name: str) -> shapely.Polygon:
+    polygon = shapely.Polygon(outline)
+    extent = np.ptp(outline, axis=0).max()
+    if polygon.convex_hull.area <= FLAT * extent**2:
+        raise GeometryError(f"{name} at {_text(outline[0])} encloses no area: its points lie on one line")
+    if not polygon.is_valid:
+        where = _explained(polygon)[1]
+        raise GeometryError(f"{name} crosses or touches itself at {where}: move its points so that it does not")
+    return polygon
+
+
+def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str) -> None:
+    if outer.contains(hole):
+        shared = shapely.intersection(outer.exterior, hole.exterior)
+        if shared.length > 0:
+            raise GeometryError(
+                f"{name} shares an edge with the outer ring at {_text(_first(shared))}: draw the outer ring around it"
+            )
+        return
+    if not outer.intersects(hole):
+        raise GeometryError(f"{name} at {_text(_first(hole.exterior))} lies outside the outer ring: move or remove it")
+    crossing = shapely.intersection(outer.exterior, hole.exterior)
+    where = _text(_first(crossing if not crossing.is_empty else hole.exterior))
+    raise GeometryError(f"{name} crosses the outer ring at {where}: move it, or draw the outer ring around it")
+
+
+def _require_apart(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: str) -> None:
+    where = _text(_first(shapely.intersection(a.exterior, b.exterior) if not a.exterior.disjoint(b.exterior) else b))
+    if a.contains(b) or b.contains(a):
+        inner, around = (name_b, name_a) if a.contains(b) else (name_a, name_b)
+        raise GeometryError(f"{inner} lies inside {around} at {where}: remove one of them")
+    if shapely.intersection(a, b).area > 0:
+        raise GeometryError(f"{name_a} and {name_b} overlap at {where}: join them into one hole")
+    if shapely.intersection(a.exterior, b.exterior).length > 0:
+        raise GeometryError(f"{name_a} and {name_b} share an edge at {where}: join them into one hole")
+
+
+def _explained(polygon: shapely.Polygon) -> tuple[str, str]:
+    """The fault and its coordinates, from GEOS's text "Self-intersection[x y]"."""
+    fault, _, where = explain_validity(polygon).rstrip("]").partition("[")
+    return fault, _text([float(value) for value in where.split()])
+
+
+def _first(shape: shapely.Geometry) -> Floats:
+    return np.asarray(shapely.get_coordinates(shape)[0])
+
+
+def _text(point: Floats | list[float]) -> str:
+    return f"({point[0]:.6g}, {point[1]:.6g})"

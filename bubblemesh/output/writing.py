@@ -1,0 +1,106 @@
+"""Writes the files of a run together."""
+
+import shutil
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, BinaryIO
+
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.mesh import Mesh
+from bubblemesh.output.atomic import reason, transaction
+from bubblemesh.output.cells import Fields
+from bubblemesh.output.formats import FORMATS, format_named
+from bubblemesh.output.report import dump
+
+__all__ = ["write_file", "write_files", "write_stream"]
+
+_REPORT = ".report.json"
+
+
+def write_files(
+    mesh: Mesh, fields: Fields, report: Mapping[str, Any], folder: Path, name: str, formats: Sequence[str]
+) -> list[str]:
+    """Write a mesh in several formats, and the report, all of them or none.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    fields : mapping of str to (t,)
+        ``quality`` and ``target_spacing`` of each triangle.
+    report : mapping
+        Is written to NAME.report.json with the names of all files under ``files``.
+    folder : Path
+        Is made if it is missing.
+    name : str
+        Stem of the files' names.
+    formats : sequence of str
+        Keys of ``FORMATS``.
+
+    Returns
+    -------
+    list of str
+        Names of the files relative to the folder, the report last.
+
+    Raises
+    ------
+    CaseError
+        If a format is unknown or the name is no file name.
+    FileError
+        If a file cannot be written, or two of them would have the same name.
+    """
+    _check_name(name)
+    ends = [end for ending in formats for end in format_named(ending).files]
+    files = [name + end for end in (*ends, _REPORT)]
+    _check_distinct(files, folder)
+    with transaction(folder) as staging:
+        for ending in formats:
+            FORMATS[ending].write(mesh, fields, staging / f"{name}.{ending}")
+        (staging / files[-1]).write_text(dump({**report, "files": files}), encoding="utf-8")
+    return files
+
+
+def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> list[str]:
+    """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
+    if path.suffix.removeprefix(".") not in FORMATS:
+        known = ", ".join(f".{ending}" for ending in FORMATS)
+        raise CaseError(f"{path}: unknown ending {path.suffix!r} for a mesh file: choose one of {known}")
+    return write_files(mesh, fields, report, path.parent, path.stem, [path.suffix.removeprefix(".")])
+
+
+def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:
+    """Write a mesh to a binary stream; a format of several files is cut down to the triangles.
+
+    Raises
+    ------
+    CaseError
+        If the format is unknown.
+    FileError
+        If the temporary file or the stream cannot be written.
+    BrokenPipeError
+        If the reader of the stream has gone.
+    """
+    write = format_named(format).write_alone
+    try:
+        with TemporaryDirectory() as folder:
+            path = Path(folder, f"mesh.{format}")
+            write(mesh, fields, path)
+            with path.open("rb") as source:
+                shutil.copyfileobj(source, stream)
+        stream.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FileError(f"cannot write the mesh to the output stream: {reason(error)}") from error
+
+
+def _check_name(name: str) -> None:
+    if not name.isprintable() or name in {"", ".", ".."} or "/" in name or "\\" in name:
+        raise CaseError(f"{name!r} cannot be the name of a file; use a name without slashes")
+
+
+def _check_distinct(files: Sequence[str], folder: Path) -> None:
+    repeated = [file for file, count in Counter(files).items() if count > 1]
+    if repeated:
+        raise FileError(f"{folder / repeated[0]}: more than one output would have this name; name each format once")

@@ -1,0 +1,66 @@
+"""The bubbles: what a round takes in and gives back."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+
+__all__ = ["Bubbles"]
+
+
+@dataclass(frozen=True)
+class Bubbles:
+    """Bubbles at rest, in three groups: fixed corners, bubbles that slide on the boundary, interior bubbles.
+
+    Attributes
+    ----------
+    x : (n, 2)
+        Centres, in the order of the groups.
+    d : (n,)
+        Spacing (diameter) at the centres.
+    piece, s : (b,)
+        Boundary piece and arc length of the b sliding bubbles.
+    corners : int
+        Number of fixed bubbles; they are the corners of the boundary, in its order.
+    """
+
+    x: Floats
+    d: Floats
+    piece: Integers
+    s: Floats
+    corners: int
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def sliding(self) -> slice:
+        """The bubbles that move along their boundary piece only."""
+        return slice(self.corners, self.boundary_count)
+
+    @property
+    def interior(self) -> slice:
+        """The bubbles that move freely."""
+        return slice(self.boundary_count, None)
+
+    @property
+    def boundary_count(self) -> int:
+        """Number of bubbles on the boundary, corners included."""
+        return self.corners + len(self.piece)
+
+    def kept(self, keep: Integers) -> "Bubbles":
+        """The bubbles ``keep`` (k,), ascending, all corners among them."""
+        slide = keep[(keep >= self.corners) & (keep < self.boundary_count)] - self.corners
+        return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners)
+
+    def joined_by(self, x: Floats, d: Floats, piece: Integers, s: Floats) -> "Bubbles":
+        """These bubbles and new ones at ``x`` (k, 2), the first of which lie on ``piece``, ``s`` (j,)."""
+        at, slides = self.boundary_count, len(piece)
+        return Bubbles(
+            np.concatenate([self.x[:at], x[:slides], self.x[at:], x[slides:]]),
+            np.concatenate([self.d[:at], d[:slides], self.d[at:], d[slides:]]),
+            np.concatenate([self.piece, piece]),
+            np.concatenate([self.s, s]),
+            self.corners,
+        )

@@ -1,0 +1,62 @@
+"""The interbubble force, equation (2.1) of the paper."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Gt
+from scipy.sparse import csr_array
+
+from bubblemesh.arrays import Floats
+from bubblemesh.packing.adjacency import Neighbours
+
+__all__ = ["CUTOFF", "BoundForce", "VanDerWaals", "pair_force"]
+
+CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
+
+
+def pair_force(ratio: Floats) -> Floats:
+    """Force between two bubbles at distance l = ratio * l0, for k0 = 1: repelling below 1, attracting up to 1.5."""
+    force = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125
+    return np.where(ratio < CUTOFF, force, 0.0)
+
+
+@dataclass(frozen=True)
+class VanDerWaals:
+    """Sum of the pair forces, in the directions away from the neighbours.
+
+    Attributes
+    ----------
+    k0 : float
+        Strength of the force.
+    force : {"scaled", "plain"}
+        "plain" is the paper's force, which moves bubbles by lengths that depend on the unit of length; "scaled"
+        multiplies it by each bubble's spacing, so that one time step serves every case.
+    """
+
+    k0: Annotated[float, Gt(0)] = 1.0
+    force: Literal["scaled", "plain"] = "scaled"
+
+    def among(self, neighbours: Neighbours) -> "BoundForce":
+        """The force of these neighbours as a function of the positions."""
+        strength = self.k0 * (neighbours.d if self.force == "scaled" else np.ones(len(neighbours.d)))
+        return BoundForce(neighbours, neighbours.incidence(), strength[:, None])
+
+
+@dataclass(frozen=True)
+class BoundForce:
+    """Force as a function of the positions, for fixed neighbours."""
+
+    neighbours: Neighbours
+    incidence: csr_array
+    strength: Floats
+
+    def __call__(self, x: Floats) -> Floats:
+        """Forces (n, 2) on bubbles at x (n, 2)."""
+        i, j = self.neighbours.pairs.T
+        delta = x[i] - x[j]
+        distance = np.sqrt(np.einsum("ij,ij->i", delta, delta))
+        contact = self.neighbours.contact
+        # Coinciding bubbles have no direction to part in: they stay until population control removes one.
+        size = pair_force(distance / contact) / np.maximum(distance, 1e-12 * contact)
+        return np.asarray(self.strength * (self.incidence @ (size[:, None] * delta)))

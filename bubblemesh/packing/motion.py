@@ -1,0 +1,69 @@
+"""Equation of motion m x'' + c x' = F(x), equation (2.2) of the paper, by explicit Runge-Kutta steps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from annotated_types import Gt
+
+from bubblemesh.arrays import Floats
+
+__all__ = ["Force", "RungeKutta", "SecondOrderEuler"]
+
+Force = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True)
+class RungeKutta:
+    """Explicit Runge-Kutta step for unit mass; a subclass gives the tableau.
+
+    Attributes
+    ----------
+    dt : float
+        Time step.
+    """
+
+    dt: Annotated[float, Gt(0)]
+
+    stages: ClassVar[tuple[tuple[float, ...], ...]]
+    weights: ClassVar[tuple[float, ...]]
+
+    @property
+    def evaluations(self) -> int:
+        """Number of force evaluations of a step."""
+        return len(self.weights)
+
+    def __call__(self, x: Floats, v: Floats, c: Floats | float, force: Force) -> tuple[Floats, Floats]:
+        """Positions and velocities (n, 2) after a step.
+
+        Parameters
+        ----------
+        x, v : (n, 2)
+        c : float or (n, 1)
+            Viscosity of each bubble.
+        force : callable
+            Forces (n, 2) at given positions, without those that the boundary takes up.
+        """
+        velocities: list[Floats] = []
+        accelerations: list[Floats] = []
+        for row in self.stages:
+            xs, vs = x, v
+            for a, velocity, acceleration in zip(row, velocities, accelerations, strict=True):
+                if a:
+                    xs, vs = xs + a * self.dt * velocity, vs + a * self.dt * acceleration
+            velocities.append(vs)
+            accelerations.append(force(xs) - c * vs)
+        for b, velocity, acceleration in zip(self.weights, velocities, accelerations, strict=True):
+            x, v = x + b * self.dt * velocity, v + b * self.dt * acceleration
+        return x, v
+
+
+@dataclass(frozen=True)
+class SecondOrderEuler(RungeKutta):
+    """Predictor-corrector Euler step (Heun's method), of second order."""
+
+    dt: Annotated[float, Gt(0)] = 0.2
+
+    stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (1.0,))
+    weights: ClassVar[tuple[float, ...]] = (0.5, 0.5)

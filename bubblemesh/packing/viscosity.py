@@ -1,0 +1,50 @@
+"""Viscosity c of the medium: it grows within a round and starts each round anew (section 2.2 of the paper)."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Gt
+
+from bubblemesh.arrays import Booleans, Floats
+
+__all__ = ["OddBubbles", "SawTooth"]
+
+
+@dataclass(frozen=True)
+class SawTooth:
+    """Saw-tooth in time: c0 + c_in * step + c_out * round, steps and rounds counted from 0.
+
+    The paper's figure 2 and section 4.2 name the two slopes the other way round; its results need this one.
+    """
+
+    c0: Annotated[float, Gt(0)] = 1.0
+    c_in: Annotated[float, Ge(0)] = 0.01
+    c_out: Annotated[float, Ge(0)] = 0.2
+
+    def __call__(self, step: int, round_number: int) -> float:
+        """Viscosity of a normal bubble."""
+        return self.c0 + self.c_in * step + self.c_out * round_number
+
+
+@dataclass(frozen=True)
+class OddBubbles:
+    """A constant, small viscosity for the bubbles that the last population control touched.
+
+    Attributes
+    ----------
+    c_odd : float
+    odd_start : float
+        The scheme begins when a round changes the number of bubbles by at most this part.
+    """
+
+    c_odd: Annotated[float, Gt(0)] = 1.0
+    odd_start: Annotated[float, Ge(0)] = 0.05
+
+    def active(self, before: int, after: int) -> bool:
+        """Whether the change of population in a round is small enough."""
+        return abs(before - after) <= self.odd_start * before
+
+    def __call__(self, c: float, odd: Booleans) -> Floats:
+        """Viscosity (n, 1) where odd bubbles (n,) stand out from normal ones."""
+        return np.where(odd, self.c_odd, c)[:, None]

@@ -1,0 +1,1 @@
+"""Node spacing as a function of place."""

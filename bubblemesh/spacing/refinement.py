@@ -1,0 +1,78 @@
+"""A finer spacing where the boundary itself is finer than what the case asks for."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["Sources", "coarse_curves", "short_pieces"]
+
+GROWTH = 0.3  # increase of the spacing per length, away from a source
+NEIGHBOURS = 8
+SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
+WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Places ``points`` (k, 2) where the spacing is at most ``sizes`` (k,), and grows from there."""
+
+    points: Floats
+    sizes: Floats
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.points)
+
+    def joined(self, other: "Sources") -> "Sources":
+        """Both sets together."""
+        return Sources(np.vstack([self.points, other.points]), np.concatenate([self.sizes, other.sizes]))
+
+    def limit(self, points: Floats) -> Floats:
+        """Largest spacing (n,) that the sources next to the points (n, 2) admit."""
+        if len(points) == 0:
+            return np.zeros(0)
+        distance, near = self._tree.query(points, k=range(1, min(NEIGHBOURS, len(self)) + 1))
+        return np.asarray((self.sizes[near] + GROWTH * distance).min(axis=1))
+
+    def limited(self, spacing: Spacing) -> Spacing:
+        """The spacing, nowhere above the limit."""
+        if len(self) == 0:
+            return spacing
+
+        def function(x: Floats, y: Floats) -> Floats:
+            with np.errstate(invalid="ignore"):
+                return np.asarray(np.minimum(spacing.function(x, y), self.limit(np.column_stack([x, y]))))
+
+        return Spacing(function, min(spacing.floor, float(self.sizes.min()) / 2))
+
+
+def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
+    """Sources at the ends of boundary pieces that are shorter than the spacing."""
+    boundary = domain.boundary
+    pieces = np.flatnonzero(~boundary.closed)
+    ends = boundary.corners[np.column_stack([boundary.start, boundary.end])[pieces]]
+    d = np.minimum(spacing(ends[:, 0]), spacing(ends[:, 1])) if len(pieces) else np.zeros(0)
+    short = boundary.lengths[pieces] < SHORT * d
+    return Sources(ends[short].reshape(-1, 2), np.repeat(boundary.lengths[pieces[short]], 2))
+
+
+def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
+    """Sources on curves that turn too far over the length of one spacing."""
+    line, boundary = domain.polyline, domain.boundary
+    curved = np.flatnonzero(boundary.curved[line.piece])
+    piece, s, step = line.piece[curved], line.s[curved], line.step[curved]
+    before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
+    turn = np.abs(np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)))
+    size = WIDEST_TURN * step / np.maximum(turn, 1e-12)
+    points = line.points[curved]
+    coarse = spacing(points) > size
+    return Sources(points[coarse], size[coarse])

@@ -1,0 +1,56 @@
+"""The node spacing d(x, y), checked wherever it is used."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.errors import CaseError
+
+__all__ = ["Spacing"]
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """Desired distance between neighbouring nodes, in the domain's unit of length.
+
+    Attributes
+    ----------
+    function : callable
+        Values (n,) at the coordinates x (n,) and y (n,).
+    floor : float
+        Value that stands for d outside the domain where the function has no positive one.
+    """
+
+    function: Callable[[Floats, Floats], Floats]
+    floor: float = np.inf
+
+    def __call__(self, points: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) of the domain.
+
+        Raises
+        ------
+        CaseError
+            Where it is zero, negative, infinite or no number; the text names the point.
+        """
+        d = self._values(points)
+        bad = np.flatnonzero(~_usable(d))
+        if len(bad):
+            x, y = points[bad[0]]
+            raise CaseError(
+                f"spacing: is {d[bad[0]]:g} at ({x:.6g}, {y:.6g}), but has to be positive and finite in the whole domain"
+            )
+        return d
+
+    def extended(self, points: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""
+        d = self._values(points)
+        return np.where(_usable(d), np.maximum(d, self.floor), self.floor)
+
+    def _values(self, points: Floats) -> Floats:
+        return np.asarray(self.function(points[:, 0], points[:, 1]), float)
+
+
+def _usable(d: Floats) -> Booleans:
+    return np.isfinite(d) & (d > 0)

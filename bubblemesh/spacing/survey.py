@@ -1,0 +1,173 @@
+"""What the spacing asks for in a domain: its extremes and the ideal number of nodes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.triangulation import triangulated
+
+__all__ = ["Survey", "surveyed"]
+
+COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
+TOLERANCE = 2e-3  # relative change on halving below which a part of an integral stands
+HALVINGS = 60
+VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
+GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Extremes of the spacing with their places (x, y), and the ideal number of nodes."""
+
+    minimum: float
+    minimum_at: tuple[float, float]
+    maximum: float
+    maximum_at: tuple[float, float]
+    ideal_nodes: float
+
+
+def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
+    """Survey of the spacing over the domain.
+
+    The ideal number of nodes is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d
+    along the boundary, plus 1, minus the number of holes.
+
+    Raises
+    ------
+    CaseError
+        Where the spacing is not positive and finite; the text names the point.
+    LimitError
+        If it needs more than ``max_nodes`` nodes.
+    """
+    triangles = _resolved(domain)
+    intervals = _intervals(domain)
+    points = np.vstack([triangles.reshape(-1, 2), triangles.mean(axis=1), domain.polyline.points])
+    d = spacing(points)
+    minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
+    if minimum < VANISHING * domain.size:
+        raise CaseError(
+            f"spacing: falls to {minimum:.3g} at ({minimum_at[0]:.6g}, {minimum_at[1]:.6g}): "
+            "it has to be positive in the whole domain"
+        )
+    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, max_nodes)
+    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, 2.0 * max_nodes)
+    ideal = over_area + along / 2 + 1 - domain.hole_count
+    if ideal > max_nodes:
+        raise _too_many(ideal, max_nodes)
+    x, y = points[d.argmax()]
+    return Survey(minimum, minimum_at, float(d.max()), (float(x), float(y)), ideal)
+
+
+def _integral(
+    parts: Floats, over: Callable[[Floats], Floats], halved: Callable[[Floats], Floats], ceiling: float
+) -> float:
+    """Sum of the integrals over ``parts``, halving those whose integral changes by that."""
+    total, coarse = 0.0, over(parts)
+    for _ in range(HALVINGS):
+        halves = halved(parts)
+        fine = over(halves).reshape(2, -1)
+        both = fine.sum(axis=0)
+        unsure = np.abs(both - coarse) > TOLERANCE * both
+        total += float(both[~unsure].sum())
+        parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
+        if total + coarse.sum() > 2 * ceiling:
+            raise _too_many(total + float(coarse.sum()), int(ceiling))
+        if len(parts) == 0:
+            break
+    return total + float(coarse.sum())
+
+
+def _too_many(needed: float, max_nodes: int) -> LimitError:
+    return LimitError(
+        f"limits.max_nodes: the spacing needs about {needed:.3g} nodes, more than the limit of {max_nodes}: "
+        "coarsen the spacing or raise the limit"
+    )
+
+
+def _resolved(domain: Domain) -> Floats:
+    """Triangles (t, 3, 2) that cover the domain, with edges up to a fraction of its size."""
+    line = domain.polyline
+    points, number = np.unique(line.points, axis=0, return_inverse=True)
+    edges = number[np.column_stack([np.arange(len(line.points)), line.successor])]
+    return _refined(points[triangulated(points, edges)], _halved_triangles, _longest_edges, COARSEST * domain.size)
+
+
+def _intervals(domain: Domain) -> Floats:
+    """Boundary intervals (k, 3) as piece, begin and end arc length."""
+    piece = np.arange(len(domain.boundary.lengths), dtype=float)
+    whole = np.column_stack([piece, np.zeros(len(piece)), domain.boundary.lengths])
+    return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], COARSEST * domain.size)
+
+
+def _refined(
+    parts: Floats, halved: Callable[[Floats], Floats], lengths: Callable[[Floats], Floats], longest: float
+) -> Floats:
+    done = []
+    while len(parts):
+        short = lengths(parts) <= longest
+        done.append(parts[short])
+        parts = halved(parts[~short])
+    return np.concatenate(done)
+
+
+def _longest_edges(triangles: Floats) -> Floats:
+    return _edge_lengths(triangles).max(axis=1)
+
+
+def _edge_lengths(triangles: Floats) -> Floats:
+    """Lengths (t, 3) of the edges from each corner to the next."""
+    delta = triangles - np.roll(triangles, -1, axis=1)
+    return np.asarray(np.hypot(delta[..., 0], delta[..., 1]))
+
+
+def _halved_triangles(triangles: Floats) -> Floats:
+    """Both halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
+    first = _edge_lengths(triangles).argmax(axis=1)
+    rows = np.arange(len(triangles))
+    a, b, c = (triangles[rows, (first + k) % 3] for k in range(3))
+    middle = (a + b) / 2
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
+def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
+    """Integrals (t,) of 2 / (sqrt(3) d^2), by the midpoints of the edges (exact to second order)."""
+    middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
+    d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
+    (ux, uy), (vx, vy) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
+    return np.asarray(np.abs(ux * vy - uy * vx) / np.sqrt(3) * (1 / d**2).mean(axis=1))
+
+
+def _halved_intervals(intervals: Floats) -> Floats:
+    piece, begin, end = intervals.T
+    middle = (begin + end) / 2
+    return np.concatenate([np.column_stack([piece, begin, middle]), np.column_stack([piece, middle, end])])
+
+
+def _over_intervals(intervals: Floats, domain: Domain, spacing: Spacing) -> Floats:
+    """Integrals (k,) of 1 / d along boundary intervals, by two Gauss points."""
+    piece: Integers = intervals[:, 0].astype(np.int64)
+    begin, end = intervals[:, 1], intervals[:, 2]
+    inverse = [1 / spacing(domain.boundary.points(piece, begin + t * (end - begin))) for t in GAUSS]
+    return np.asarray((end - begin) * (inverse[0] + inverse[1]) / 2)
+
+
+def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, tuple[float, float]]:
+    """Local minimum of the spacing next to ``start`` (2,), by a pattern search on shrinking grids."""
+    steps = np.linspace(-1, 1, 9)
+    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    best, value = start, float(spacing(start[None])[0])
+    reach = COARSEST * domain.size
+    for _ in range(HALVINGS):
+        around = best + reach * grid
+        around = around[domain.contains(around)]
+        if len(around):
+            d = spacing(around)
+            if d.min() < value:
+                best, value = around[d.argmin()], float(d.min())
+        reach /= 2
+    return value, (float(best[0]), float(best[1]))

@@ -1,0 +1,59 @@
+"""Constrained Delaunay triangulation, by pythoncdt (exact predicates)."""
+
+import numpy as np
+import pythoncdt as cdt
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import GeometryError
+
+__all__ = ["circumcircles", "triangulated"]
+
+
+def triangulated(points: Floats, constraints: Integers) -> Integers:
+    """Constrained Delaunay triangulation of the region that the constraints enclose.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Finite and all different.
+    constraints : (e, 2)
+        Edges that form closed rings without crossings; the region is what an odd number of rings encloses.
+
+    Returns
+    -------
+    (t, 3)
+        Counter-clockwise triangles; each constraint is an edge of exactly one of them.
+
+    Raises
+    ------
+    GeometryError
+        If points coincide or constraints cross, with the coordinates.
+    """
+    if not np.isfinite(points).all():  # the library would run out of memory
+        raise ValueError("points must be finite")
+    mesh = cdt.Triangulation(
+        cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0
+    )
+    try:
+        mesh.insert_vertices(np.ascontiguousarray(points))
+        mesh.insert_edges(np.ascontiguousarray(constraints, dtype=np.uint32))
+    except RuntimeError as error:
+        raise GeometryError(f"the nodes cannot be connected: {error}") from error
+    mesh.erase_outer_triangles_and_holes()
+    triangles = mesh.triangles_array()["vertices"].astype(np.int64)
+    # The library numbers triangles in the order of its own bookkeeping; sorted rows make the files reproducible.
+    first = triangles.argmin(axis=1)
+    turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return turned[np.lexsort(turned.T[::-1])]
+
+
+def circumcircles(points: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Centres (t, 2) and radii (t,) of the triangles' circumscribed circles; infinite for a degenerate triangle."""
+    a = points[triangles[:, 0]]
+    (bx, by), (cx, cy) = (points[triangles[:, 1]] - a).T, (points[triangles[:, 2]] - a).T
+    b2, c2 = bx * bx + by * by, cx * cx + cy * cy
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = 0.5 / (bx * cy - by * cx)
+        offset = np.column_stack([(cy * b2 - by * c2) * half, (bx * c2 - cx * b2) * half])
+    radius = np.hypot(*offset.T)
+    return a + offset, np.where(np.isfinite(radius), radius, np.inf)

@@ -1,0 +1,232 @@
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bubblemesh.errors import CaseError
+from bubblemesh.spacing.expression import Expression
+
+X = np.array([-1.5, -0.25, 0.0, 0.5, 2.0])
+Y = np.array([0.75, -2.0, 1.0, 0.5, -0.125])
+
+VALUES = [
+    ("x + y", X + Y),
+    ("x - y*3", X - Y * 3),
+    ("x/y", X / Y),
+    ("x**2", X**2),
+    ("-x**2", -(X**2)),
+    ("2**-x", 2**-X),
+    ("x % 0.4", X % 0.4),
+    ("x // 0.4", X // 0.4),
+    ("+x", X),
+    ("x < y", X < Y),
+    ("-1 < x <= 0.5", (X > -1) & (X <= 0.5)),
+    ("x == 0.5", X == 0.5),
+    ("x != 0.5", X != 0.5),
+    ("x >= 0 and y >= 0", (X >= 0) & (Y >= 0)),
+    ("x > 0 or y > 0 or x < -1", (X > 0) | (Y > 0) | (X < -1)),
+    ("not x", X == 0),
+    ("(x > 0) - (y > 0)", (X > 0) * 1.0 - (Y > 0)),
+    ("0.1 if x > 0 else y", np.where(X > 0, 0.1, Y)),
+    ("where(x > 0, 0.1, y)", np.where(X > 0, 0.1, Y)),
+    ("where(x, 1, 2)", np.where(X != 0, 1, 2)),
+    ("min(x, y)", np.minimum(X, Y)),
+    ("max(x, y, 0.6)", np.maximum(np.maximum(X, Y), 0.6)),
+    ("minimum(x, y) + maximum(x, y)", X + Y),
+    ("abs(x)", abs(X)),
+    ("sqrt(abs(x))", np.sqrt(abs(X))),
+    ("exp(x)", np.exp(X)),
+    ("log(x*x + 1)", np.log(X * X + 1)),
+    ("log10(x*x + 1)", np.log10(X * X + 1)),
+    ("log2(x*x + 1)", np.log2(X * X + 1)),
+    ("sin(x) + cos(x) + tan(x)", np.sin(X) + np.cos(X) + np.tan(X)),
+    ("asin(x/3) + arccos(x/3)", np.full(5, np.pi / 2)),
+    ("acos(x/3) - arcsin(x/3)", np.arccos(X / 3) - np.arcsin(X / 3)),
+    ("atan(x) + arctan(y)", np.arctan(X) + np.arctan(Y)),
+    ("atan2(y, x) + arctan2(x, y)", np.arctan2(Y, X) + np.arctan2(X, Y)),
+    ("sinh(x) + cosh(x) + tanh(x)", np.sinh(X) + np.cosh(X) + np.tanh(X)),
+    ("hypot(x, y)", np.hypot(X, Y)),
+    ("floor(x) + ceil(y)", np.floor(X) + np.ceil(Y)),
+    ("round(x)", np.round(X)),
+    ("sign(x)", np.sign(X)),
+    ("clip(x, -1, 0.3)", np.clip(X, -1, 0.3)),
+    ("pow(x, 2) + mod(x, 0.4)", X**2 + X % 0.4),
+    ("pi + e", np.full(5, np.pi + np.e)),
+    ("1e-3 + .5 + 0x10", np.full(5, 16.501)),
+    ("h*x + gröẞe", 0.1 * X + 7),
+    ("\n  x\n  + y\t", X + Y),
+    ("hypot(x,\n      y)", np.hypot(X, Y)),
+]
+
+REJECTED = [
+    ("", "empty"),
+    ("   ", "empty"),
+    ("x +", "column 3"),
+    ("2x", "column 1"),
+    ("(x", "column 1"),
+    ("x y", "not an expression"),
+    ("x = 2", "not an expression"),
+    ("import os", "not an expression"),
+    ("x.real", "a dot between names"),
+    ("().__class__.__bases__", "a dot between names"),
+    ("sqrt.__globals__", "a dot between names"),
+    ("x[0]", "an index in brackets"),
+    ("'x'", "only real numbers"),
+    ("b'x'", "only real numbers"),
+    ("f'{x}'", "text in quotes"),
+    ("True", "only real numbers"),
+    ("None", "only real numbers"),
+    ("...", "only real numbers"),
+    ("1j*x", "column 1: only real numbers are allowed in an expression, at '1j'"),
+    ("lambda: x", "a lambda"),
+    ("[x, y]", "a list"),
+    ("x, y", "a comma outside a call"),
+    ("0,5*x", "a comma outside a call"),
+    ("{x}", "this is not allowed"),
+    ("[i for i in x]", "this is not allowed"),
+    ("(z := x)", "column 2: an assignment"),
+    ("await x", "this is not allowed"),
+    ("x^2", "use [*][*] for powers"),
+    ("x > 0 & y > 0", "use 'and'"),
+    ("x > 0 | y > 0", "use 'or'"),
+    ("~x", "use 'not'"),
+    ("x @ y", "operator is not allowed"),
+    ("x << 2", "operator is not allowed"),
+    ("x is y", "operator is not allowed"),
+    ("x in y", "operator is not allowed"),
+    ("1 + radious", "column 5: unknown name 'radious'; did you mean 'radius'[?], at 'radious'"),
+    ("z", "unknown name 'z' .known: x, y, pi, e, h"),
+    ("gröẞe + zzz", "column 9: unknown name 'zzz'"),
+    ("sin", "'sin' is a function: give it 1 argument in parentheses"),
+    ("1 + sqr(x)", "column 5: unknown function 'sqr'; did you mean 'sqrt'[?], at 'sqr.x.'"),
+    ("__import__('os')", "unknown function '__import__'"),
+    ("eval(x)", "unknown function 'eval'"),
+    ("x(2)", "write [*] to multiply"),
+    ("h(2)", "write [*] to multiply"),
+    ("sin(x)(y)", "only functions of the table"),
+    ("hypot(x, y=2)", "without names"),
+    ("min(*x, 1)", "unpacking"),
+    ("min(x, **y)", "without names"),
+    ("min(x)", "min takes 2 or more arguments, found 1"),
+    ("sin()", "sin takes 1 argument, found 0"),
+    ("sin(x, y)", "sin takes 1 argument, found 2"),
+    ("where(x, y)", "where takes 3 arguments, found 2"),
+    ("x # comment\n + 1", "column 3: no comments"),
+    ("x\0", "not an expression|not readable"),
+    ("\udcff", "not readable"),
+    ("9" * 5000, "not an expression"),
+    ("x" * 1_000_000, "1,000,000 characters: at most 10,000"),
+    ("(" * 4_999 + ")" * 4_999, "not an expression|too deeply"),
+    ("(" * 5_000 + "x" + ")" * 5_000, "10,001 characters"),
+    ("-" * 5_000 + "x", "nested"),
+    ("x" + "+x" * 4_000, "nested"),
+    ("x" + "+x" * 250, "nested more than 200"),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), VALUES, ids=[text for text, _ in VALUES])
+def test_values_are_those_of_numpy(text, expected):
+    values = Expression.parse(text, {"h": 0.1, "gröẞe": 7})(X, Y)
+    assert values.dtype == np.float64
+    assert values.shape == X.shape
+    np.testing.assert_allclose(values, expected, rtol=1e-15, atol=1e-15)
+
+
+@pytest.mark.parametrize(("text", "message"), REJECTED, ids=[text[:30] for text, _ in REJECTED])
+def test_rejected_at_parse_time(text, message):
+    with pytest.raises(CaseError, match=message):
+        Expression.parse(text, {"h": 0.1, "radius": 2.0, "gröẞe": 7})
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("x", "hide the x"),
+        ("y", "hide the y"),
+        ("pi", "hide the pi"),
+        ("sqrt", "hide the sqrt"),
+        ("2h", "not a name"),
+        ("a-b", "not a name"),
+        ("if", "not a name"),
+        ("", "not a name"),
+    ],
+)
+def test_parameter_names_are_checked(name, message):
+    with pytest.raises(CaseError, match=f"'{name}'.*{message}"):
+        Expression.parse("x", {name: 1.0})
+
+
+@pytest.mark.parametrize("text", ["9**9**9**9", "9**9**9**9 + x", "0x" + "f" * 5_000, "9" * 4_000, "exp(1e6)", "1/0"])
+def test_huge_numbers_are_infinite(text):
+    assert np.isposinf(Expression.parse(text)(X, Y)).all()
+
+
+def test_nan_is_passed_on_without_a_warning():
+    assert np.isnan(Expression.parse("sqrt(x) + log(y)")(np.array([-1.0]), np.array([-1.0]))).all()
+
+
+def test_result_is_a_new_array_of_the_common_shape():
+    values = Expression.parse("x")(X, Y)
+    values[0] = 99.0
+    assert X[0] == -1.5
+    assert Expression.parse("1")(np.zeros((3, 1)), np.zeros((1, 4))).shape == (3, 4)
+
+
+def test_micro_sign_typed_on_a_keyboard_is_the_greek_letter():
+    np.testing.assert_array_equal(Expression.parse("µ*x", {"µ": 2.0})(X, Y), 2 * X)
+
+
+def test_expression_keeps_its_text_and_travels_to_worker_processes():
+    expression = Expression.parse(" h*x ", {"h": 3.0})
+    assert expression.text == "h*x"
+    copy = pickle.loads(pickle.dumps(expression))
+    assert copy == expression
+    np.testing.assert_array_equal(copy(X, Y), 3 * X)
+
+
+BINARY = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "%": np.mod, "**": np.power}
+CALLS = {"sin": np.sin, "abs": np.abs, "floor": np.floor, "exp": np.exp, "min": np.minimum, "hypot": np.hypot}
+LEAVES = st.one_of(st.sampled_from(["x", "y"]), st.floats(0, 1e6), st.integers(0, 10**30))
+
+
+def grown(trees):
+    """Trees (kind, part, ...) one level higher."""
+    return st.one_of(
+        st.tuples(st.sampled_from(sorted(BINARY)), trees, trees),
+        st.tuples(st.sampled_from(["sin", "abs", "floor", "exp", "-"]), trees),
+        st.tuples(st.sampled_from(["min", "hypot", "<"]), trees, trees),
+        st.tuples(st.just("if"), trees, trees, trees),
+    )
+
+
+def written(tree):
+    if not isinstance(tree, tuple):
+        return str(tree)
+    kind, *parts = tree[0], *map(written, tree[1:])
+    if kind == "if":
+        return f"({parts[0]} if {parts[1]} else {parts[2]})"
+    if kind in CALLS:
+        return f"{kind}({', '.join(parts)})"
+    return f"({kind}{parts[0]})" if len(parts) == 1 else f"({parts[0]} {kind} {parts[1]})"
+
+
+def computed(tree):
+    if not isinstance(tree, tuple):
+        return {"x": X, "y": Y}[tree] if isinstance(tree, str) else np.float64(tree)
+    kind, *parts = tree[0], *map(computed, tree[1:])
+    if kind == "if":
+        return np.where(parts[1] != 0, parts[0], parts[2])
+    if kind == "<":
+        return (parts[0] < parts[1]).astype(float)
+    if len(parts) == 1 and kind == "-":
+        return -parts[0]
+    return (CALLS | BINARY)[kind](*parts)
+
+
+@given(st.recursive(LEAVES, grown, max_leaves=12))
+def test_random_arithmetic_agrees_with_numpy(tree):
+    with np.errstate(all="ignore"):
+        expected = np.broadcast_to(computed(tree), X.shape)
+    np.testing.assert_array_equal(Expression.parse(written(tree))(X, Y), expected)
