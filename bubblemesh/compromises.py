@@ -1,5 +1,8 @@
 """What a case asks for and cannot have: warnings, each with its place."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import shapely
 
@@ -8,9 +11,13 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["narrow_walls", "refined_boundary", "sharp_angles"]
+__all__ = ["narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
 
+SAMPLING = 1 / 64  # of the domain's size, along straight walls
 SHARPEST = 5.0  # degrees
+POOR_QUALITY = 0.2
+FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
+FEW_NODES = 100  # below which the boundary decides the number
 
 
 def sharp_angles(domain: Domain) -> list[str]:
@@ -36,17 +43,22 @@ def sharp_angles(domain: Domain) -> list[str]:
 def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
     """Places where the domain is narrower than the spacing."""
     line, boundary = domain.polyline, domain.boundary
-    middle = line.s + line.step / 2
-    points = boundary.points(line.piece, middle)
-    tx, ty = boundary.tangents(line.piece, middle).T
+    parts = np.ceil(line.step / (SAMPLING * domain.size)).astype(int)
+    row = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(row)) - (np.cumsum(parts) - parts)[row]
+    piece, s = line.piece[row], line.s[row] + (part + 0.5) * line.step[row] / parts[row]
+    points = boundary.points(piece, s)
+    tx, ty = boundary.tangents(piece, s).T
     d = spacing(points)
-    rays = np.stack([points, points + d[:, None] * np.column_stack([-ty, tx])], axis=1)
+    normal = d[:, None] * np.column_stack([-ty, tx])
+    rays = np.stack([points + 1e-6 * normal, points + normal], axis=1)
     chords = shapely.linestrings(np.stack([line.points, line.points[line.successor]], axis=1))
     ray, chord = shapely.STRtree(chords).query(shapely.linestrings(rays), predicate="intersects")
-    mine, other = line.piece[ray], line.piece[chord]
+    mine, other = piece[ray], line.piece[chord]
     joints = np.column_stack([boundary.start, boundary.end])
     joined = (joints[mine][:, :, None] == joints[other][:, None, :]).any(axis=(1, 2))
-    apart = np.abs(line.s[chord] - line.s[ray])
+    along = s[ray]
+    apart = np.abs(np.clip(along, line.s[chord], line.s[chord] + line.step[chord]) - along)
     apart = np.where(boundary.closed[mine], np.minimum(apart, boundary.lengths[mine] - apart), apart)
     opposite = np.where(mine == other, apart > np.pi / 2 * d[ray], ~joined)
     ray, chord = ray[opposite], chord[opposite]
@@ -78,5 +90,19 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def _text(point: Floats) -> str:
+def poor_result(figures: Mapping[str, Any], ideal_nodes: float) -> list[str]:
+    """What the finished mesh falls short of."""
+    warnings = []
+    worst = figures["quality"]["worst"][0]
+    if worst["quality"] < POOR_QUALITY:
+        warnings.append(f"the worst triangle, at {_text(worst['at'])}, has a quality of {worst['quality']:.3f} only")
+    ratio = figures["nodes"] / ideal_nodes
+    if figures["nodes"] > FEW_NODES and not FEWEST <= ratio <= MOST:
+        warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
+    if figures["boundary_nodes"] == figures["nodes"]:
+        warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")
+    return warnings
+
+
+def _text(point: Floats | tuple[float, float]) -> str:
     return f"({point[0]:.6g}, {point[1]:.6g})"

@@ -92,9 +92,7 @@ class Boundary:
             lengths[kind == k] = f.lengths
         vertices = np.array(list(corners), float).reshape(-1, 2)
         offset = np.zeros(len(kind))
-        return cls(
-            families, kind, index, offset, lengths, start, end, label, ring_number, vertices, tuple(labels)
-        )
+        return cls(families, kind, index, offset, lengths, start, end, label, ring_number, vertices, tuple(labels))
 
     @cached_property
     def closed(self) -> Booleans:
@@ -140,7 +138,7 @@ class Boundary:
         along = self.offset[piece] + s
         along = np.where(along > self._period[piece], along - self._period[piece], along)
         if len(self.families) == 1:
-            return np.asarray(getattr(self.families[0], what)(self.index[piece], along))
+            return getattr(self.families[0], what)(self.index[piece], along)
         result = np.empty((len(piece), 2))
         for k, f in enumerate(self.families):
             mine = self.kind[piece] == k

@@ -208,11 +208,11 @@ class Splines(_Tabulated):
 
     def _position(self, index: Integers, u: Floats) -> Floats:
         c, t = self._local(index, u)
-        return np.asarray(((c[0] * t + c[1]) * t + c[2]) * t + c[3])
+        return ((c[0] * t + c[1]) * t + c[2]) * t + c[3]
 
     def _derivative(self, index: Integers, u: Floats) -> Floats:
         c, t = self._local(index, u)
-        return np.asarray((3 * c[0] * t + 2 * c[1]) * t + c[2])
+        return (3 * c[0] * t + 2 * c[1]) * t + c[2]
 
 
 def _interpolated(points: Floats) -> CubicSpline:

@@ -118,18 +118,18 @@ class Domain:
 
     def contains(self, points: Floats) -> Booleans:
         """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
-        return np.asarray(shapely.contains_xy(self.polygon, points[:, 0], points[:, 1]))
+        return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
 
     def signed_distance(self, points: Floats) -> Floats:
         """Distance (m,) to the boundary, positive inside."""
         if len(points) == 0:
             return np.zeros(0)
         piece, s, foot, distance = self.nearest(points)
-        inside = self.contains(points)
+        boundary, inside = self.boundary, self.contains(points)
+        between_corners = boundary.closed[piece] | ((s > 0) & (s < boundary.lengths[piece]))
         # Close to a curve its tangent tells the side better than the chords do.
-        smooth = self.boundary.curved[piece] & (self.boundary.closed[piece] | ((s > 0) & (s < self.boundary.lengths[piece])))
-        smooth = np.flatnonzero(smooth)
-        tx, ty = self.boundary.tangents(piece[smooth], s[smooth]).T
+        smooth = np.flatnonzero(boundary.curved[piece] & between_corners)
+        tx, ty = boundary.tangents(piece[smooth], s[smooth]).T
         rx, ry = (points[smooth] - foot[smooth]).T
         inside[smooth] = tx * ry - ty * rx > 0
         return np.where(inside, distance, -distance)

@@ -9,7 +9,7 @@ from shapely.validation import explain_validity
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 
-__all__ = ["ring_name", "require_domain"]
+__all__ = ["require_domain", "ring_name"]
 
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
@@ -89,7 +89,7 @@ def _explained(polygon: shapely.Polygon) -> tuple[str, str]:
 
 
 def _first(shape: shapely.Geometry) -> Floats:
-    return np.asarray(shapely.get_coordinates(shape)[0])
+    return shapely.get_coordinates(shape)[0]
 
 
 def _text(point: Floats | list[float]) -> str:

@@ -58,7 +58,7 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     """
     octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)
     order = np.argsort(octave, kind="stable")
-    classes, first = np.unique(octave[order], return_index=True)
+    first = np.unique(octave[order], return_index=True)[1]
     found = []
     for begin, end in zip(first, [*first[1:], len(x)], strict=True):
         mine = order[begin:end]

@@ -32,12 +32,13 @@ def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
     """Interior bubbles (k,) that are inside the polygon of the boundary nodes."""
     edges, _ = domain.boundary.edges(bubbles.piece, bubbles.s)
     x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
-    chords = shapely.linestrings(bubbles.x[edges])
-    _, near = shapely.STRtree(chords).query_nearest(shapely.points(x), all_matches=False)
-    return _left_of(x, bubbles.x[edges[near]]) & (shapely.distance(shapely.points(x), chords[near]) > NEAREST_TO_CHORD * d)
+    chords, centres = shapely.linestrings(bubbles.x[edges]), shapely.points(x)
+    _, near = shapely.STRtree(chords).query_nearest(centres, all_matches=False)
+    distance = shapely.distance(centres, chords[near])
+    return _left_of(x, bubbles.x[edges[near]]) & (distance > NEAREST_TO_CHORD * d)
 
 
 def _left_of(x: Floats, chord: Floats) -> Booleans:
     """Which points (k, 2) lie on the left of their segments (k, 2, 2)."""
     (ax, ay), (bx, by) = (x - chord[:, 0]).T, (chord[:, 1] - chord[:, 0]).T
-    return np.asarray(bx * ay - by * ax > 0)
+    return bx * ay - by * ax > 0

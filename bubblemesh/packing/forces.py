@@ -59,4 +59,4 @@ class BoundForce:
         contact = self.neighbours.contact
         # Coinciding bubbles have no direction to part in: they stay until population control removes one.
         size = pair_force(distance / contact) / np.maximum(distance, 1e-12 * contact)
-        return np.asarray(self.strength * (self.incidence @ (size[:, None] * delta)))
+        return self.strength * (self.incidence @ (size[:, None] * delta))

@@ -1,10 +1,11 @@
 """Initial bubbles by hierarchical spatial subdivision (section 2.3 of the paper)."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Gt
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import LimitError
@@ -84,7 +85,7 @@ class Lattice:
     origin: Floats
     side: float
 
-    def points(self, cells: Integers | Floats, level: int) -> Floats:
+    def points(self, cells: NDArray[Any], level: int) -> Floats:
         """Points (k, 2) at the lattice coordinates (k, 2)."""
         u, v = np.asarray(cells, float).T * (self.side / 2**level)
         return self.origin + np.column_stack([u + v / 2, v * (SQRT3 / 2)])
@@ -121,7 +122,9 @@ def bisected(domain: Domain, spacing: Spacing, w1: float, max_nodes: int) -> tup
 def require_at_most(max_nodes: int, count: int) -> None:
     """Stop a subdivision that runs away."""
     if count > 4 * max_nodes:
-        raise LimitError(f"limits.max_nodes: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit")
+        raise LimitError(
+            f"limits.max_nodes: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit"
+        )
 
 
 def _corners(cells: Integers) -> Integers:

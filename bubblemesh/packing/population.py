@@ -105,10 +105,10 @@ class Thresholds:
 def overlaps(near: Neighbours) -> Floats:
     """Overlap ratios (n,): alpha_i = sum over neighbours of max(0, 2 r_i + r_j - l) / r_i; 6 in a perfect packing."""
     i, j = near.pairs.T
-    r, l = near.d / 2, np.hypot(*(near.x[i] - near.x[j]).T)
-    return np.bincount(i, np.maximum(0, 2 * r[i] + r[j] - l) / r[i], len(r)) + np.bincount(
-        j, np.maximum(0, 2 * r[j] + r[i] - l) / r[j], len(r)
-    )
+    r, distance = near.d / 2, np.hypot(*(near.x[i] - near.x[j]).T)
+    on_i = np.maximum(0, 2 * r[i] + r[j] - distance) / r[i]
+    on_j = np.maximum(0, 2 * r[j] + r[i] - distance) / r[j]
+    return np.bincount(np.append(i, j), np.append(on_i, on_j), len(r)).astype(float)
 
 
 def boundary_overlaps(bubbles: Bubbles, domain: Domain) -> Floats:

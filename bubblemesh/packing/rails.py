@@ -8,6 +8,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.motion import Force
 
 __all__ = ["Clearance", "Rails"]
 
@@ -39,6 +40,10 @@ class Rails:
         vectors[: self.bubbles.corners] = 0
         vectors[slide] = np.einsum("ij,ij->i", vectors[slide], self.tangents)[:, None] * self.tangents
         return vectors
+
+    def holding(self, force: Force) -> Force:
+        """The force without what the boundary takes up."""
+        return lambda x: self.along(force(x))
 
     def settled(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Positions and velocities after a step, sliding bubbles projected back on their curves."""

@@ -1,7 +1,7 @@
 """The rounds of a packing: relax, control the population, until the method's termination says stop."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def rounds(start: Bubbles, domain: Domain, spacing: Spacing, method: Method) -> 
             number=len(counts),
             iterations=len(speeds),
             before=len(bubbles),
-            deleted=change.deleted + len(bubbles) - len(relaxed),
+            deleted=len(bubbles) + change.inserted - len(after),
             inserted=change.inserted,
             bubbles=after,
             triangles=connected(after, domain)[2],
@@ -96,18 +96,20 @@ def _relaxed(
 ) -> tuple[Bubbles, Floats]:
     """The bubbles after the steps of a round, and their mean speed (iterations,) after each."""
     rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
-    x, v, d = start.x.copy(), np.zeros_like(start.x), start.d
-    neighbours, found, force = None, 0, None
+    x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
+    neighbours, listed = Neighbours.of(x, d, REACH), 0
+    force = method.force.among(neighbours)
     speeds = np.empty(method.termination.iterations)
     for step in range(len(speeds)):
-        if neighbours is None or step - found >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
-            clearance.kept_inside(x[start.interior], v[start.interior], d[start.interior])
+        if step - listed >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
+            clearance.kept_inside(x[inside], v[inside], d[inside])
             d = spacing(x)
-            neighbours, found = Neighbours.of(x, d, REACH), step
-            acting = method.force.among(neighbours)
+            neighbours, listed = Neighbours.of(x, d, REACH), step
+            force = method.force.among(neighbours)
         c = method.viscosity(step, round_number)
-        x, v = method.motion(x, v, method.odd(c, odd) if odd.any() else c, lambda at: rails.along(acting(at)))
+        damping = c if method.odd is None else method.odd(c, odd)
+        x, v = method.motion(x, v, damping, rails.holding(force))
         x, v = rails.settled(x, v)
         speeds[step] = np.hypot(*v.T).mean()
-    clearance.kept_inside(x[start.interior], v[start.interior], d[start.interior])
+    clearance.kept_inside(x[inside], v[inside], d[inside])
     return rails.ended(x, spacing(x)), speeds

@@ -45,6 +45,6 @@ class OddBubbles:
         """Whether the change of population in a round is small enough."""
         return abs(before - after) <= self.odd_start * before
 
-    def __call__(self, c: float, odd: Booleans) -> Floats:
-        """Viscosity (n, 1) where odd bubbles (n,) stand out from normal ones."""
-        return np.where(odd, self.c_odd, c)[:, None]
+    def __call__(self, c: float, odd: Booleans) -> Floats | float:
+        """Viscosity (n, 1) where odd bubbles (n,) stand out from normal ones; ``c`` for all if there are none."""
+        return np.where(odd, self.c_odd, c)[:, None] if odd.any() else c

@@ -41,7 +41,7 @@ class Sources:
         if len(points) == 0:
             return np.zeros(0)
         distance, near = self._tree.query(points, k=range(1, min(NEIGHBOURS, len(self)) + 1))
-        return np.asarray((self.sizes[near] + GROWTH * distance).min(axis=1))
+        return (self.sizes[near] + GROWTH * distance).min(axis=1)
 
     def limited(self, spacing: Spacing) -> Spacing:
         """The spacing, nowhere above the limit."""
@@ -50,7 +50,7 @@ class Sources:
 
         def function(x: Floats, y: Floats) -> Floats:
             with np.errstate(invalid="ignore"):
-                return np.asarray(np.minimum(spacing.function(x, y), self.limit(np.column_stack([x, y]))))
+                return np.minimum(spacing.function(x, y), self.limit(np.column_stack([x, y])))
 
         return Spacing(function, min(spacing.floor, float(self.sizes.min()) / 2))
 

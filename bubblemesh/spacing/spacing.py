@@ -1,7 +1,7 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class Spacing:
         if len(bad):
             x, y = points[bad[0]]
             raise CaseError(
-                f"spacing: is {d[bad[0]]:g} at ({x:.6g}, {y:.6g}), but has to be positive and finite in the whole domain"
+                f"spacing: is {d[bad[0]]:g} at ({x:.6g}, {y:.6g}): it has to be positive and finite in the whole domain"
             )
         return d
 
@@ -47,6 +47,22 @@ class Spacing:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""
         d = self._values(points)
         return np.where(_usable(d), np.maximum(d, self.floor), self.floor)
+
+    def between(self, corners: Floats) -> Floats:
+        """Spacing (m,) at the centroids of points (m, k, 2); where undefined there, the mean of the points'.
+
+        The midpoint of two nodes on the rim of a hole lies inside the hole, where the function need not exist.
+        """
+        d = self._values(corners.mean(axis=1))
+        bad = np.flatnonzero(~_usable(d))
+        if len(bad):
+            d = d.copy()
+            d[bad] = self(corners[bad].reshape(-1, 2)).reshape(len(bad), -1).mean(axis=1)
+        return d
+
+    def floored(self, floor: float) -> "Spacing":
+        """The same spacing with a floor outside the domain."""
+        return replace(self, floor=floor)
 
     def _values(self, points: Floats) -> Floats:
         return np.asarray(self.function(points[:, 0], points[:, 1]), float)

@@ -122,7 +122,7 @@ def _longest_edges(triangles: Floats) -> Floats:
 def _edge_lengths(triangles: Floats) -> Floats:
     """Lengths (t, 3) of the edges from each corner to the next."""
     delta = triangles - np.roll(triangles, -1, axis=1)
-    return np.asarray(np.hypot(delta[..., 0], delta[..., 1]))
+    return np.hypot(delta[..., 0], delta[..., 1])
 
 
 def _halved_triangles(triangles: Floats) -> Floats:
@@ -139,7 +139,7 @@ def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
     middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
     d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
     (ux, uy), (vx, vy) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
-    return np.asarray(np.abs(ux * vy - uy * vx) / np.sqrt(3) * (1 / d**2).mean(axis=1))
+    return np.abs(ux * vy - uy * vx) / np.sqrt(3) * (1 / d**2).mean(axis=1)
 
 
 def _halved_intervals(intervals: Floats) -> Floats:
@@ -153,7 +153,7 @@ def _over_intervals(intervals: Floats, domain: Domain, spacing: Spacing) -> Floa
     piece: Integers = intervals[:, 0].astype(np.int64)
     begin, end = intervals[:, 1], intervals[:, 2]
     inverse = [1 / spacing(domain.boundary.points(piece, begin + t * (end - begin))) for t in GAUSS]
-    return np.asarray((end - begin) * (inverse[0] + inverse[1]) / 2)
+    return (end - begin) * (inverse[0] + inverse[1]) / 2
 
 
 def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, tuple[float, float]]:

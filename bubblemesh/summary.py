@@ -1,0 +1,110 @@
+"""What a run reports: figures of the start, of each round and of the mesh."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.case import Case
+from bubblemesh.conformity import area_error
+from bubblemesh.mesh import Mesh
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.methods import Method
+from bubblemesh.packing.options import options
+from bubblemesh.packing.rounds import Round
+from bubblemesh.quality import (
+    SpacingFit,
+    edges,
+    radius_ratios,
+    shape_quality,
+    signed_areas,
+    spacing_fit,
+    worst_triangles,
+)
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["RoundRow", "initial_row", "mesh_figures", "resolved_case", "round_row", "triangle_fields"]
+
+WORST = 5
+
+
+@dataclass(frozen=True)
+class RoundRow:
+    """Figures of a round; ``mean_speed`` is that of the last step, ``seconds`` the time the round took."""
+
+    round: int
+    iterations: int
+    nodes_before: int
+    nodes_after: int
+    deleted: int
+    inserted: int
+    mean_speed: float
+    quality_mean: float
+    quality_min: float
+    force_evaluations: int
+    seconds: float
+
+
+def round_row(done: Round, seconds: float) -> RoundRow:
+    """The figures of a finished round."""
+    q = radius_ratios(done.bubbles.x, done.triangles)
+    return RoundRow(
+        round=done.number,
+        iterations=done.iterations,
+        nodes_before=done.before,
+        nodes_after=len(done.bubbles),
+        deleted=done.deleted,
+        inserted=done.inserted,
+        mean_speed=float(done.speeds[-1]),
+        quality_mean=float(q.mean()),
+        quality_min=float(q.min()),
+        force_evaluations=done.evaluations,
+        seconds=seconds,
+    )
+
+
+def initial_row(start: Bubbles, triangles: Integers) -> dict[str, Any]:
+    """The figures of the initial placement."""
+    q = radius_ratios(start.x, triangles)
+    return {
+        "nodes": len(start),
+        "boundary_nodes": start.boundary_count,
+        "triangles": len(triangles),
+        "quality_mean": float(q.mean()),
+        "quality_min": float(q.min()),
+    }
+
+
+def mesh_figures(mesh: Mesh, wanted: Spacing) -> dict[str, Any]:
+    """Quality of the mesh, and how well its edges keep the wanted spacing."""
+    shape = asdict(shape_quality(mesh.points, mesh.triangles))
+    worst = worst_triangles(mesh.points, mesh.triangles, WORST)
+    return {
+        "nodes": len(mesh.points),
+        "triangles": len(mesh.triangles),
+        "boundary_nodes": len(np.unique(mesh.facets)),
+        "quality": shape | {"worst": [{"quality": q, "at": at} for q, at in worst]},
+        "spacing": asdict(_fit(mesh, wanted)),
+        "area": float(signed_areas(mesh.points, mesh.triangles).sum()),
+        "area_error": area_error(mesh),
+    }
+
+
+def _fit(mesh: Mesh, wanted: Spacing) -> SpacingFit:
+    sides, _ = edges(mesh.triangles)
+    return spacing_fit(mesh.points, sides, wanted.between(mesh.points[sides]))
+
+
+def resolved_case(case: Case, method: Method) -> dict[str, Any]:
+    """All parameters of the run, defaults included."""
+    given = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True)
+    return given | options(method)
+
+
+def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
+    """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
+    return {
+        "quality": radius_ratios(mesh.points, mesh.triangles),
+        "target_spacing": wanted.between(mesh.points[mesh.triangles]),
+    }
