@@ -33,8 +33,8 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
         raise ValueError("points must be finite")
     mesh = cdt.Triangulation(cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0)
     try:
-        mesh.insert_vertices(memoryview(np.ascontiguousarray(points)))
-        mesh.insert_edges(memoryview(np.ascontiguousarray(constraints, dtype=np.uint32)))
+        mesh.insert_vertices(np.ascontiguousarray(points))  # type: ignore[call-overload]
+        mesh.insert_edges(np.ascontiguousarray(constraints, dtype=np.uint32))  # type: ignore[call-overload]
     except RuntimeError as error:
         raise GeometryError(f"the nodes cannot be connected: {error}") from error
     mesh.erase_outer_triangles_and_holes()
