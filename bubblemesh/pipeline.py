@@ -1,8 +1,6 @@
 """From a case to a mesh: the whole story on one screen."""
 
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import Any
@@ -10,48 +8,16 @@ from typing import Any
 from bubblemesh import __version__, compromises
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
-from bubblemesh.conformity import require_conforming
+from bubblemesh.conformity import area_error, require_conforming
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.mesh import Mesh
 from bubblemesh.packing.connection import connected
-from bubblemesh.packing.methods import Method
-from bubblemesh.packing.options import configured
 from bubblemesh.packing.rounds import Round, rounds
-from bubblemesh.spacing.expression import Expression
-from bubblemesh.spacing.refinement import coarse_curves, short_pieces
-from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Survey, surveyed
+from bubblemesh.problem import prepared
+from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, resolved_case, round_row, triangle_fields
 
-__all__ = ["Problem", "Result", "mesh_case", "prepared"]
-
-
-@dataclass(frozen=True)
-class Problem:
-    """A case made ready for packing.
-
-    Attributes
-    ----------
-    case : Case
-    domain : Domain
-    wanted, spacing : Spacing
-        What the case asks for, and what the packing goes by: finer where the boundary is.
-    survey : Survey
-        Extremes of the wanted spacing and the ideal number of nodes.
-    method : Method
-    warnings : tuple of str
-    seconds : dict
-        Time taken, by stage.
-    """
-
-    case: Case
-    domain: Domain
-    wanted: Spacing
-    spacing: Spacing
-    survey: Survey
-    method: Method
-    warnings: tuple[str, ...]
-    seconds: dict[str, float]
+__all__ = ["Result", "mesh_case", "prepared"]
 
 
 @dataclass(frozen=True)
@@ -61,33 +27,6 @@ class Result:
     mesh: Mesh
     fields: dict[str, Floats]
     report: dict[str, Any]
-
-
-def prepared(case: Case) -> Problem:
-    """Check geometry and spacing of a case, and bind its method.
-
-    Raises
-    ------
-    GeometryError, CaseError, LimitError
-        With the place and what to do.
-    """
-    seconds: dict[str, float] = {}
-    with timed(seconds, "geometry"):
-        domain = Domain.of(case.domain.outer.ring(), [hole.ring() for hole in case.domain.holes])
-    with timed(seconds, "spacing"):
-        wanted = Spacing(Expression.parse(str(case.spacing), case.parameters))
-        survey = surveyed(domain, wanted, case.limits.max_nodes)
-        wanted = wanted.floored(survey.minimum / 2)
-        short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        spacing = short.joined(coarse).limited(wanted)
-        warnings = (
-            *domain.notes,
-            *compromises.sharp_angles(domain),
-            *compromises.refined_boundary(short, coarse),
-            *compromises.narrow_walls(domain, spacing),
-        )
-    method = configured(case.method, case.packing, case.schedule)
-    return Problem(case, domain, wanted, spacing, survey, method, warnings, seconds)
 
 
 def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result:
@@ -108,7 +47,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
-        figures = mesh_figures(mesh, problem.wanted)
+        figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
     report = {
         "case": case.name,
         "method": case.method,
@@ -121,6 +60,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
         "ideal_nodes": problem.survey.ideal_nodes,
         "force_evaluations": sum(row.force_evaluations for row in rows),
         **figures,
+        "area_error": area_error(mesh),
         "seconds": seconds | {"total": sum(seconds.values())},
         "peak_memory_mb": peak_memory_mb(),
         "warnings": [*problem.warnings, *compromises.poor_result(figures, problem.survey.ideal_nodes)],
@@ -144,21 +84,3 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
     boundary, bubbles = domain.boundary, last.bubbles
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
     return Mesh(bubbles.x, last.triangles, facets, boundary.label[piece], boundary.labels)
-
-
-@contextmanager
-def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    """Note the time that the block takes."""
-    begun = perf_counter()
-    yield
-    seconds[stage] = perf_counter() - begun
-
-
-def peak_memory_mb() -> float | None:
-    """Largest memory the process has held, in megabytes; None where the system does not tell."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    unit = 2**20 if sys.platform == "darwin" else 2**10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

@@ -7,14 +7,13 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
-from bubblemesh.conformity import area_error
 from bubblemesh.mesh import Mesh
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import options
 from bubblemesh.packing.rounds import Round
+from bubblemesh.problem import Problem
 from bubblemesh.quality import (
-    SpacingFit,
     edges,
     radius_ratios,
     shape_quality,
@@ -24,7 +23,7 @@ from bubblemesh.quality import (
 )
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["RoundRow", "initial_row", "mesh_figures", "resolved_case", "round_row", "triangle_fields"]
+__all__ = ["RoundRow", "estimate", "initial_row", "mesh_figures", "resolved_case", "round_row", "triangle_fields"]
 
 WORST = 5
 
@@ -76,24 +75,23 @@ def initial_row(start: Bubbles, triangles: Integers) -> dict[str, Any]:
     }
 
 
-def mesh_figures(mesh: Mesh, wanted: Spacing) -> dict[str, Any]:
-    """Quality of the mesh, and how well its edges keep the wanted spacing."""
-    shape = asdict(shape_quality(mesh.points, mesh.triangles))
-    worst = worst_triangles(mesh.points, mesh.triangles, WORST)
-    return {
-        "nodes": len(mesh.points),
-        "triangles": len(mesh.triangles),
-        "boundary_nodes": len(np.unique(mesh.facets)),
-        "quality": shape | {"worst": [{"quality": q, "at": at} for q, at in worst]},
-        "spacing": asdict(_fit(mesh, wanted)),
-        "area": float(signed_areas(mesh.points, mesh.triangles).sum()),
-        "area_error": area_error(mesh),
+def mesh_figures(points: Floats, triangles: Integers, wanted: Spacing | None) -> dict[str, Any]:
+    """Quality of a mesh, and how well its edges keep the wanted spacing where that is known."""
+    sides, count = edges(triangles)
+    worst = worst_triangles(points, triangles, WORST)
+    figures = {
+        "nodes": len(points),
+        "triangles": len(triangles),
+        "boundary_nodes": len(np.unique(sides[count == 1])),
+        "quality": {
+            **asdict(shape_quality(points, triangles)),
+            "worst": [{"quality": q, "at": at} for q, at in worst],
+        },
+        "area": float(signed_areas(points, triangles).sum()),
     }
-
-
-def _fit(mesh: Mesh, wanted: Spacing) -> SpacingFit:
-    sides, _ = edges(mesh.triangles)
-    return spacing_fit(mesh.points, sides, wanted.between(mesh.points[sides]))
+    if wanted is not None:
+        figures["spacing"] = asdict(spacing_fit(points, sides, wanted.between(points[sides])))
+    return figures
 
 
 def resolved_case(case: Case, method: Method) -> dict[str, Any]:
@@ -107,4 +105,26 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     return {
         "quality": radius_ratios(mesh.points, mesh.triangles),
         "target_spacing": wanted.between(mesh.points[mesh.triangles]),
+    }
+
+
+def estimate(problem: Problem) -> dict[str, Any]:
+    """What a case asks for, before any packing."""
+    domain, survey = problem.domain, problem.survey
+    return {
+        "case": problem.case.name,
+        "method": problem.case.method,
+        "parameters": resolved_case(problem.case, problem.method),
+        "bounds": domain.bounds,
+        "area": domain.polygon.area,
+        "holes": domain.hole_count,
+        "labels": domain.boundary.labels,
+        "spacing": {
+            "minimum": survey.minimum,
+            "minimum_at": survey.minimum_at,
+            "maximum": survey.maximum,
+            "maximum_at": survey.maximum_at,
+        },
+        "ideal_nodes": survey.ideal_nodes,
+        "warnings": problem.warnings,
     }

@@ -72,6 +72,11 @@ def fields(mesh):
     return fields_of(mesh)
 
 
+def meshes(folder):
+    """Contents of all files but the report, which holds times."""
+    return {name: data for name, data in contents(folder).items() if not name.endswith(".report.json")}
+
+
 def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
@@ -109,17 +114,20 @@ def test_a_label_that_no_file_can_hold_is_refused(tmp_path, label, ending):
 
 def test_all_files_of_a_run_appear_and_the_report_lists_them(mesh, fields, tmp_path, capfd):
     folder = tmp_path / "deep" / "down"
-    files = write_files(mesh, fields, {"nodes": np.int64(7), "files": []}, folder, "plate", ALL)
+    files = write_files(mesh, fields, {"nodes": np.int64(7), "files": []}, folder, "plate", ALL)["files"]
     assert files == ALL_FILES
     assert sorted(contents(folder)) == sorted(files)
-    assert json.loads((folder / "plate.report.json").read_text()) == {"nodes": 7, "files": files}
+    report = json.loads((folder / "plate.report.json").read_text())
+    assert report["nodes"] == 7
+    assert report["files"] == files
+    assert report["seconds"]["total"] == report["seconds"]["writing"] > 0
     assert capfd.readouterr() == ("", "")
 
 
 def test_the_same_mesh_gives_the_same_bytes(mesh, fields, tmp_path):
     for folder in ("a", "b"):
         write_files(mesh, fields, {}, tmp_path / folder, "plate", ALL)
-    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    assert meshes(tmp_path / "a") == meshes(tmp_path / "b")
 
 
 def test_the_callers_report_and_fields_stay_as_they_are(mesh, fields, tmp_path):
@@ -132,7 +140,7 @@ def test_the_callers_report_and_fields_stay_as_they_are(mesh, fields, tmp_path):
 
 
 def test_a_dot_in_the_name_is_part_of_it(mesh, fields, tmp_path):
-    files = write_files(mesh, fields, {}, tmp_path, "plate.v2", ["xdmf"])
+    files = write_files(mesh, fields, {}, tmp_path, "plate.v2", ["xdmf"])["files"]
     assert files == [
         "plate.v2.xdmf",
         "plate.v2.h5",
@@ -145,7 +153,7 @@ def test_a_dot_in_the_name_is_part_of_it(mesh, fields, tmp_path):
 
 @pytest.mark.parametrize("ending", ALL)
 def test_one_file_by_its_ending(mesh, fields, tmp_path, ending):
-    files = write_file(mesh, fields, {"a": 1}, tmp_path / "new" / f"one.{ending}")
+    files = write_file(mesh, fields, {"a": 1}, tmp_path / "new" / f"one.{ending}")["files"]
     assert files[0] == f"one.{ending}"
     assert files[-1] == "one.report.json"
     assert sorted(contents(tmp_path / "new")) == sorted(files)
@@ -154,7 +162,7 @@ def test_one_file_by_its_ending(mesh, fields, tmp_path, ending):
 def test_write_file_and_write_files_agree(mesh, fields, tmp_path):
     write_file(mesh, fields, {}, tmp_path / "a" / "plate.msh")
     write_files(mesh, fields, {}, tmp_path / "b", "plate", ["msh"])
-    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    assert meshes(tmp_path / "a") == meshes(tmp_path / "b")
 
 
 @pytest.mark.parametrize("name", ["mesh.stl", "mesh", "mesh.MSH", "msh", ".msh", "mesh."])

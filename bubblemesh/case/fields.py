@@ -139,7 +139,10 @@ Label = Annotated[
     str,
     BeforeValidator(_label),
     Field(min_length=1, max_length=127),
-    _refusing(lambda text: not text.isprintable() or '"' in text, "must be printable, without double quotes"),
+    _refusing(
+        lambda text: not text.isprintable() or '"' in text or "\\" in text,
+        "must be printable, without double quotes and backslashes",
+    ),
 ]
 OneLabel = Annotated[Label | None, Field(description="Name of this boundary in the mesh files.")]
 

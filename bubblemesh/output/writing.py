@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
@@ -21,7 +22,7 @@ _REPORT = ".report.json"
 
 def write_files(
     mesh: Mesh, fields: Fields, report: Mapping[str, Any], folder: Path, name: str, formats: Sequence[str]
-) -> list[str]:
+) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
     Parameters
@@ -30,7 +31,8 @@ def write_files(
     fields : mapping of str to (t,)
         ``quality`` and ``target_spacing`` of each triangle.
     report : mapping
-        Is written to NAME.report.json with the names of all files under ``files``.
+        Is written to NAME.report.json with the names of all files, relative to the folder, under ``files``, and the
+        time of writing the meshes under ``seconds``.
     folder : Path
         Is made if it is missing.
     name : str
@@ -40,8 +42,8 @@ def write_files(
 
     Returns
     -------
-    list of str
-        Names of the files relative to the folder, the report last.
+    dict
+        The report as written.
 
     Raises
     ------
@@ -54,14 +56,16 @@ def write_files(
     ends = [end for ending in formats for end in format_named(ending).files]
     files = [name + end for end in (*ends, _REPORT)]
     _check_distinct(files, folder)
+    begun = perf_counter()
     with transaction(folder) as staging:
         for ending in formats:
             FORMATS[ending].write(mesh, fields, staging / f"{name}.{ending}")
-        (staging / files[-1]).write_text(dump({**report, "files": files}), encoding="utf-8")
-    return files
+        written = _completed(report, files, perf_counter() - begun)
+        (staging / files[-1]).write_text(dump(written), encoding="utf-8")
+    return written
 
 
-def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> list[str]:
+def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
     if path.suffix.removeprefix(".") not in FORMATS:
         known = ", ".join(f".{ending}" for ending in FORMATS)
@@ -93,6 +97,12 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
         raise
     except OSError as error:
         raise FileError(f"cannot write the mesh to the output stream: {reason(error)}") from error
+
+
+def _completed(report: Mapping[str, Any], files: Sequence[str], writing: float) -> dict[str, Any]:
+    seconds = dict(report.get("seconds", {}))
+    total = seconds.pop("total", 0.0) + writing
+    return {**report, "seconds": {**seconds, "writing": writing, "total": total}, "files": list(files)}
 
 
 def _check_name(name: str) -> None:

@@ -1,0 +1,224 @@
+"""The command line; each command is one call into the package, which is loaded only then."""
+
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bubblemesh import __version__
+from bubblemesh.errors import BubblemeshError, CaseError, FileError
+
+if TYPE_CHECKING:
+    from bubblemesh.case import Case
+
+__all__ = ["app", "main"]
+
+INTERRUPTED = 130
+
+app = typer.Typer(
+    help="Triangle meshes by bubble packing, from a YAML case file to solver-ready files.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+CaseFile = Annotated[str, typer.Argument(metavar="CASE", help="Case file, or - for the standard input.")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")
+]
+MethodName = Annotated[str | None, typer.Option("--method", help="Packing method, over the case's.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers, over the case's.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON on the standard output.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and errors only.")]
+
+
+def main() -> None:
+    """Entry point of the ``bubblemesh`` command."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends like Ctrl-C: exit code 130, no half files
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def bubblemesh(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    """Triangle meshes by bubble packing, from a YAML case file to solver-ready files."""
+    if version:
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+@app.command()
+def run(
+    case: CaseFile,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="PATH", help="A folder, a mesh file, or - for the standard output."),
+    ] = None,
+    format_name: Annotated[
+        str | None, typer.Option("--format", help="Write this format only: msh, vtu, vtk or xdmf.")
+    ] = None,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: AsJson = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh a case and write the mesh files and a report."""
+    with reported():
+        from bubblemesh import console, delivery, pipeline
+        from bubblemesh.output import dump
+
+        loaded = read_case(case, settings, method, seed)
+        if as_json and output == "-":
+            raise CaseError("--json and -o - would both write to the standard output: drop one of them")
+        place = delivery.destination(loaded, case, output, format_name)
+        if dry_run:
+            show_estimate(loaded, as_json, quiet)
+            return
+        with console.Progress(f"packing {loaded.name}", quiet) as progress:
+            result = pipeline.mesh_case(loaded, progress.show)
+        report = place.deliver(result)
+        if as_json:
+            sys.stdout.write(dump(report))
+        if not quiet:
+            console.show_quality(report)
+            if place.path is not None:
+                console.show_files(str(place.path.parent if place.is_file else place.path), report["files"])
+        console.warn(report["warnings"])
+        delivery.require_quality(loaded, report)
+
+
+@app.command()
+def check(
+    case: CaseFile,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Check a case: its geometry, its spacing, and how many nodes it needs."""
+    with reported():
+        show_estimate(read_case(case, settings, method, seed), as_json, quiet)
+
+
+@app.command()
+def quality(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    spacing: Annotated[
+        str | None, typer.Option("--spacing", metavar="EXPR", help="Wanted spacing in x and y, to compare edges with.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Report the quality of a triangle mesh."""
+    with reported():
+        from bubblemesh import console
+        from bubblemesh.output import dump
+        from bubblemesh.output.reading import read_triangles
+        from bubblemesh.spacing.expression import Expression
+        from bubblemesh.spacing.spacing import Spacing
+        from bubblemesh.summary import mesh_figures
+
+        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
+        figures = mesh_figures(*read_triangles(mesh), wanted)
+        if as_json:
+            sys.stdout.write(dump(figures))
+        else:
+            console.show_quality(figures)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of the case file."""
+    with reported():
+        from bubblemesh.case import Case
+        from bubblemesh.output import dump
+
+        sys.stdout.write(dump(Case.model_json_schema()))
+
+
+@app.command()
+def init(
+    path: Annotated[str, typer.Argument(metavar="[CASE]", help="File to write, or - for the standard output.")] = (
+        "case.yaml"
+    ),
+) -> None:
+    """Write a commented case file to start from."""
+    with reported():
+        from bubblemesh.case.template import TEMPLATE
+
+        if path == "-":
+            sys.stdout.write(TEMPLATE)
+            return
+        try:
+            with Path(path).open("x", encoding="utf-8") as file:
+                file.write(TEMPLATE)
+        except FileExistsError as error:
+            raise FileError(f"{path}: exists already: give another name") from error
+        except OSError as error:
+            raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+        typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
+
+
+def read_case(case: str, settings: list[str] | None, method: str | None, seed: int | None) -> "Case":
+    """The case of a file or the standard input, with the options over it."""
+    from bubblemesh.case import load_case
+
+    text = None
+    if case == "-":
+        try:
+            text = sys.stdin.buffer.read().decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise CaseError(f"<stdin>: is not UTF-8 text ({error.reason} at byte {error.start})") from error
+    return load_case(case, overrides=settings or (), method=method, seed=seed, text=text)
+
+
+def show_estimate(case: "Case", as_json: bool, quiet: bool) -> None:
+    """What meshing the case would take."""
+    from bubblemesh import console
+    from bubblemesh.output import dump
+    from bubblemesh.problem import prepared
+    from bubblemesh.summary import estimate
+
+    problem = prepared(case)
+    if as_json:
+        sys.stdout.write(dump(estimate(problem)))
+    if not quiet:
+        console.show_problem(problem)
+    console.warn(problem.warnings)
+
+
+@contextmanager
+def reported() -> Iterator[None]:
+    """Turn errors into a message and the exit code of their class; only an error of the program has a traceback."""
+    try:
+        yield
+    except typer.Exit:
+        raise
+    except BubblemeshError as error:
+        raise failed(str(error), error.exit_code) from None
+    except KeyboardInterrupt:
+        raise failed("interrupted: no file was written", INTERRUPTED) from None
+    except MemoryError:
+        raise failed("out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier", 6) from None
+    except BrokenPipeError:
+        # Whatever is still buffered cannot be delivered; closing the real stream would complain again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise failed("the reader of the standard output has gone", FileError.exit_code) from None
+    except Exception:
+        traceback.print_exc()
+        raise failed("this is an error of bubblemesh, not of the case: please report it", 1) from None
+
+
+def failed(message: str, exit_code: int) -> typer.Exit:
+    """Say why the command ends, and give the exception that ends it."""
+    from bubblemesh import console
+
+    console.fail(message)
+    return typer.Exit(exit_code)

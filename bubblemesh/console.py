@@ -1,0 +1,153 @@
+"""What the user sees on the terminal; all of it goes to the error stream, which leaves the output to data."""
+
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
+
+from bubblemesh.problem import Problem
+from bubblemesh.summary import RoundRow
+
+__all__ = ["Progress", "show_files", "show_problem", "show_quality", "warn"]
+
+COLUMNS = ("round", "nodes", "deleted", "inserted", "mean q", "least q", "mean speed", "time")
+WIDTHS = (5, 8, 8, 8, 7, 7, 10, 8)
+
+terminal = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+class Progress:
+    """Shows each round as it ends: a growing table on a terminal, a line each elsewhere."""
+
+    def __init__(self, title: str, quiet: bool) -> None:
+        self.quiet = quiet
+        self.rows: list[tuple[str, ...]] = []
+        self.spinner = Spinner("dots", Text(f" {title}"))
+        self.live = Live(console=terminal, refresh_per_second=8, transient=False) if self.is_live else None
+
+    @property
+    def is_live(self) -> bool:
+        """Whether there is a terminal to redraw."""
+        return terminal.is_terminal and not self.quiet
+
+    def __enter__(self) -> "Progress":
+        if self.live is not None:
+            self.live.start()
+            self.live.update(self.spinner)
+        elif not self.quiet:
+            _line(COLUMNS)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.live is not None:
+            self.live.update(self._table() if self.rows else Text())
+            self.live.stop()
+
+    def show(self, row: RoundRow) -> None:
+        """Add a finished round."""
+        cells = (
+            f"{row.round}",
+            f"{row.nodes_after}",
+            f"{row.deleted}",
+            f"{row.inserted}",
+            f"{row.quality_mean:.4f}",
+            f"{row.quality_min:.3f}",
+            f"{row.mean_speed:.2e}",
+            f"{row.seconds:.2f} s",
+        )
+        self.rows.append(cells)
+        if self.live is not None:
+            table = self._table()
+            table.add_row(self.spinner)
+            self.live.update(table)
+        elif not self.quiet:
+            _line(cells)
+
+    def _table(self) -> Table:
+        table = Table(box=None, header_style="bold", pad_edge=False)
+        for column in COLUMNS:
+            table.add_column(column, justify="right", no_wrap=True)
+        for cells in self.rows:
+            table.add_row(*cells)
+        return table
+
+
+def show_problem(problem: Problem) -> None:
+    """What a case asks for, before any packing."""
+    domain, survey = problem.domain, problem.survey
+    x0, y0, x1, y1 = domain.bounds
+    rows = {
+        "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {domain.polygon.area:.6g}, "
+        f"{_counted(domain.hole_count, 'hole')}",
+        "labels": ", ".join(domain.boundary.labels),
+        "spacing": f"{survey.minimum:.4g} at {_place(survey.minimum_at)} to "
+        f"{survey.maximum:.4g} at {_place(survey.maximum_at)}",
+        "nodes": f"about {survey.ideal_nodes:.0f}",
+        "method": problem.case.method,
+    }
+    _show(rows)
+
+
+def show_quality(figures: Mapping[str, Any]) -> None:
+    """The quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
+    quality = figures["quality"]
+    ideal = figures.get("ideal_nodes")
+    rows = {
+        "nodes": f"{figures['nodes']}" + (f", {figures['nodes'] / ideal:.3f} of the ideal number" if ideal else ""),
+        "triangles": f"{figures['triangles']}, area {figures['area']:.9g}",
+        "quality q": f"mean {quality['mean']:.4f}, 1 % below {quality['p01']:.3f}, least {quality['min']:.3f}",
+        "angles": f"{quality['angle_min']:.1f} to {quality['angle_max']:.1f} degrees",
+        "worst q": ", ".join(f"{worst['quality']:.3f} at {_place(worst['at'])}" for worst in quality["worst"][:3]),
+    }
+    if quality["irregular_fraction"] is not None:
+        rows["irregular"] = f"{quality['irregular_fraction']:.1%} of the inner nodes have not six neighbours"
+    if "spacing" in figures:
+        spacing = figures["spacing"]
+        rows["edges l/d"] = f"{spacing['mean']:.3f} ± {spacing['std']:.3f}, 98 % in " + (
+            f"[{spacing['p01']:.2f}, {spacing['p99']:.2f}]"
+        )
+    if "stop_reason" in figures:
+        rows["stopped"] = f"{figures['stop_reason']}"
+        rows["time"] = f"{figures['seconds']['total']:.2f} s"
+    _show(rows)
+
+
+def show_files(folder: str, files: Sequence[str]) -> None:
+    """The files that were written."""
+    _show({"files": ", ".join(files) + ("" if folder in (".", "") else f" in {folder}")})
+
+
+def warn(messages: Sequence[str]) -> None:
+    """Compromises that the user should know of."""
+    for message in messages:
+        terminal.print(Text.assemble(("warning: ", "yellow"), message))
+
+
+def fail(message: str) -> None:
+    """Why the command ends without what it was asked for."""
+    terminal.print(Text.assemble(("error: ", "bold red"), message))
+
+
+def _show(rows: Mapping[str, str]) -> None:
+    width = max(map(len, rows)) + 2
+    for name, value in rows.items():
+        terminal.print(Text.assemble((f"{name:{width}}", "bold"), value))
+
+
+def _line(cells: Sequence[str]) -> None:
+    terminal.print(Text(" ".join(f"{cell:>{width}}" for cell, width in zip(cells, WIDTHS, strict=True))))
+
+
+def _place(point: Sequence[float]) -> str:
+    return f"({point[0]:.4g}, {point[1]:.4g})"
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number or 'no'} {noun}s"
