@@ -136,9 +136,8 @@ def fail(message: str) -> None:
 
 
 def _show(rows: Mapping[str, str]) -> None:
-    width = max(map(len, rows)) + 2
     for name, value in rows.items():
-        terminal.print(Text.assemble((f"{name:{width}}", "bold"), value))
+        terminal.print(Text.assemble((f"{name:11}", "bold"), value))
 
 
 def _line(cells: Sequence[str]) -> None:
