@@ -1,12 +1,14 @@
 """What a case asks for and cannot have: warnings, each with its place."""
 
+from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
@@ -21,46 +23,43 @@ FEW_NODES = 100  # below which the boundary decides the number
 
 
 def sharp_angles(domain: Domain) -> list[str]:
-    """Corners whose interior angle is so small that the triangles there cannot be good."""
+    """Corners where the domain's angle is so small that the triangles there cannot be good."""
     boundary = domain.boundary
     open_ = np.flatnonzero(~boundary.closed)
-    begin = boundary.tangents(open_, np.zeros(len(open_)))
-    end = boundary.tangents(open_, boundary.lengths[open_])
-    follower = {(boundary.ring[p], boundary.start[p]): k for k, p in enumerate(open_.tolist())}
-    after = np.array([follower[boundary.ring[p], boundary.end[p]] for p in open_.tolist()], int)
-    back, ahead = -end, begin[after]
-    angle = np.degrees(
-        np.arctan2(ahead[:, 0] * back[:, 1] - ahead[:, 1] * back[:, 0], (ahead * back).sum(axis=1)) % (2 * np.pi)
-    )
+    ahead = boundary.tangents(open_, np.zeros(len(open_)))
+    back = -boundary.tangents(open_, boundary.lengths[open_])
+    leaving, arriving = _meeting(boundary.start[open_], boundary.end[open_])
+    angle = np.full(len(open_), np.inf)
+    np.minimum.at(angle, leaving, np.degrees(turning(ahead[leaving], back[arriving]) % (2 * np.pi)))
     sharp = np.flatnonzero(angle < SHARPEST)
-    places = boundary.corners[boundary.end[open_[sharp]]]
-    return [
-        f"the angle at {_text(place)} is {a:.2g} degrees: triangles there are as sharp"
-        for place, a in zip(places, angle[sharp], strict=True)
+    warnings = [
+        f"the angle at {_text(place)} is {round(a, 3):.2g} degrees: triangles there are as sharp"
+        for place, a in zip(boundary.corners[boundary.start[open_[sharp]]], angle[sharp], strict=True)
     ]
+    return list(dict.fromkeys(warnings))
+
+
+def _meeting(start: Integers, end: Integers) -> tuple[Integers, Integers]:
+    """Pairs i, j of pieces such that j ends at the corner where i starts; several where rings touch."""
+    ending = defaultdict(list)
+    for j, corner in enumerate(end.tolist()):
+        ending[corner].append(j)
+    pairs = [(i, j) for i, corner in enumerate(start.tolist()) for j in ending[corner]]
+    meeting = np.array(pairs, np.int64).reshape(-1, 2)
+    return meeting[:, 0], meeting[:, 1]
 
 
 def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
-    """Places where the domain is narrower than the spacing."""
+    """The place where the domain is narrowest in terms of the spacing, if narrower than that."""
     line, boundary = domain.polyline, domain.boundary
-    parts = np.ceil(line.step / (SAMPLING * domain.size)).astype(int)
-    row = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(row)) - (np.cumsum(parts) - parts)[row]
-    piece, s = line.piece[row], line.s[row] + (part + 0.5) * line.step[row] / parts[row]
-    points = boundary.points(piece, s)
-    tx, ty = boundary.tangents(piece, s).T
+    piece, s = _samples(domain)
+    points, (tx, ty) = boundary.points(piece, s), boundary.tangents(piece, s).T
     d = spacing(points)
     normal = d[:, None] * np.column_stack([-ty, tx])
-    rays = np.stack([points + 1e-6 * normal, points + normal], axis=1)
+    rays = shapely.linestrings(np.stack([points + 1e-6 * normal, points + normal], axis=1))
     chords = shapely.linestrings(np.stack([line.points, line.points[line.successor]], axis=1))
-    ray, chord = shapely.STRtree(chords).query(shapely.linestrings(rays), predicate="intersects")
-    mine, other = piece[ray], line.piece[chord]
-    joints = np.column_stack([boundary.start, boundary.end])
-    joined = (joints[mine][:, :, None] == joints[other][:, None, :]).any(axis=(1, 2))
-    along = s[ray]
-    apart = np.abs(np.clip(along, line.s[chord], line.s[chord] + line.step[chord]) - along)
-    apart = np.where(boundary.closed[mine], np.minimum(apart, boundary.lengths[mine] - apart), apart)
-    opposite = np.where(mine == other, apart > np.pi / 2 * d[ray], ~joined)
+    ray, chord = shapely.STRtree(chords).query(rays, predicate="intersects")
+    opposite = _opposite(domain, piece[ray], s[ray], chord, d[ray])
     ray, chord = ray[opposite], chord[opposite]
     if len(ray) == 0:
         return []
@@ -72,13 +71,35 @@ def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
     ]
 
 
+def _samples(domain: Domain) -> tuple[Integers, Floats]:
+    """Pieces and arc lengths of points along the whole boundary, inside the chords of its polygonal copy."""
+    line = domain.polyline
+    parts = np.ceil(line.step / (SAMPLING * domain.size)).astype(int)
+    chord = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    return line.piece[chord], line.s[chord] + (part + 0.5) * line.step[chord] / parts[chord]
+
+
+def _opposite(domain: Domain, piece: Integers, s: Floats, chord: Integers, d: Floats) -> Booleans:
+    """Whether the chords (m,) belong to another wall than the places (m,), not to its bend or next corner."""
+    line, boundary = domain.polyline, domain.boundary
+    joints = np.column_stack([boundary.start, boundary.end])
+    other = line.piece[chord]
+    mine, theirs = joints[piece][:, :, None], joints[other][:, None, :]
+    joined = ((mine == theirs) & (mine >= 0)).any(axis=(1, 2))  # -1 is no corner
+    apart = np.abs(np.clip(s, line.s[chord], line.s[chord] + line.step[chord]) - s)
+    apart = np.where(boundary.closed[piece], np.minimum(apart, boundary.lengths[piece] - apart), apart)
+    return np.where(piece == other, apart > np.pi / 2 * d, ~joined)
+
+
 def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     """Where short edges and tight curves made the spacing finer."""
     warnings = []
     if len(short):
         k = int(short.sizes.argmin())
+        several = f"{len(short) // 2} boundary edges are" if len(short) > 2 else "1 boundary edge is"
         warnings.append(
-            f"{len(short) // 2} boundary edges are shorter than the spacing, the shortest ({short.sizes[k]:.3g}) at "
+            f"{several} shorter than the spacing, the shortest ({short.sizes[k]:.3g}) at "
             f"{_text(short.points[k])}: the mesh is finer around them"
         )
     if len(coarse):

@@ -39,8 +39,6 @@ class Progress:
         if self.live is not None:
             self.live.start()
             self.live.update(self.spinner)
-        elif not self.quiet:
-            _line(COLUMNS)
         return self
 
     def __exit__(
@@ -68,6 +66,8 @@ class Progress:
             table.add_row(self.spinner)
             self.live.update(table)
         elif not self.quiet:
+            if len(self.rows) == 1:
+                _line(COLUMNS)
             _line(cells)
 
     def _table(self) -> Table:

@@ -68,11 +68,14 @@ def destination(case: Case, source: str, output: str | None, format_name: str | 
     CaseError
         If the format is unknown, or is not that of the file's ending.
     FileError
-        If the case file itself would be overwritten, or a mesh would go to a terminal.
+        If a file would be written twice, the case file overwritten, or a mesh go to a terminal.
     """
     if format_name is not None and format_name not in FORMATS:
         raise CaseError(f"--format: unknown format {format_name!r}: choose one of {', '.join(FORMATS)}")
     formats = case.output.formats if format_name is None else (format_name,)
+    for name in formats:
+        if formats.count(name) > 1:
+            raise FileError(f"output.formats: {name} is named twice, and both would be the same file: name it once")
     name = str(case.name)
     if output == "-":
         if sys.stdout.isatty():

@@ -1,5 +1,7 @@
 """Constrained Delaunay triangulation, by pythoncdt (exact predicates)."""
 
+import re
+
 import numpy as np
 import pythoncdt as cdt
 
@@ -36,13 +38,21 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
         mesh.insert_vertices(np.ascontiguousarray(points))  # type: ignore[call-overload]
         mesh.insert_edges(np.ascontiguousarray(constraints, dtype=np.uint32))  # type: ignore[call-overload]
     except RuntimeError as error:
-        raise GeometryError(f"the nodes cannot be connected: {error}") from error
+        raise GeometryError(_explained(str(error), points)) from error
     mesh.erase_outer_triangles_and_holes()
     triangles = mesh.triangles_array()["vertices"].astype(np.int64)
     # The library numbers triangles in the order of its own bookkeeping; sorted rows make the files reproducible.
     first = triangles.argmin(axis=1)
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     return turned[np.lexsort(turned.T[::-1])]
+
+
+def _explained(fault: str, points: Floats) -> str:
+    """The library's message with the coordinates of the first node it numbers, without its source lines."""
+    what, _, which = fault.partition(":")
+    number = re.search(r"\d+", which)
+    where = "" if number is None else " at ({:.6g}, {:.6g})".format(*points[int(number[0])])
+    return f"the nodes cannot be connected{where}: {what.lower()}"
 
 
 def circumcircles(points: Floats, triangles: Integers) -> tuple[Floats, Floats]:

@@ -1,4 +1,4 @@
-"""What every mesh must hold, whatever the case: checked by dictionaries and loops, apart from the package's own check."""
+"""What every mesh must hold, whatever the case, by loops and dictionaries of its own."""
 
 import math
 from collections import Counter

@@ -476,7 +476,7 @@ def test_a_png_has_the_shape_of_the_mesh(mesh, tmp_path):
     draw_mesh(flat, tmp_path / "flat.png", color="plain")
     pictures = contents(tmp_path)
     width, height = png_size(pictures["square.png"])
-    assert width > 1000
+    assert width > 800
     assert abs(width - height) < 0.15 * width
     width, height = png_size(pictures["flat.png"])
     assert width > 3 * height

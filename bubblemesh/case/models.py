@@ -23,13 +23,6 @@ def _parameter_name(name: str) -> str:
     return name
 
 
-def _different(names: tuple[str, ...]) -> tuple[str, ...]:
-    for name in names:
-        if names.count(name) > 1:
-            raise PydanticCustomError("repeated", "has {name} twice: give each format once", {"name": name})
-    return names
-
-
 def _number_or_text(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise PydanticCustomError("spacing", "must be a number or an expression in x and y")
@@ -46,9 +39,7 @@ class Domain(Strict):
 class Output(Strict):
     """What to write, and where."""
 
-    formats: Annotated[tuple[Format, ...], AfterValidator(_different)] = Field(
-        default=("msh", "vtu", "xdmf"), description="Mesh formats to write."
-    )
+    formats: tuple[Format, ...] = Field(default=("msh", "vtu", "xdmf"), description="Mesh formats to write.")
     directory: Annotated[str, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."
     )

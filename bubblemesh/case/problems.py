@@ -33,7 +33,7 @@ MESSAGES = {
 }
 
 # Those that are not about a value.
-WITHOUT_VALUE = {"missing", "extra_forbidden", "labels", "repeated", "parameter", "start"}
+WITHOUT_VALUE = {"missing", "extra_forbidden", "labels", "parameter", "start"}
 
 Path = tuple[str | int, ...]
 

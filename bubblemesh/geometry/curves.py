@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from scipy.interpolate import CubicSpline
 
 from bubblemesh.arrays import Floats, Integers
 
-__all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines"]
+__all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines", "turning"]
 
-TABLE_PANELS = 512  # arc length of a tabulated curve is then good to about 1e-10 of its length
+KNOT_PANELS = 64  # of the arc length table between two knots of a spline
+LARGEST_ASPECT = 256  # of an ellipse, to which its table resolves the ends
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
@@ -91,18 +92,37 @@ class Arcs:
 
 @dataclass(frozen=True)
 class _Tabulated:
-    """Curves with a parameter u in [0, 1] whose arc length has no closed form: u is tabulated over arc length."""
+    """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u.
+
+    The tables of all curves stand one after the other, from row ``_first[k]`` on for curve k.
+    """
 
     lengths: Floats = field(init=False)
+    _first: Integers = field(init=False, repr=False)
+    _share: Floats = field(init=False, repr=False)
+    _s: Floats = field(init=False, repr=False)
     _u: Floats = field(init=False, repr=False)
     _slope: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         tables = [self._table(k) for k in range(len(self))]
-        for name, column in zip(("lengths", "_u", "_slope"), zip(*tables, strict=True), strict=True):
-            object.__setattr__(self, name, np.array(column))
+        columns = {
+            "lengths": np.array([s[-1] for s, _, _ in tables]),
+            "_first": np.cumsum([0, *(len(s) for s, _, _ in tables)]),
+            "_share": np.concatenate([k + s / s[-1] for k, (s, _, _) in enumerate(tables)]),
+            **{
+                name: np.concatenate(parts)
+                for name, parts in zip(("_s", "_u", "_slope"), zip(*tables, strict=True), strict=True)
+            },
+        }
+        for name, column in columns.items():
+            object.__setattr__(self, name, column)
 
     def __len__(self) -> int:
+        raise NotImplementedError
+
+    def _panels(self, k: int) -> Floats:
+        """Increasing values of u from 0 to 1 between which the speed of curve k is nearly a polynomial."""
         raise NotImplementedError
 
     def _position(self, index: Integers, u: Floats) -> Floats:
@@ -111,26 +131,26 @@ class _Tabulated:
     def _derivative(self, index: Integers, u: Floats) -> Floats:
         raise NotImplementedError
 
-    def _table(self, k: int) -> tuple[float, Floats, Floats]:
-        """Length of curve k, u at equidistant arc lengths, and du/ds there (Gauss quadrature, Hermite inversion)."""
-        edges = np.linspace(0, 1, TABLE_PANELS + 1)
-        inner = edges[:-1, None] + (GAUSS_NODES + 1) / (2 * TABLE_PANELS)
+    def _table(self, k: int) -> tuple[Floats, Floats, Floats]:
+        """Arc length of curve k (Gauss quadrature), u and du/ds at the ends of its panels."""
+        u = self._panels(k)
+        width = np.diff(u)
+        inner = u[:-1, None] + width[:, None] * (GAUSS_NODES + 1) / 2
         speed = self._speed(k, inner.ravel()).reshape(inner.shape)
-        s = np.concatenate([[0], np.cumsum(speed @ GAUSS_WEIGHTS) / (2 * TABLE_PANELS)])
-        u = CubicHermiteSpline(s, edges, 1 / self._speed(k, edges))(np.linspace(0, s[-1], TABLE_PANELS + 1))
-        u[0], u[-1] = 0, 1
-        return float(s[-1]), u, 1 / self._speed(k, u)
+        s = np.concatenate([[0], np.cumsum(speed @ GAUSS_WEIGHTS * width / 2)])
+        return s, u, 1 / self._speed(k, u)
 
     def _speed(self, k: int, u: Floats) -> Floats:
         return np.hypot(*self._derivative(np.full(len(u), k), u).T)
 
     def _parameter(self, index: Integers, s: Floats) -> Floats:
         """u (m,) at arc length s (m,): cubic Hermite interpolation of the table."""
-        h = self.lengths[index] / TABLE_PANELS
-        j = np.clip((s / h).astype(int), 0, TABLE_PANELS - 1)
-        t = s / h - j
-        u0, u1 = self._u[index, j], self._u[index, j + 1]
-        m0, m1 = h * self._slope[index, j], h * self._slope[index, j + 1]
+        j = np.searchsorted(self._share, index + s / self.lengths[index], side="right") - 1
+        j = np.clip(j, self._first[index], self._first[index + 1] - 2)
+        h = self._s[j + 1] - self._s[j]
+        t = (s - self._s[j]) / h
+        u0, u1 = self._u[j], self._u[j + 1]
+        m0, m1 = h * self._slope[j], h * self._slope[j + 1]
         return u0 + t * (m0 + t * (3 * (u1 - u0) - 2 * m0 - m1 + t * (2 * (u0 - u1) + m0 + m1)))
 
     def points(self, index: Integers, s: Floats) -> Floats:
@@ -156,8 +176,14 @@ class Ellipses(_Tabulated):
     @property
     def pieces(self) -> Integers:
         # Chords are equal in length, but curvature peaks at the ends of the long axis.
-        aspect = self.radii.max(axis=1) / self.radii.min(axis=1)
-        return np.ceil(256 * np.minimum(aspect, 64)).astype(int)
+        return np.ceil(256 * np.minimum(self._aspect, 64)).astype(int)
+
+    @property
+    def _aspect(self) -> Floats:
+        return self.radii.max(axis=1) / self.radii.min(axis=1)
+
+    def _panels(self, k: int) -> Floats:
+        return np.linspace(0, 1, int(256 * np.ceil(min(self._aspect[k], LARGEST_ASPECT))) + 1)
 
     def _rotated(self, index: Integers, along: Floats, across: Floats) -> Floats:
         c, s = np.cos(self.angle[index]), np.sin(self.angle[index])
@@ -200,6 +226,10 @@ class Splines(_Tabulated):
     def pieces(self) -> Integers:
         return 48 * np.diff(self._offset)
 
+    def _panels(self, k: int) -> Floats:
+        breaks = np.append(self._breaks[self._offset[k] : self._offset[k + 1]] - k, 1)
+        return np.interp(np.arange(KNOT_PANELS * (len(breaks) - 1) + 1) / KNOT_PANELS, np.arange(len(breaks)), breaks)
+
     def _local(self, index: Integers, u: Floats) -> tuple[Floats, Floats]:
         """Coefficients (4, m, 2) of the cubic piece that holds u, and u - its first break (m, 1)."""
         piece = np.searchsorted(self._breaks, index + np.clip(u, 0, 1), side="right") - 1
@@ -213,6 +243,12 @@ class Splines(_Tabulated):
     def _derivative(self, index: Integers, u: Floats) -> Floats:
         c, t = self._local(index, u)
         return (3 * c[0] * t + 2 * c[1]) * t + c[2]
+
+
+def turning(before: Floats, after: Floats) -> Floats:
+    """Signed angles (m,) in radians from the directions ``before`` (m, 2) to ``after`` (m, 2), positive to the left."""
+    (ax, ay), (bx, by) = before.T, after.T
+    return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
 def _interpolated(points: Floats) -> CubicSpline:

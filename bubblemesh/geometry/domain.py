@@ -11,12 +11,14 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline
 from bubblemesh.geometry.contacts import joined
+from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
 __all__ = ["Domain", "Nearest"]
 
 PROJECTION_STEPS = 8
+FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
 
 
 class Nearest(NamedTuple):
@@ -77,6 +79,12 @@ class Domain:
         points = self.polyline.points
         return shapely.STRtree(shapely.linestrings(np.stack([points, points[self.polyline.successor]], axis=1)))
 
+    @cached_property
+    def _curvature(self) -> Floats:
+        """Mean curvature (m,) of the boundary along each chord of the polygonal copy, positive where it turns left."""
+        line, tangents = self.polyline, self.boundary.tangents
+        return turning(tangents(line.piece, line.s), tangents(line.piece, line.s + line.step)) / line.step
+
     @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Bounding box (x0, y0, x1, y1)."""
@@ -105,15 +113,21 @@ class Domain:
         foot = a + t * (b - a)
         curved = np.flatnonzero(boundary.curved[piece])
         if len(curved):
-            s[curved] = self._projected(points[curved], piece[curved], s[curved])
+            curvature = self._curvature[chord[curved]]
+            s[curved] = self._projected(points[curved], piece[curved], s[curved], curvature)
             foot[curved] = boundary.points(piece[curved], s[curved])
         return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
 
-    def _projected(self, points: Floats, piece: Integers, s: Floats) -> Floats:
-        """Arc length of the nearest point on each curve, from a start close to it (Gauss-Newton)."""
+    def _projected(self, points: Floats, piece: Integers, s: Floats, curvature: Floats) -> Floats:
+        """Arc length (m,) of the nearest point on each curve, from a start close to it.
+
+        Newton's method for a foot where the tangent is square to the way to the point. Without the curvature the
+        steps would diverge for a point farther from a convex curve than its radius.
+        """
         for _ in range(PROJECTION_STEPS):
-            ahead = points - self.boundary.points(piece, s)
-            s = self.boundary.wrapped(piece, s + np.einsum("ij,ij->i", ahead, self.boundary.tangents(piece, s)))
+            (rx, ry), (tx, ty) = (points - self.boundary.points(piece, s)).T, self.boundary.tangents(piece, s).T
+            slope = 1 - curvature * (tx * ry - ty * rx)
+            s = self.boundary.wrapped(piece, s + (rx * tx + ry * ty) / np.maximum(slope, FLATTEST))
         return s
 
     def contains(self, points: Floats) -> Booleans:

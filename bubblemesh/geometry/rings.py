@@ -128,6 +128,8 @@ class SplineTo(NamedTuple):
 
 def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
     """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1."""
+    if len(points) == 0:
+        raise GeometryError("a polygon has no points: give at least three")
     corners = [_point(point) for point in points]
     if len(corners) > 1 and corners[0] == corners[-1]:
         corners.pop()
@@ -203,7 +205,9 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
     """Arc between two vertices; its centre is moved to the nearest point that is equally far from both."""
     p, q, center = np.array(start), np.array(end), np.array(piece.center, float)
     radii = np.hypot(*(p - center)), np.hypot(*(q - center))
-    mismatch = abs(radii[0] - radii[1]) / max(*radii, np.finfo(float).tiny)
+    if max(radii) == 0:
+        raise GeometryError(f"the arc at {_text(start)} has its center and both ends in one point: move its center")
+    mismatch = abs(radii[0] - radii[1]) / max(radii)
     if mismatch > ARC_MISMATCH:
         raise GeometryError(
             f"the arc from {_text(start)} to {_text(end)} is {radii[0]:.6g} from its center {_text(piece.center)} at "

@@ -67,7 +67,10 @@ def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str) ->
     if not outer.intersects(hole):
         raise GeometryError(f"{name} at {_text(_first(hole.exterior))} lies outside the outer ring: move or remove it")
     crossing = shapely.intersection(outer.exterior, hole.exterior)
-    where = _text(_first(crossing if not crossing.is_empty else hole.exterior))
+    if crossing.is_empty:
+        where = _text(_first(hole.exterior))
+        raise GeometryError(f"{name} at {where} encloses the outer ring: make it smaller, or exchange the two")
+    where = _text(_first(crossing))
     raise GeometryError(f"{name} crosses the outer ring at {where}: move it, or draw the outer ring around it")
 
 

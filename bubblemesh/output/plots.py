@@ -59,7 +59,7 @@ def draw_mesh(
     # Without a date and with fixed ids the same mesh gives the same bytes.
     metadata = {"Date": None} if path.suffix == ".svg" else {}
     with mpl.rc_context({"svg.hashsalt": "bubblemesh"}), transaction(path.parent) as staging:
-        figure.savefig(staging / path.name, dpi=200, metadata=metadata, bbox_inches="tight", pad_inches=0.12)
+        figure.savefig(staging / path.name, dpi=120, metadata=metadata, bbox_inches="tight", pad_inches=0.12)
 
 
 def _figure(mesh: Mesh, color: str, title: str | None) -> Figure:

@@ -1,16 +1,17 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours, independent, pairs_within
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import connected
+from bubblemesh.packing.connection import arcs, connected, parted
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import circumcircles
@@ -62,13 +63,15 @@ class Thresholds:
         gone = self._deleted(bubbles, near, alpha, along)
         touched = next_to(near, gone)
         keep = np.flatnonzero(~gone)
-        rest, alpha, touched = bubbles.kept(keep), alpha[keep], touched[keep]
+        kept = bubbles.kept(keep)
+        rest = parted(kept, domain, spacing)
+        alpha, touched = with_more(alpha[keep], kept, rest, np.inf), with_more(touched[keep], kept, rest, True)
         x, piece, s, hosts = self._insertions(rest, alpha, domain, spacing)
-        if len(x) == 0:
-            return Change(rest, int(gone.sum()), 0, touched)
         grown = rest.joined_by(x, spacing(x), piece, s)
         touched[hosts] = True
-        return Change(grown, int(gone.sum()), len(x), with_inserted(rest, touched, len(x), len(piece)))
+        touched = with_inserted(rest, touched, len(x), len(piece))
+        whole = parted(grown, domain, spacing)
+        return Change(whole, int(gone.sum()), len(whole) - len(kept), with_more(touched, grown, whole, True))
 
     def _deleted(self, bubbles: Bubbles, near: Neighbours, alpha: Floats, along: Floats) -> Booleans:
         """Bubbles (n,) to delete."""
@@ -133,10 +136,7 @@ def boundary_gaps(
 ) -> tuple[Integers, Floats, Integers]:
     """Pieces and arc lengths (k,) of the midpoints of boundary edges with room for one more bubble, and the edges."""
     boundary = domain.boundary
-    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
-    begin = np.where(edges[:, 0] < bubbles.corners, 0, s[edges[:, 0]])
-    end = np.where(edges[:, 1] < bubbles.corners, boundary.lengths[edge_piece], s[edges[:, 1]])
-    end = np.where(end <= begin, end + boundary.lengths[edge_piece], end)
+    begin, end = arcs(bubbles, domain, edges, edge_piece)
     d = (bubbles.d[edges[:, 0]] + bubbles.d[edges[:, 1]]) / 2
     gap = np.flatnonzero(end - begin > 2 * apart * d)
     middle = boundary.wrapped(edge_piece[gap], (begin[gap] + end[gap]) / 2)
@@ -167,3 +167,9 @@ def with_inserted(rest: Bubbles, touched: Booleans, count: int, slides: int) -> 
     """The marks of ``rest`` carried over to the bubbles joined by ``count`` new ones, which are marked too."""
     at = rest.boundary_count
     return np.concatenate([touched[:at], np.ones(slides, bool), touched[at:], np.ones(count - slides, bool)])
+
+
+def with_more(values: NDArray[Any], before: Bubbles, after: Bubbles, value: float) -> NDArray[Any]:
+    """Values (n,) of the bubbles, and one ``value`` for those that came to the boundary."""
+    at = before.boundary_count
+    return np.insert(values, at, np.full(after.boundary_count - at, value))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import connected, enclosed
+from bubblemesh.packing.connection import connected, enclosed, parted
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.rails import Clearance, Rails
 from bubblemesh.spacing.spacing import Spacing
@@ -17,6 +18,7 @@ from bubblemesh.spacing.spacing import Spacing
 __all__ = ["Round", "rounds"]
 
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
+CLOSING_REPEATS = 3
 REFRESH_STEPS = 10
 REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
 
@@ -56,45 +58,64 @@ class Round:
     stop_reason: str | None = None
 
 
+class Relaxed(NamedTuple):
+    """Bubbles after some steps, how many the boundary needed more, their mean speed (steps,) and force evaluations."""
+
+    bubbles: Bubbles
+    added: int
+    speeds: Floats
+    evaluations: int
+
+
 def rounds(start: Bubbles, domain: Domain, spacing: Spacing, method: Method) -> Iterator[Round]:
     """Rounds of the method from the bubbles ``start``; after the last change of population a relaxation closes."""
     bubbles, odd = start, np.zeros(len(start), bool)
     counts: list[tuple[int, int]] = []
-    while True:
-        relaxed, speeds = _relaxed(bubbles, domain, spacing, method, len(counts), odd)
-        relaxed = enclosed(relaxed, domain)
-        change = method.population(relaxed, domain, spacing)
+    reason = None
+    while reason is None:
+        number = len(counts)
+        relaxed = _relaxed(bubbles, domain, spacing, method, number, odd)
+        change = method.population(enclosed(relaxed.bubbles, domain), domain, spacing)
         counts.append((len(bubbles), len(change.bubbles)))
         odd = change.touched & (method.odd is not None and method.odd.active(*counts[-1]))
         reason = method.termination(counts)
-        evaluations = len(bubbles) * len(speeds) * method.motion.evaluations
-        after = change.bubbles
+        after, speeds, evaluations = change.bubbles, relaxed.speeds, relaxed.evaluations
+        inserted = relaxed.added + change.inserted
         if reason is not None:
-            after, closing = _relaxed(after, domain, spacing, method, len(counts) - 1, odd)
-            after = enclosed(after, domain)
-            speeds = np.concatenate([speeds, closing])
-            evaluations += len(after) * len(closing) * method.motion.evaluations
+            closing = _closed(after, domain, spacing, method, number, odd)
+            after = closing.bubbles
+            inserted += closing.added
+            speeds, evaluations = np.append(speeds, closing.speeds), evaluations + closing.evaluations
         yield Round(
-            number=len(counts),
+            number=number + 1,
             iterations=len(speeds),
             before=len(bubbles),
-            deleted=len(bubbles) + change.inserted - len(after),
-            inserted=change.inserted,
+            deleted=len(bubbles) + inserted - len(after),
+            inserted=inserted,
             bubbles=after,
             triangles=connected(after, domain)[2],
             speeds=speeds,
             evaluations=evaluations,
             stop_reason=reason,
         )
-        if reason is not None:
-            return
         bubbles = after
 
 
-def _relaxed(
-    start: Bubbles, domain: Domain, spacing: Spacing, method: Method, round_number: int, odd: Booleans
-) -> tuple[Bubbles, Floats]:
-    """The bubbles after the steps of a round, and their mean speed (iterations,) after each."""
+def _closed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: Booleans) -> Relaxed:
+    """The relaxation after the last change of population, again if bubbles came too near to the boundary."""
+    relaxed = _relaxed(start, domain, spacing, method, number, odd)
+    for _ in range(CLOSING_REPEATS):
+        kept = enclosed(relaxed.bubbles, domain)
+        if len(kept) == len(relaxed.bubbles):
+            break
+        again = _relaxed(kept, domain, spacing, method, number, np.zeros(len(kept), bool))
+        speeds = np.append(relaxed.speeds, again.speeds)
+        relaxed = Relaxed(again.bubbles, relaxed.added + again.added, speeds, relaxed.evaluations + again.evaluations)
+    return relaxed._replace(bubbles=enclosed(relaxed.bubbles, domain))
+
+
+def _relaxed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: Booleans) -> Relaxed:
+    """The steps of a round."""
     rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
     x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
     neighbours, listed = Neighbours.of(x, d, REACH), 0
@@ -106,10 +127,11 @@ def _relaxed(
             d = spacing(x)
             neighbours, listed = Neighbours.of(x, d, REACH), step
             force = method.force.among(neighbours)
-        c = method.viscosity(step, round_number)
+        c = method.viscosity(step, number)
         damping = c if method.odd is None else method.odd(c, odd)
         x, v = method.motion(x, v, damping, rails.holding(force))
         x, v = rails.settled(x, v)
         speeds[step] = np.hypot(*v.T).mean()
     clearance.kept_inside(x[inside], v[inside], d[inside])
-    return rails.ended(x, spacing(x)), speeds
+    ended = parted(rails.ended(x, spacing(x)), domain, spacing)
+    return Relaxed(ended, len(ended) - len(x), speeds, len(x) * len(speeds) * method.motion.evaluations)

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Floats
+from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
 
@@ -71,8 +72,7 @@ def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
     curved = np.flatnonzero(boundary.curved[line.piece])
     piece, s, step = line.piece[curved], line.s[curved], line.step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
-    turn = np.abs(np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)))
-    size = WIDEST_TURN * step / np.maximum(turn, 1e-12)
+    size = WIDEST_TURN * step / np.maximum(np.abs(turning(before, after)), 1e-12)
     points = line.points[curved]
     coarse = spacing(points) > size
     return Sources(points[coarse], size[coarse])

@@ -24,7 +24,7 @@ class Spacing:
     """
 
     function: Callable[[Floats, Floats], Floats]
-    floor: float = np.inf
+    floor: float = 0.0
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.

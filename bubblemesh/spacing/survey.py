@@ -55,8 +55,8 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
             "it has to be positive in the whole domain"
         )
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, max_nodes)
-    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, 2.0 * max_nodes)
-    ideal = over_area + along / 2 + 1 - domain.hole_count
+    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, max_nodes)
+    ideal = over_area + along + 1 - domain.hole_count
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
     x, y = points[d.argmax()]
@@ -64,9 +64,12 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
 
 
 def _integral(
-    parts: Floats, over: Callable[[Floats], Floats], halved: Callable[[Floats], Floats], ceiling: float
+    parts: Floats, over: Callable[[Floats], Floats], halved: Callable[[Floats], Floats], max_nodes: int
 ) -> float:
-    """Sum of the integrals over ``parts``, halving those whose integral changes by that."""
+    """Sum of the integrals over ``parts``, halving those whose integral changes by that.
+
+    It counts nodes, and is given up where these are clearly more than ``max_nodes``.
+    """
     total, coarse = 0.0, over(parts)
     for _ in range(HALVINGS):
         halves = halved(parts)
@@ -75,8 +78,8 @@ def _integral(
         unsure = np.abs(both - coarse) > TOLERANCE * both
         total += float(both[~unsure].sum())
         parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
-        if total + coarse.sum() > 2 * ceiling:
-            raise _too_many(total + float(coarse.sum()), int(ceiling))
+        if total + coarse.sum() > 2 * max_nodes:
+            raise _too_many(total + float(coarse.sum()), max_nodes)
         if len(parts) == 0:
             break
     return total + float(coarse.sum())
@@ -149,11 +152,11 @@ def _halved_intervals(intervals: Floats) -> Floats:
 
 
 def _over_intervals(intervals: Floats, domain: Domain, spacing: Spacing) -> Floats:
-    """Integrals (k,) of 1 / d along boundary intervals, by two Gauss points."""
+    """Integrals (k,) of 1 / (2 d) along boundary intervals, by two Gauss points."""
     piece: Integers = intervals[:, 0].astype(np.int64)
     begin, end = intervals[:, 1], intervals[:, 2]
     inverse = [1 / spacing(domain.boundary.points(piece, begin + t * (end - begin))) for t in GAUSS]
-    return (end - begin) * (inverse[0] + inverse[1]) / 2
+    return (end - begin) * (inverse[0] + inverse[1]) / 4
 
 
 def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, tuple[float, float]]:

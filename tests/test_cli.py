@@ -1,0 +1,268 @@
+"""The command line as a user meets it: separate processes, their streams, files and exit codes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+QUICKSTART = CONFIGS / "quickstart.yaml"
+COARSE = ["--set", "parameters.h=0.2", "--set", "schedule.iterations=30", "--set", "schedule.rounds=2"]
+ENDLESS = ["--set", "schedule.rounds=1000000", "--set", "schedule.tolerance=0", "--set", "spacing=0.02"]
+SQUARE = """\
+domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}
+spacing: 0.25
+schedule: {iterations: 20, rounds: 2}
+"""
+SET_OF_FILES = [
+    "plate.h5",
+    "plate.msh",
+    "plate.report.json",
+    "plate.vtu",
+    "plate.xdmf",
+    "plate_facets.h5",
+    "plate_facets.xdmf",
+]
+
+
+def bubblemesh(*arguments, folder, stdin=None):
+    """Run the command in ``folder`` and return the finished process, its streams as bytes."""
+    environment = {**os.environ, "COLUMNS": "200"}
+    return subprocess.run(
+        [sys.executable, "-m", "bubblemesh", *map(str, arguments)],
+        cwd=folder,
+        input=stdin,
+        capture_output=True,
+        env=environment,
+        timeout=120,
+    )
+
+
+def failed(process, exit_code):
+    """The message of a process that has to have failed with the code, without output or traceback."""
+    message = process.stderr.decode()
+    assert process.returncode == exit_code, message
+    assert process.stdout == b""
+    assert "Traceback" not in message
+    return message
+
+
+def names(folder):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+@pytest.fixture
+def square(tmp_path):
+    path = tmp_path / "square.yaml"
+    path.write_text(SQUARE)
+    return path
+
+
+def test_run_writes_the_whole_set_of_files_and_tells_each_round_in_plain_lines(tmp_path):
+    process = bubblemesh("run", QUICKSTART, "-o", "out", *COARSE, folder=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert process.stdout == b""
+    assert names(tmp_path / "out") == SET_OF_FILES
+    report = json.loads((tmp_path / "out/plate.report.json").read_text())
+    assert sorted(report["files"]) == SET_OF_FILES
+    lines = process.stderr.decode().splitlines()
+    assert lines[0].split()[:4] == ["round", "nodes", "deleted", "inserted"]
+    for row, line in zip(report["rounds"], lines[1:], strict=False):
+        assert line.split()[:4] == [str(row[key]) for key in ("round", "nodes_after", "deleted", "inserted")]
+    assert "\x1b" not in process.stderr.decode()
+    assert any(line.startswith("quality q") for line in lines)
+
+
+def test_the_files_go_to_the_folder_that_the_case_names_beside_it(tmp_path):
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases/square.yaml").write_text(SQUARE + "output: {directory: meshes, formats: [vtk]}\n")
+    process = bubblemesh("run", "cases/square.yaml", "-q", folder=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert process.stderr == b""
+    assert names(tmp_path / "cases/meshes") == ["square.report.json", "square.vtk"]
+
+
+@pytest.mark.parametrize("ending", ["msh", "vtu", "vtk", "xdmf"])
+def test_the_mesh_alone_goes_to_the_standard_output(ending, square, tmp_path):
+    process = bubblemesh("run", square, "-o", "-", "--format", ending, folder=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert names(tmp_path) == ["square.yaml"]
+    piped = tmp_path / f"piped.{ending}"
+    piped.write_bytes(process.stdout)
+    bubblemesh("run", square, "-o", f"filed.{ending}", "-q", folder=tmp_path)
+    kind = "gmsh" if ending == "msh" else None
+    a, b = (meshio.read(tmp_path / f"{name}.{ending}", file_format=kind) for name in ("piped", "filed"))
+    assert np.array_equal(a.points, b.points)
+    assert np.array_equal(a.get_cells_type("triangle"), b.get_cells_type("triangle"))
+
+
+def test_the_quickstart_is_piped_as_vtu(tmp_path):
+    process = bubblemesh("run", QUICKSTART, "-o", "-", "--format", "vtu", *COARSE, folder=tmp_path)
+    (tmp_path / "plate.vtu").write_bytes(process.stdout)
+    assert len(meshio.read(tmp_path / "plate.vtu").get_cells_type("triangle")) > 20
+
+
+def test_the_case_comes_from_the_standard_input(tmp_path):
+    process = bubblemesh("run", "-", "-o", "a.msh", folder=tmp_path, stdin=SQUARE.encode())
+    assert process.returncode == 0, process.stderr
+    assert names(tmp_path) == ["a.msh", "a.report.json"]
+
+
+def test_json_puts_the_report_and_nothing_else_on_the_standard_output(square, tmp_path):
+    process = bubblemesh("run", square, "--json", "--seed", "3", "-o", "out", folder=tmp_path)
+    report = json.loads(process.stdout)
+    assert report == json.loads((tmp_path / "out/square.report.json").read_text())
+    assert report["seed"] == report["parameters"]["packing"]["seed"] == 3
+
+
+def test_the_same_case_and_seed_give_the_same_bytes_and_another_seed_does_not(square, tmp_path):
+    for folder, seed in (("a", 1), ("b", 1), ("c", 2)):
+        bubblemesh("run", square, "-q", "-o", folder, "--seed", seed, folder=tmp_path)
+    a, b, c = ({name: (tmp_path / x / name).read_bytes() for name in names(tmp_path / x)} for x in "abc")
+    del a["square.report.json"], b["square.report.json"]
+    assert a == b
+    assert a["square.msh"] != c["square.msh"]
+
+
+@pytest.mark.parametrize("command", [["check"], ["run", "--dry-run"]])
+def test_check_and_dry_run_estimate_and_write_nothing(command, tmp_path):
+    process = bubblemesh(*command, QUICKSTART, folder=tmp_path)
+    assert process.returncode == 0
+    assert "about 490" in process.stderr.decode()
+    assert names(tmp_path) == []
+    estimate = json.loads(bubblemesh(*command, QUICKSTART, "--json", "-q", folder=tmp_path).stdout)
+    assert estimate["ideal_nodes"] == pytest.approx(490, rel=0.01)
+    assert estimate["labels"] == ["bottom", "right", "top", "left", "hole"]
+
+
+def test_quality_gives_the_figures_of_the_report_for_a_written_mesh(square, tmp_path):
+    report = json.loads(bubblemesh("run", square, "--json", "-q", "-o", ".", folder=tmp_path).stdout)
+    for name in ("square.msh", "square.vtu", "square.xdmf"):
+        figures = json.loads(bubblemesh("quality", name, "--spacing", "0.25", "--json", folder=tmp_path).stdout)
+        for key in ("nodes", "triangles", "quality", "spacing", "area"):
+            assert figures[key] == report[key], (name, key)
+    assert "least" in bubblemesh("quality", "square.vtu", folder=tmp_path).stderr.decode()
+
+
+def test_init_writes_a_case_that_runs_and_keeps_what_is_there(tmp_path):
+    assert bubblemesh("init", folder=tmp_path).returncode == 0
+    assert bubblemesh("check", "case.yaml", folder=tmp_path).returncode == 0
+    text = (tmp_path / "case.yaml").read_text()
+    assert "case.yaml" in failed(bubblemesh("init", folder=tmp_path), 5)
+    assert (tmp_path / "case.yaml").read_text() == text
+    assert bubblemesh("init", "-", folder=tmp_path).stdout.decode() == text
+
+
+def test_schema_is_json_that_knows_the_keys(tmp_path):
+    schema = json.loads(bubblemesh("schema", folder=tmp_path).stdout)
+    assert {"domain", "spacing", "method", "packing"} <= set(schema["properties"])
+
+
+def test_help_and_version(tmp_path):
+    assert b"run" in bubblemesh("--help", folder=tmp_path).stdout
+    from bubblemesh import __version__
+
+    assert bubblemesh("--version", folder=tmp_path).stdout.decode().strip() == __version__
+
+
+@pytest.mark.parametrize(
+    ("text", "exit_code", "parts"),
+    [
+        ("domain: [1\n", 2, ["case.yaml:"]),
+        (SQUARE + "spacin: 1\n", 2, ["case.yaml:4", "spacin", "spacing"]),
+        (SQUARE.replace("spacing: 0.25", "spacing: x - 0.5"), 2, ["spacing", "at ("]),
+        (SQUARE.replace("spacing: 0.25", "spacing: x.real"), 2, ["spacing"]),
+        (SQUARE.replace("spacing: 0.25", "spacing: 9**9**9**9"), 2, ["spacing", "inf"]),
+        (SQUARE.replace("[0, 0, 1, 1]", "[0, 0, .nan, 1]"), 2, ["case.yaml:1", "rectangle"]),
+        (SQUARE.replace("[0, 0, 1, 1]", "[0, 0, 1, 0]"), 3, ["outer", "(0, 0)"]),
+        (SQUARE.replace("wall}}", "wall}, holes: [{rectangle: [2, 2, 3, 3]}]}"), 3, ["hole 1", "(2, 2)"]),
+        (SQUARE.replace("rectangle: [0, 0, 1, 1]", "polygon: [[0, 0], [2, 2], [2, 0], [0, 2.5]]"), 3, ["outer", "("]),
+        (SQUARE + "limits: {max_nodes: 5}\n", 6, ["max_nodes", "5"]),
+        (SQUARE + "packing: {effort: best}\n", 2, ["case.yaml:4", "packing.effort"]),
+        (SQUARE + "method: multilvl\n", 2, ["case.yaml:4", "method"]),
+    ],
+)
+def test_a_bad_case_ends_with_its_exit_code_and_a_message_that_names_the_place(text, exit_code, parts, tmp_path):
+    (tmp_path / "case.yaml").write_text(text)
+    for command in (["run", "case.yaml", "-o", "out"], ["check", "case.yaml"]):
+        message = failed(bubblemesh(*command, folder=tmp_path), exit_code)
+        for part in parts:
+            assert part in message
+    assert names(tmp_path) == ["case.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exit_code", "part"),
+    [
+        (["run"], 2, "CASE"),
+        (["run", "missing.yaml"], 5, "missing.yaml"),
+        (["run", "square.yaml", "-o", "mesh.stl"], 2, ".stl"),
+        (["run", "square.yaml", "-o", "mesh.msh", "--format", "vtu"], 2, "--format"),
+        (["run", "square.yaml", "--format", "stl"], 2, "stl"),
+        (["run", "square.yaml", "-o", "-", "--json"], 2, "--json"),
+        (["run", "square.yaml", "--set", "spacing"], 2, "--set"),
+        (["run", "square.yaml", "--set", "packing.w2=-1"], 2, "packing.w2"),
+        (["run", "square.yaml", "-o", "square.yaml/x.msh"], 5, "square.yaml"),
+        (["run", "square.yaml", "--set", "output.formats=[msh, vtu, msh]"], 5, "msh"),
+        (["quality", "square.yaml"], 5, "square.yaml"),
+        (["quality", "missing.vtu"], 5, "missing.vtu"),
+    ],
+)
+def test_a_bad_option_ends_with_its_exit_code_and_a_message_that_names_it(arguments, exit_code, part, square, tmp_path):
+    assert part in failed(bubblemesh(*arguments, folder=tmp_path), exit_code)
+    assert names(tmp_path) == ["square.yaml"]
+    assert square.read_text() == SQUARE
+
+
+def test_the_case_file_is_never_overwritten(tmp_path):
+    (tmp_path / "a.vtk").write_text(SQUARE)
+    assert "a.vtk" in failed(bubblemesh("run", "a.vtk", "-o", "a.vtk", folder=tmp_path), 5)
+    assert (tmp_path / "a.vtk").read_text() == SQUARE
+
+
+def test_a_missed_requirement_is_told_after_the_mesh_is_written(square, tmp_path):
+    process = bubblemesh("run", square, "-q", "--set", "require.quality_mean=1", "-o", "out", folder=tmp_path)
+    assert "quality_mean" in failed(process, 4)
+    assert "square.msh" in names(tmp_path / "out")
+
+
+def test_warnings_are_shown_and_reported(square, tmp_path):
+    process = bubblemesh("run", square, "-q", "--set", "spacing=9", "--json", folder=tmp_path)
+    report = json.loads(process.stdout)
+    assert report["warnings"]
+    for warning in report["warnings"]:
+        assert f"warning: {warning}" in process.stderr.decode()
+
+
+def test_a_reader_that_goes_away_ends_the_command_without_a_traceback(square, tmp_path):
+    command = f"{sys.executable} -m bubblemesh run {square} -q -o - --format vtu --set spacing=0.01"
+    command += " --set schedule.iterations=1 --set schedule.rounds=1"
+    process = subprocess.run(
+        ["bash", "-c", f"{command} | true; exit ${{PIPESTATUS[0]}}"], capture_output=True, cwd=tmp_path, timeout=120
+    )
+    assert process.returncode == 5
+    assert b"Traceback" not in process.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_ends_with_130_and_leaves_no_file(number, square, tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "bubblemesh", "run", square, "-o", "out", *ENDLESS],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    for _ in range(3):  # the head of the table and two rounds: packing is under way
+        assert process.stderr.readline()
+    process.send_signal(number)
+    _, message = process.communicate(timeout=60)
+    assert process.returncode == 130, message
+    assert b"interrupted" in message
+    assert b"Traceback" not in message
+    assert names(tmp_path) == ["square.yaml"]

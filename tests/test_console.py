@@ -1,0 +1,55 @@
+"""The terminal display, on a terminal that is a string."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from bubblemesh import console
+from bubblemesh.summary import RoundRow
+
+ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
+
+
+def terminal(monkeypatch, *, live):
+    stream = io.StringIO()
+    fake = Console(file=stream, force_terminal=live, width=120, soft_wrap=True, highlight=False, _environ={})
+    monkeypatch.setattr(console, "terminal", fake)
+    return stream
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_a_round_is_shown_with_all_its_figures(live, monkeypatch):
+    stream = terminal(monkeypatch, live=live)
+    with console.Progress("packing plate", quiet=False) as progress:
+        progress.show(ROW)
+        progress.show(ROW)
+    shown = stream.getvalue()
+    for text in ("mean speed", "709", "120", "0.9512", "0.610", "1.50e-04", "0.25 s"):
+        assert text in shown
+    assert ("\x1b[" in shown) == live
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_quiet_shows_nothing(live, monkeypatch):
+    stream = terminal(monkeypatch, live=live)
+    with console.Progress("packing plate", quiet=True) as progress:
+        progress.show(ROW)
+    assert stream.getvalue() == ""
+
+
+def test_brackets_in_messages_are_text_not_markup(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    console.warn(["labels [red]a[/red]"])
+    console.fail("domain.outer.polygon[0]: [bold]")
+    assert stream.getvalue() == "warning: labels [red]a[/red]\nerror: domain.outer.polygon[0]: [bold]\n"
+
+
+def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    worst = [{"quality": 0.8, "at": (0.5, 0.25)}]
+    quality = {"mean": 0.9, "p01": 0.8, "min": 0.8, "angle_min": 40.0, "angle_max": 80.0, "worst": worst}
+    console.show_quality({"nodes": 4, "triangles": 2, "area": 1.0, "quality": quality | {"irregular_fraction": None}})
+    assert "0.800 at (0.5, 0.25)" in stream.getvalue()
+    assert "irregular" not in stream.getvalue()
+    assert "l/d" not in stream.getvalue()
