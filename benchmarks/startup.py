@@ -24,9 +24,7 @@ def seconds(arguments: list[str]) -> float:
     """Wall time of one process."""
     with tempfile.TemporaryDirectory() as folder:
         begun = perf_counter()
-        subprocess.run(
-            [sys.executable, "-m", "bubblemesh", *arguments], check=True, capture_output=True, cwd=folder
-        )
+        subprocess.run([sys.executable, "-m", "bubblemesh", *arguments], check=True, capture_output=True, cwd=folder)
         return perf_counter() - begun
 
 

@@ -111,15 +111,16 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def poor_result(figures: Mapping[str, Any], ideal_nodes: float) -> list[str]:
-    """What the finished mesh falls short of."""
+def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:
+    """What the finished mesh falls short of; without an ideal number of nodes their number is not judged."""
     warnings = []
     worst = figures["quality"]["worst"][0]
     if worst["quality"] < POOR_QUALITY:
         warnings.append(f"the worst triangle, at {_text(worst['at'])}, has a quality of {worst['quality']:.3f} only")
-    ratio = figures["nodes"] / ideal_nodes
-    if figures["nodes"] > FEW_NODES and not FEWEST <= ratio <= MOST:
-        warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
+    if ideal_nodes is not None and figures["nodes"] > FEW_NODES:
+        ratio = figures["nodes"] / ideal_nodes
+        if not FEWEST <= ratio <= MOST:
+            warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
     if figures["boundary_nodes"] == figures["nodes"]:
         warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")
     return warnings

@@ -39,11 +39,12 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     """
     problem = prepared(case)
     domain, spacing, method, seconds = problem.domain, problem.spacing, problem.method, dict(problem.seconds)
+    ideal_nodes = problem.survey.ideal_nodes
     with timed(seconds, "placement"):
         start = method.placement(domain, spacing, case.limits.max_nodes)
         initial = initial_row(start, connected(start, domain)[2])
     with timed(seconds, "packing"):
-        last, rows = _packed(rounds(method.perturbation(start), domain, spacing, method), on_round)
+        last, rows = _packed(rounds(start, domain, spacing, method), on_round)
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
@@ -57,13 +58,13 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
         "initial": initial,
         "rounds": [asdict(row) for row in rows],
         "stop_reason": last.stop_reason,
-        "ideal_nodes": problem.survey.ideal_nodes,
+        "ideal_nodes": ideal_nodes,
         "force_evaluations": sum(row.force_evaluations for row in rows),
         **figures,
         "area_error": area_error(mesh),
         "seconds": seconds | {"total": sum(seconds.values())},
         "peak_memory_mb": peak_memory_mb(),
-        "warnings": [*problem.warnings, *compromises.poor_result(figures, problem.survey.ideal_nodes)],
+        "warnings": [*problem.warnings, *compromises.poor_result(figures, None if problem.refined else ideal_nodes)],
     }
     return Result(mesh, triangle_fields(mesh, problem.wanted), report)
 

@@ -47,6 +47,11 @@ class Problem:
     warnings: tuple[str, ...]
     seconds: dict[str, float]
 
+    @property
+    def refined(self) -> bool:
+        """Whether the packing goes by a finer spacing than the wanted one somewhere."""
+        return self.spacing is not self.wanted
+
 
 def prepared(case: Case) -> Problem:
     """Check geometry and spacing of a case, and bind its method.

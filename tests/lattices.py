@@ -44,4 +44,4 @@ def packed_hexagon(side):
     lattice = hexagon(side)
     inside = lattice[domain.signed_distance(lattice) > 0.5]
     x = np.vstack([on_boundary, inside])
-    return domain, spacing, Bubbles(x, spacing(x), piece, s, 6)
+    return domain, spacing, Bubbles(x, spacing(x), piece, s, 6, touched=np.zeros(len(x), bool))

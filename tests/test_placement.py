@@ -7,7 +7,8 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.connection import connected, parted
+from bubblemesh.packing.chords import parted
+from bubblemesh.packing.connection import connected
 from bubblemesh.packing.placement import HierarchicalSubdivision
 from bubblemesh.pipeline import prepared
 from bubblemesh.quality import radius_ratios
@@ -128,7 +129,7 @@ def test_chords_do_not_cut_a_curve_that_touches():
     outer = domain.boundary.ring[fine.piece] == 0
     slides = np.flatnonzero(~outer | (np.arange(len(outer)) % 8 == 0))
     coarse = fine.kept(np.concatenate([np.arange(fine.corners), fine.corners + slides]))
-    with pytest.raises(GeometryError, match="Intersecting"):
+    with pytest.raises(GeometryError, match="ntersecting constraint edges"):
         connected(coarse, domain)
     whole = parted(coarse, domain, uniform(0.1))
     assert len(connected(whole, domain)[2]) > 0

@@ -38,6 +38,12 @@ class Neighbours:
         pairs = pairs_within(x, d, reach)
         return cls(pairs, (d[pairs[:, 0]] + d[pairs[:, 1]]) / 2, x, d)
 
+    @property
+    def distances(self) -> Floats:
+        """Distances (m,) of the pairs then."""
+        i, j = self.pairs.T
+        return np.hypot(*(self.x[i] - self.x[j]).T)
+
     def drift(self, x: Floats) -> float:
         """Largest way of a bubble since then, in units of its spacing."""
         return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
@@ -56,6 +62,8 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     Points are sorted into classes of like spacing; each class searches itself and the finer ones, so that the work
     stays proportional to the pairs however much d varies.
     """
+    if len(x) == 0:
+        return np.empty((0, 2), np.int64)
     octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)
     order = np.argsort(octave, kind="stable")
     first = np.unique(octave[order], return_index=True)[1]

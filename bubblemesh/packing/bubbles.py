@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 
 __all__ = ["Bubbles"]
 
@@ -23,6 +23,8 @@ class Bubbles:
         Boundary piece and arc length of the b sliding bubbles.
     corners : int
         Number of fixed bubbles; they are the corners of the boundary, in its order.
+    touched : (n,)
+        Which are new since the last population control, or next to a bubble that it deleted or inserted.
     """
 
     x: Floats
@@ -30,6 +32,7 @@ class Bubbles:
     piece: Integers
     s: Floats
     corners: int
+    touched: Booleans
 
     def __len__(self) -> int:
         return len(self.x)
@@ -52,15 +55,16 @@ class Bubbles:
     def kept(self, keep: Integers) -> "Bubbles":
         """The bubbles ``keep`` (k,), ascending, all corners among them."""
         slide = keep[(keep >= self.corners) & (keep < self.boundary_count)] - self.corners
-        return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners)
+        return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners, self.touched[keep])
 
     def joined_by(self, x: Floats, d: Floats, piece: Integers, s: Floats) -> "Bubbles":
         """These bubbles and new ones at ``x`` (k, 2), the first of which lie on ``piece``, ``s`` (j,)."""
-        at, slides = self.boundary_count, len(piece)
+        at, slides, new = self.boundary_count, len(piece), np.ones(len(x), bool)
         return Bubbles(
             np.concatenate([self.x[:at], x[:slides], self.x[at:], x[slides:]]),
             np.concatenate([self.d[:at], d[:slides], self.d[at:], d[slides:]]),
             np.concatenate([self.piece, piece]),
             np.concatenate([self.s, s]),
             self.corners,
+            np.concatenate([self.touched[:at], new[:slides], self.touched[at:], new[slides:]]),
         )

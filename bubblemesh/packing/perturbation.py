@@ -1,4 +1,4 @@
-"""A small random displacement of the initial bubbles, so that no run rests on a symmetry of its start."""
+"""Chance: a small displacement of the initial bubbles, so that no run rests on a symmetry of its start."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated
@@ -7,6 +7,7 @@ import numpy as np
 from annotated_types import Ge
 
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Perturbation"]
 
@@ -27,11 +28,14 @@ class Perturbation:
     seed: Annotated[int, Ge(0)] = 0
     jitter: Annotated[float, Ge(0)] = 0.01
 
-    def __call__(self, bubbles: Bubbles) -> Bubbles:
+    def generator(self) -> np.random.Generator:
+        """The random numbers of a run."""
+        return np.random.default_rng(self.seed)
+
+    def __call__(self, bubbles: Bubbles, spacing: Spacing, random: np.random.Generator) -> Bubbles:
         """The bubbles displaced."""
         inside = bubbles.interior
-        shape = bubbles.x[inside].shape
-        shift = np.random.default_rng(self.seed).standard_normal(shape).clip(-CLIPPED_AT, CLIPPED_AT)
+        shift = random.standard_normal(bubbles.x[inside].shape).clip(-CLIPPED_AT, CLIPPED_AT)
         x = bubbles.x.copy()
         x[inside] += self.jitter * bubbles.d[inside, None] * shift
-        return replace(bubbles, x=x)
+        return replace(bubbles, x=x, d=spacing(x))

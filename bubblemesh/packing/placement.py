@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import parted
+from bubblemesh.packing.chords import parted
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["HierarchicalSubdivision"]
@@ -52,7 +52,8 @@ class HierarchicalSubdivision:
         on_boundary = np.vstack([boundary.corners, boundary.points(piece, s)])
         inside = self._interior(domain, spacing, max_nodes)
         x = np.vstack([on_boundary, inside])
-        return parted(Bubbles(x, spacing(x), piece, s, len(boundary.corners)), domain, spacing)
+        placed = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
+        return parted(placed, domain, spacing)
 
     def _interior(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Floats:
         """Corners (k, 2) of the quadtree's rhombi that are far enough from the boundary."""

@@ -1,41 +1,36 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
-from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
-from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours, independent, pairs_within
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import arcs, connected, parted
+from bubblemesh.packing.chords import arcs, parted
+from bubblemesh.packing.connection import connected
 from bubblemesh.packing.forces import CUTOFF
+from bubblemesh.packing.overlap import REACH_OF_OVERLAP, boundary_overlaps, overlaps
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import circumcircles
 
-__all__ = ["Change", "Thresholds", "boundary_overlaps", "overlaps"]
-
-REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j < l cannot overlap; in units of l0 that is below 2 for any two radii
+__all__ = ["Change", "Thresholds"]
 
 
 class Change(NamedTuple):
-    """Bubbles after population control.
-
-    ``touched`` (n,) marks those next to a deleted or an inserted bubble, and the inserted ones.
-    """
+    """Bubbles after population control, which marks those it touched."""
 
     bubbles: Bubbles
     deleted: int
     inserted: int
-    touched: Booleans
 
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Deletion and insertion by thresholds of the overlap ratio, in the order in which bubbles are met.
+    """Deletion and insertion by thresholds of the overlap ratio, in no particular order.
 
     Attributes
     ----------
@@ -55,99 +50,69 @@ class Thresholds:
     insert_below: Annotated[float, Gt(0)] = 4.5
     insert_apart: Annotated[float, Gt(0)] = 0.85
 
-    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Change:
+    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""
         near = Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP)
         alpha = overlaps(near)
-        along = boundary_overlaps(bubbles, domain)
-        gone = self._deleted(bubbles, near, alpha, along)
-        touched = next_to(near, gone)
-        keep = np.flatnonzero(~gone)
-        kept = bubbles.kept(keep)
-        rest = parted(kept, domain, spacing)
-        alpha, touched = with_more(alpha[keep], kept, rest, np.inf), with_more(touched[keep], kept, rest, True)
-        x, piece, s, hosts = self._insertions(rest, alpha, domain, spacing)
-        grown = rest.joined_by(x, spacing(x), piece, s)
-        touched[hosts] = True
-        touched = with_inserted(rest, touched, len(x), len(piece))
-        whole = parted(grown, domain, spacing)
-        return Change(whole, int(gone.sum()), len(whole) - len(kept), with_more(touched, grown, whole, True))
+        crowded = alpha > self.delete_above
+        crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
+        crowded[: bubbles.corners] = False
+        gone = spread(crowded, near, self.delete_apart, self.rank(alpha, random))
+        rest = replace(bubbles, touched=next_to(near, gone)).kept(np.flatnonzero(~gone))
+        grown = self._filled(parted(rest, domain, spacing), domain, spacing)
+        return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
 
-    def _deleted(self, bubbles: Bubbles, near: Neighbours, alpha: Floats, along: Floats) -> Booleans:
-        """Bubbles (n,) to delete."""
-        crowded = np.zeros(len(bubbles), bool)
-        crowded[bubbles.sliding] = along > self.delete_above_boundary
-        crowded[bubbles.interior] = alpha[bubbles.interior] > self.delete_above
-        return chosen(crowded, near, self.delete_apart, self.rank(alpha))
+    def rank(self, alpha: Floats, random: np.random.Generator) -> Integers:
+        """Order (n,) in which crowded bubbles are deleted; any regular one would thin out along its rows."""
+        return random.permutation(len(alpha))
 
-    def rank(self, alpha: Floats) -> Integers:
-        """Order (n,) in which crowded bubbles are deleted."""
-        return np.arange(len(alpha))
-
-    def _insertions(
-        self, bubbles: Bubbles, alpha: Floats, domain: Domain, spacing: Spacing
-    ) -> tuple[Floats, Integers, Floats, Integers]:
-        """New centres (k, 2), pieces and arc lengths (j,) of the first j, and indices of bubbles beside them."""
+    def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+        """The bubbles and more in the gaps between them."""
+        alpha = overlaps(Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP))
         edges, edge_piece, triangles = connected(bubbles, domain)
-        piece, s, gap = boundary_gaps(bubbles, domain, edges, edge_piece, self.insert_apart)
-        on_boundary = domain.boundary.points(piece, s)
-        center, radius = circumcircles(bubbles.x, triangles)
-        loose = (alpha[triangles] < self.insert_below).any(axis=1) & np.isfinite(radius)
-        loose[loose] = domain.contains(center[loose])
-        loose[loose] = radius[loose] > self.insert_apart * spacing(center[loose])
-        hole = np.flatnonzero(loose)
-        d = spacing(center[hole])
-        hole = hole[domain.signed_distance(center[hole]) > self.insert_apart / 2 * d]
-        x = np.vstack([on_boundary, center[hole]])
-        apart = independent(pairs_within(x, spacing(x), self.insert_apart), np.arange(len(x))) if len(x) else gap < 0
-        slides = len(piece)
-        hosts = np.concatenate([edges[gap][apart[:slides]].ravel(), triangles[hole][apart[slides:]].ravel()])
-        return x[apart], piece[apart[:slides]], s[apart[:slides]], hosts
-
-
-def overlaps(near: Neighbours) -> Floats:
-    """Overlap ratios (n,): alpha_i = sum over neighbours of max(0, 2 r_i + r_j - l) / r_i; 6 in a perfect packing."""
-    i, j = near.pairs.T
-    r, distance = near.d / 2, np.hypot(*(near.x[i] - near.x[j]).T)
-    on_i = np.maximum(0, 2 * r[i] + r[j] - distance) / r[i]
-    on_j = np.maximum(0, 2 * r[j] + r[i] - distance) / r[j]
-    return np.bincount(np.append(i, j), np.append(on_i, on_j), len(r)).astype(float)
-
-
-def boundary_overlaps(bubbles: Bubbles, domain: Domain) -> Floats:
-    """Overlap ratios (b,) of the sliding bubbles with the two bubbles on either side of them; 2 if all are in place."""
-    edges, _ = domain.boundary.edges(bubbles.piece, bubbles.s)
-    ahead, behind = (np.full(bubbles.boundary_count, -1) for _ in range(2))
-    ahead[edges[:, 0]], behind[edges[:, 1]] = edges[:, 1], edges[:, 0]
-    me = np.arange(bubbles.corners, bubbles.boundary_count)
-    x, r = bubbles.x, bubbles.d / 2
-    alpha = np.zeros(len(me))
-    for step in (ahead, behind):
-        first = step[me]
-        second = np.where(first >= bubbles.corners, step[first], -1)  # not past a corner
-        for other in (first, second):
-            overlap = 2 * r[me] + r[other] - np.hypot(*(x[me] - x[other]).T)
-            alpha += np.where((other >= 0) & (other != me), np.maximum(0, overlap) / r[me], 0)
-    return alpha
+        room, piece, s = boundary_gaps(bubbles, domain, edges, edge_piece, self.insert_apart)
+        loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
+        hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
+        x = np.vstack([domain.boundary.points(piece, s), center])
+        d = spacing(x)
+        come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        on_boundary, inside = come[: len(room)], come[len(room) :]
+        touched = bubbles.touched.copy()
+        touched[room[on_boundary]] = True
+        touched[hollow[inside]] = True
+        grown = replace(bubbles, touched=touched)
+        return grown.joined_by(x[come], d[come], piece[on_boundary], s[on_boundary])
 
 
 def boundary_gaps(
     bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers, apart: float
-) -> tuple[Integers, Floats, Integers]:
-    """Pieces and arc lengths (k,) of the midpoints of boundary edges with room for one more bubble, and the edges."""
-    boundary = domain.boundary
+) -> tuple[Integers, Integers, Floats]:
+    """Boundary edges (k, 2) with room for one more bubble, and the pieces and arc lengths (k,) of their midpoints."""
     begin, end = arcs(bubbles, domain, edges, edge_piece)
-    d = (bubbles.d[edges[:, 0]] + bubbles.d[edges[:, 1]]) / 2
-    gap = np.flatnonzero(end - begin > 2 * apart * d)
-    middle = boundary.wrapped(edge_piece[gap], (begin[gap] + end[gap]) / 2)
-    return edge_piece[gap], middle, gap
+    gap = np.flatnonzero(end - begin > 2 * apart * bubbles.d[edges].mean(axis=1))
+    piece = edge_piece[gap]
+    return edges[gap], piece, domain.boundary.wrapped(piece, (begin[gap] + end[gap]) / 2)
 
 
-def chosen(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
+def interior_gaps(
+    bubbles: Bubbles, domain: Domain, spacing: Spacing, triangles: Integers, apart: float
+) -> tuple[Integers, Floats]:
+    """Those of the triangles (k, 3) whose empty circumcircle has room for one more bubble, and the centres (k, 2)."""
+    center, radius = circumcircles(bubbles.x, triangles)
+    inside = np.flatnonzero(np.isfinite(radius))
+    inside = inside[domain.contains(center[inside])]
+    d = spacing(center[inside])
+    wide = radius[inside] > apart * d
+    inside, d = inside[wide], d[wide]
+    gap = inside[domain.signed_distance(center[inside]) > apart / 2 * d]
+    return triangles[gap], center[gap]
+
+
+def spread(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
     """Those of the ``wanted`` (n,) that keep a distance of ``apart`` spacings from each other, by rank."""
     i, j = near.pairs.T
     conflict = wanted[i] & wanted[j]
-    close = np.hypot(*(near.x[i] - near.x[j]).T) < apart * near.contact
+    close = near.distances < apart * near.contact
     number = np.cumsum(wanted) - 1
     result = np.zeros(len(wanted), bool)
     result[wanted] = independent(number[near.pairs[conflict & close]], rank[wanted])
@@ -156,20 +121,8 @@ def chosen(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> 
 
 def next_to(near: Neighbours, marked: Booleans) -> Booleans:
     """Bubbles (n,) that a marked one acts on."""
-    i, j = near.pairs[np.hypot(*(near.x[near.pairs[:, 0]] - near.x[near.pairs[:, 1]]).T) < CUTOFF * near.contact].T
+    i, j = near.pairs[near.distances < CUTOFF * near.contact].T
     result = np.zeros(len(marked), bool)
     result[j[marked[i]]] = True
     result[i[marked[j]]] = True
     return result
-
-
-def with_inserted(rest: Bubbles, touched: Booleans, count: int, slides: int) -> Booleans:
-    """The marks of ``rest`` carried over to the bubbles joined by ``count`` new ones, which are marked too."""
-    at = rest.boundary_count
-    return np.concatenate([touched[:at], np.ones(slides, bool), touched[at:], np.ones(count - slides, bool)])
-
-
-def with_more(values: NDArray[Any], before: Bubbles, after: Bubbles, value: float) -> NDArray[Any]:
-    """Values (n,) of the bubbles, and one ``value`` for those that came to the boundary."""
-    at = before.boundary_count
-    return np.insert(values, at, np.full(after.boundary_count - at, value))

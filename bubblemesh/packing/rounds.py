@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import connected, enclosed, parted
+from bubblemesh.packing.chords import enclosed, parted
+from bubblemesh.packing.connection import connected
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.rails import Clearance, Rails
 from bubblemesh.spacing.spacing import Spacing
@@ -69,15 +70,16 @@ class Relaxed(NamedTuple):
 
 def rounds(start: Bubbles, domain: Domain, spacing: Spacing, method: Method) -> Iterator[Round]:
     """Rounds of the method from the bubbles ``start``; after the last change of population a relaxation closes."""
-    bubbles, odd = start, np.zeros(len(start), bool)
+    random = method.perturbation.generator()
+    bubbles = method.perturbation(start, spacing, random)
     counts: list[tuple[int, int]] = []
-    reason = None
+    odd, reason = False, None
     while reason is None:
         number = len(counts)
         relaxed = _relaxed(bubbles, domain, spacing, method, number, odd)
-        change = method.population(enclosed(relaxed.bubbles, domain), domain, spacing)
+        change = method.population(enclosed(relaxed.bubbles, domain), domain, spacing, random)
         counts.append((len(bubbles), len(change.bubbles)))
-        odd = change.touched & (method.odd is not None and method.odd.active(*counts[-1]))
+        odd = method.odd is not None and method.odd.active(*counts[-1])
         reason = method.termination(counts)
         after, speeds, evaluations = change.bubbles, relaxed.speeds, relaxed.evaluations
         inserted = relaxed.added + change.inserted
@@ -101,21 +103,21 @@ def rounds(start: Bubbles, domain: Domain, spacing: Spacing, method: Method) -> 
         bubbles = after
 
 
-def _closed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: Booleans) -> Relaxed:
+def _closed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: bool) -> Relaxed:
     """The relaxation after the last change of population, again if bubbles came too near to the boundary."""
     relaxed = _relaxed(start, domain, spacing, method, number, odd)
     for _ in range(CLOSING_REPEATS):
         kept = enclosed(relaxed.bubbles, domain)
         if len(kept) == len(relaxed.bubbles):
             break
-        again = _relaxed(kept, domain, spacing, method, number, np.zeros(len(kept), bool))
+        again = _relaxed(kept, domain, spacing, method, number, odd)
         speeds = np.append(relaxed.speeds, again.speeds)
         relaxed = Relaxed(again.bubbles, relaxed.added + again.added, speeds, relaxed.evaluations + again.evaluations)
     return relaxed._replace(bubbles=enclosed(relaxed.bubbles, domain))
 
 
-def _relaxed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: Booleans) -> Relaxed:
-    """The steps of a round."""
+def _relaxed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: bool) -> Relaxed:
+    """The steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
     rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
     x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
     neighbours, listed = Neighbours.of(x, d, REACH), 0
@@ -128,7 +130,7 @@ def _relaxed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, n
             neighbours, listed = Neighbours.of(x, d, REACH), step
             force = method.force.among(neighbours)
         c = method.viscosity(step, number)
-        damping = c if method.odd is None else method.odd(c, odd)
+        damping = method.odd(c, start.touched) if odd and method.odd is not None else c
         x, v = method.motion(x, v, damping, rails.holding(force))
         x, v = rails.settled(x, v)
         speeds[step] = np.hypot(*v.T).mean()

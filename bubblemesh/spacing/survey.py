@@ -16,6 +16,7 @@ __all__ = ["Survey", "surveyed"]
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 2e-3  # relative change on halving below which a part of an integral stands
 HALVINGS = 60
+FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
@@ -56,7 +57,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         )
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, max_nodes)
     along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, max_nodes)
-    ideal = over_area + along + 1 - domain.hole_count
+    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
     x, y = points[d.argmax()]

@@ -1,0 +1,91 @@
+"""Straight boundary edges in place of the true curves: what they would cut off, and what they leave outside."""
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["arcs", "enclosed", "parted"]
+
+NEAREST_TO_CHORD = 0.5  # in units of spacing; a perfect packing has 0.87, and nearer nodes make flat triangles
+SAMPLES = 9  # points of an arc whose convex hull stands for it
+MOST_HALVINGS = 60
+
+
+def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers) -> tuple[Floats, Floats]:
+    """Arc lengths (e,) at which boundary edges begin and end; an edge of a closed curve may run past its length."""
+    length = domain.boundary.lengths[edge_piece]
+    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
+    begin = np.where(edges[:, 0] < bubbles.corners, 0, s[edges[:, 0]])
+    end = np.where(edges[:, 1] < bubbles.corners, length, s[edges[:, 1]])
+    return begin, np.where(end <= begin, end + length, end)
+
+
+def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+    """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off."""
+    boundary = domain.boundary
+    if not boundary.curved.any():
+        return bubbles
+    for _ in range(MOST_HALVINGS):
+        edges, edge_piece = boundary.edges(bubbles.piece, bubbles.s)
+        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        cut = np.flatnonzero(_cutting(bubbles, domain, edges, edge_piece, begin, end))
+        if len(cut) == 0:
+            break
+        piece = edge_piece[cut]
+        s = boundary.wrapped(piece, (begin[cut] + end[cut]) / 2)
+        x = boundary.points(piece, s)
+        bubbles = bubbles.joined_by(x, spacing(x), piece, s)
+    return bubbles
+
+
+def _cutting(
+    bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers, begin: Floats, end: Floats
+) -> Booleans:
+    """Boundary edges (e,) that have another one, or the end of one that follows, between their chord and their arc.
+
+    Only chords that run through the domain can: on the others' side there is none.
+    """
+    samples = begin[:, None] + np.linspace(0, 1, SAMPLES) * (end - begin)[:, None]
+    piece = np.repeat(edge_piece, SAMPLES)
+    x = domain.boundary.points(piece, domain.boundary.wrapped(piece, samples.ravel())).reshape(-1, SAMPLES, 2)
+    x[:, 0], x[:, -1] = bubbles.x[edges[:, 0]], bubbles.x[edges[:, 1]]
+    hulls = shapely.convex_hull(shapely.linestrings(x))
+    chord, offset = x[:, -1] - x[:, 0], x - x[:, :1]
+    within = (chord[:, :1] * offset[:, :, 1] < chord[:, 1:] * offset[:, :, 0]).any(axis=1)
+    through = np.flatnonzero(within & domain.boundary.curved[edge_piece])
+    cutting = np.zeros(len(edges), bool)
+    mine, other = shapely.STRtree(hulls).query(hulls[through], predicate="intersects")
+    mine = through[mine]
+    mine, other = mine[mine != other], other[mine != other]
+    shared = (edges[mine][:, :, None] == edges[other][:, None, :]).any(axis=1)
+    cutting[mine[~shared.any(axis=1) | shared.all(axis=1)]] = True
+    mine, other, far = (column[shared.sum(axis=1) == 1] for column in (mine, other, ~shared))
+    ends = bubbles.x[edges[other][far]]
+    cutting[mine[shapely.contains_properly(hulls[mine], shapely.points(ends))]] = True
+    return cutting
+
+
+def enclosed(bubbles: Bubbles, domain: Domain) -> Bubbles:
+    """The bubbles without interior ones that the boundary edges leave outside, or hardly inside."""
+    inside = _inside_chords(bubbles, domain)
+    if inside.all():
+        return bubbles
+    keep = np.concatenate([np.arange(bubbles.boundary_count), bubbles.boundary_count + np.flatnonzero(inside)])
+    return bubbles.kept(keep)
+
+
+def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
+    """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
+    edges, _ = domain.boundary.edges(bubbles.piece, bubbles.s)
+    x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
+    chords, centres = shapely.linestrings(bubbles.x[edges]), shapely.points(x)
+    _, near = shapely.STRtree(chords).query_nearest(centres, all_matches=False)
+    distance = shapely.distance(centres, chords[near])
+    (ax, ay), (bx, by) = (x - bubbles.x[edges[near, 0]]).T, (bubbles.x[edges[near, 1]] - bubbles.x[edges[near, 0]]).T
+    along = (ax * bx + ay * by) / (bx * bx + by * by)
+    behind = (bx * ay - by * ax <= 0) & (along > 0) & (along < 1)  # else the nearest point is a node, on true curves
+    return ~behind & (distance > NEAREST_TO_CHORD * d)
