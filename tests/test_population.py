@@ -138,3 +138,11 @@ def test_counts_add_up_whatever_the_start():
 def test_lattice_fills_its_hexagon():
     _, _, bubbles = packed_hexagon(SIDE)
     assert sorted(map(tuple, bubbles.x.round(6) + 0.0)) == sorted(map(tuple, hexagon(SIDE).round(6) + 0.0))
+
+
+def test_the_order_of_deletion():
+    alpha, random = np.array([5.0, 9.0, 8.0, 9.0]), np.random.default_rng(3)
+    assert Thresholds(delete_order="placed").rank(alpha, random).tolist() == [0, 1, 2, 3]
+    assert Thresholds(delete_order="worst").rank(alpha, random).tolist() == [3, 0, 2, 1]
+    shuffled = Thresholds(delete_order="random").rank(np.zeros(50), random).tolist()
+    assert sorted(shuffled) == list(range(50)) != shuffled

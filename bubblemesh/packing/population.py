@@ -1,7 +1,7 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
@@ -30,7 +30,7 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Deletion and insertion by thresholds of the overlap ratio, in no particular order.
+    """Deletion and insertion by thresholds of the overlap ratio.
 
     Attributes
     ----------
@@ -38,6 +38,9 @@ class Thresholds:
         Overlap ratios, in the plane and along a curve, above which a bubble goes.
     delete_apart : float
         Two deletions in one round are at least this far apart, in units of spacing.
+    delete_order : {"placed", "random", "worst"}
+        Who goes first of two that are nearer: "placed" follows the rows of the placement, boundary first, and thins
+        out the most; "worst" sorts by overlap ratio.
     insert_below : float
         A bubble may come next to one whose overlap ratio is below this.
     insert_apart : float
@@ -47,6 +50,7 @@ class Thresholds:
     delete_above: Annotated[float, Gt(0)] = 7.9
     delete_above_boundary: Annotated[float, Gt(0)] = 3.5
     delete_apart: Annotated[float, Gt(0)] = 1.2
+    delete_order: Literal["placed", "random", "worst"] = "placed"
     insert_below: Annotated[float, Gt(0)] = 4.5
     insert_apart: Annotated[float, Gt(0)] = 0.85
 
@@ -63,8 +67,13 @@ class Thresholds:
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
 
     def rank(self, alpha: Floats, random: np.random.Generator) -> Integers:
-        """Order (n,) in which crowded bubbles are deleted; any regular one would thin out along its rows."""
-        return random.permutation(len(alpha))
+        """Position (n,) of each bubble in the order of deletion."""
+        if self.delete_order == "random":
+            return random.permutation(len(alpha))
+        rank = np.arange(len(alpha))
+        if self.delete_order == "worst":
+            rank[np.argsort(-alpha, kind="stable")] = np.arange(len(alpha))
+        return rank
 
     def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles and more in the gaps between them."""
