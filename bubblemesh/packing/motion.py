@@ -8,7 +8,7 @@ from annotated_types import Gt
 
 from bubblemesh.arrays import Floats
 
-__all__ = ["Force", "RungeKutta", "SecondOrderEuler"]
+__all__ = ["ClassicalRungeKutta", "Force", "RungeKutta", "SecondOrderEuler"]
 
 Force = Callable[[Floats], Floats]
 
@@ -66,3 +66,13 @@ class SecondOrderEuler(RungeKutta):
 
     stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (1.0,))
     weights: ClassVar[tuple[float, ...]] = (0.5, 0.5)
+
+
+@dataclass(frozen=True)
+class ClassicalRungeKutta(RungeKutta):
+    """Runge-Kutta step of fourth order, the motion of the traditional method."""
+
+    dt: Annotated[float, Gt(0)] = 0.2
+
+    stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0))
+    weights: ClassVar[tuple[float, ...]] = (1 / 6, 1 / 3, 1 / 3, 1 / 6)

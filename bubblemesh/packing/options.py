@@ -1,4 +1,4 @@
-"""A method with the parameters that a case sets: each key belongs to one field of one scheme."""
+"""A method with what a case sets: other schemes by name, and the parameters of the schemes."""
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
@@ -7,7 +7,7 @@ from typing import Any, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from bubblemesh.packing.methods import METHODS, Method
+from bubblemesh.packing.methods import METHODS, SCHEMES, Method
 
 __all__ = ["OptionError", "configured", "options"]
 
@@ -29,7 +29,7 @@ class OptionError(ValueError):
 
 
 def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> Method:
-    """The row ``method`` of the table, with the given keys in place of its own.
+    """The row ``method`` of the table, with the given schemes and parameters in place of its own.
 
     Raises
     ------
@@ -40,25 +40,47 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
         raise OptionError("method", None, f"unknown method {method!r}{_suggested(method, list(METHODS))}")
     row = METHODS[method]
     for section, given in (("packing", packing), ("schedule", schedule)):
-        for key, value in given.items():
-            row = _with_option(row, method, section, key, value)
+        named = [key for key in given if key in SCHEMES and key in SECTIONS[section]]
+        for key in named:
+            row = _with_scheme(row, section, key, given[key])
+        for key in given.keys() - named:
+            row = _with_parameter(row, method, section, key, given[key])
     return row
 
 
 def options(method: Method) -> dict[str, dict[str, Any]]:
     """All keys of a method with their values, by section."""
     return {
-        section: {name: value for scheme in _schemes(method, section) for name, value in _values(scheme).items()}
-        for section in SECTIONS
+        section: {
+            **{name: value for column in columns for name, value in _values(getattr(method, column)).items()},
+            **{column: _name(method, column) for column in columns if column in SCHEMES},
+        }
+        for section, columns in SECTIONS.items()
     }
 
 
-def _with_option(row: Method, method: str, section: str, key: str, value: Any) -> Method:
+def _with_scheme(row: Method, section: str, column: str, name: Any) -> Method:
+    """The row with the scheme ``name``, which keeps the parameters that both schemes have."""
+    known = SCHEMES[column]
+    if not isinstance(name, str) or name not in known:
+        hint = _suggested(str(name), list(known))
+        raise OptionError(section, column, f"there is no such scheme{hint} (found {name!r})")
+    if name == _name(row, column):
+        return row
+    kind, present = known[name], _values(getattr(row, column))
+    shared = (
+        {} if kind is None else {field.name: present[field.name] for field in fields(kind) if field.name in present}
+    )
+    scheme: Any = kind and kind(**shared)
+    return replace(row, **{column: scheme})
+
+
+def _with_parameter(row: Method, method: str, section: str, key: str, value: Any) -> Method:
     for column in SECTIONS[section]:
         scheme = getattr(row, column)
-        if scheme is not None and key in _values(scheme):
+        if key in _values(scheme):
             return replace(row, **{column: _replaced(scheme, section, key, value)})
-    known = [name for scheme in _schemes(row, section) for name in _values(scheme)]
+    known = list(options(row)[section])
     raise OptionError(section, key, f"the method {method!r} does not use this key{_suggested(key, known)}")
 
 
@@ -72,12 +94,15 @@ def _replaced(scheme: Any, section: str, key: str, value: Any) -> Any:
     return replace(scheme, **{key: checked})
 
 
-def _schemes(method: Method, section: str) -> list[Any]:
-    return [scheme for column in SECTIONS[section] if (scheme := getattr(method, column)) is not None]
+def _name(method: Method, column: str) -> str:
+    """What a case calls the method's scheme for a task."""
+    scheme = getattr(method, column)
+    return next(name for name, kind in SCHEMES[column].items() if kind is (scheme and type(scheme)))
 
 
 def _values(scheme: Any) -> dict[str, Any]:
-    return {field.name: getattr(scheme, field.name) for field in fields(scheme)}
+    """The parameters of a scheme; none of one that is left out."""
+    return {} if scheme is None else {field.name: getattr(scheme, field.name) for field in fields(scheme)}
 
 
 def _suggested(word: str, known: list[str]) -> str:

@@ -1,14 +1,31 @@
 """Viscosity c of the medium: it grows within a round and starts each round anew (section 2.2 of the paper)."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol
 
 import numpy as np
 from annotated_types import Ge, Gt
 
 from bubblemesh.arrays import Booleans, Floats
 
-__all__ = ["OddBubbles", "SawTooth"]
+__all__ = ["Constant", "OddBubbles", "SawTooth", "Viscosity"]
+
+
+class Viscosity(Protocol):
+    """The viscosity of a normal bubble as a function of time."""
+
+    def __call__(self, step: int, round_number: int) -> float:
+        """Viscosity in a step of a round, both counted from 0."""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """The same viscosity at all times: 1.4 is a damping ratio of 0.7 for unit mass and strength."""
+
+    c: Annotated[float, Gt(0)] = 1.4
+
+    def __call__(self, step: int, round_number: int) -> float:
+        return self.c
 
 
 @dataclass(frozen=True)
