@@ -66,6 +66,9 @@ def run(
     method: MethodName = None,
     seed: Seed = None,
     as_json: AsJson = False,
+    history: Annotated[
+        bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -77,7 +80,7 @@ def run(
         loaded = read_case(case, settings, method, seed)
         if as_json and output == "-":
             raise CaseError("--json and -o - would both write to the standard output: drop one of them")
-        place = delivery.destination(loaded, case, output, format_name)
+        place = delivery.destination(loaded, case, output, format_name, history=history)
         if dry_run:
             show_estimate(loaded, as_json, quiet)
             return

@@ -8,7 +8,7 @@ from typing import Any
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError, RequirementError
-from bubblemesh.output import FORMATS, write_file, write_files, write_stream
+from bubblemesh.output import FORMATS, history_tables, write_file, write_files, write_stream
 from bubblemesh.pipeline import Result
 
 __all__ = ["Destination", "destination", "require_quality"]
@@ -27,12 +27,15 @@ class Destination:
     name : str
         Stem of the files in a folder.
     formats : tuple of str
+    history : bool
+        Whether tables of all rounds and steps are written too.
     """
 
     path: Path | None
     is_file: bool
     name: str
     formats: tuple[str, ...]
+    history: bool
 
     @property
     def meshes(self) -> list[Path]:
@@ -52,12 +55,15 @@ class Destination:
         if self.path is None:
             write_stream(result.mesh, result.fields, self.formats[0], sys.stdout.buffer)
             return {**result.report, "files": []}
+        tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
         if self.is_file:
-            return write_file(result.mesh, result.fields, result.report, self.path)
-        return write_files(result.mesh, result.fields, result.report, self.path, self.name, self.formats)
+            return write_file(result.mesh, result.fields, result.report, self.path, tables)
+        return write_files(result.mesh, result.fields, result.report, self.path, self.name, self.formats, tables)
 
 
-def destination(case: Case, source: str, output: str | None, format_name: str | None) -> Destination:
+def destination(
+    case: Case, source: str, output: str | None, format_name: str | None, *, history: bool = False
+) -> Destination:
     """What the options ``-o`` and ``--format`` and the case say together.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
@@ -80,15 +86,17 @@ def destination(case: Case, source: str, output: str | None, format_name: str | 
     if output == "-":
         if sys.stdout.isatty():
             raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
-        return Destination(None, False, name, formats)
+        if history:
+            raise CaseError("--history: there is no place for its files with -o -: drop one of them")
+        return Destination(None, False, name, formats, history)
     if output is None:
-        place = Destination(_own_folder(case, source), False, name, formats)
+        place = Destination(_own_folder(case, source), False, name, formats, history)
     else:
         path = Path(output)
         is_file = path.suffix != "" and not output.endswith("/") and not path.is_dir()
         if is_file:
             _check_ending(path, format_name)
-        place = Destination(path, is_file, name, formats)
+        place = Destination(path, is_file, name, formats, history)
     if source != "-" and Path(source).resolve() in [path.resolve() for path in place.meshes]:
         raise FileError(f"{source}: the mesh would overwrite the case file: give another name")
     return place

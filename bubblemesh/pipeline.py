@@ -22,11 +22,12 @@ __all__ = ["Result", "mesh_case", "prepared"]
 
 @dataclass(frozen=True)
 class Result:
-    """A mesh, data (t,) for its triangles, and the report of the run."""
+    """A mesh, data (t,) for its triangles, the report, and the mean speeds (iterations,) in each round."""
 
     mesh: Mesh
     fields: dict[str, Floats]
     report: dict[str, Any]
+    speeds: tuple[Floats, ...]
 
 
 def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result:
@@ -44,7 +45,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
         start = method.placement(domain, spacing, case.limits.max_nodes)
         initial = initial_row(start, connected(start, domain)[2])
     with timed(seconds, "packing"):
-        last, rows = _packed(rounds(start, domain, spacing, method), on_round)
+        last, rows, speeds = _packed(rounds(start, domain, spacing, method), on_round)
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
@@ -66,18 +67,21 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
         "peak_memory_mb": peak_memory_mb(),
         "warnings": [*problem.warnings, *compromises.poor_result(figures, None if problem.refined else ideal_nodes)],
     }
-    return Result(mesh, triangle_fields(mesh, problem.wanted), report)
+    return Result(mesh, triangle_fields(mesh, problem.wanted), report, speeds)
 
 
-def _packed(steps: Iterable[Round], on_round: Callable[[RoundRow], None]) -> tuple[Round, list[RoundRow]]:
-    """Run the rounds; the last of them, and the figures of all."""
-    rows = []
+def _packed(
+    steps: Iterable[Round], on_round: Callable[[RoundRow], None]
+) -> tuple[Round, list[RoundRow], tuple[Floats, ...]]:
+    """Run the rounds; the last of them, and the figures and mean speeds of all."""
+    rows, speeds = [], []
     begun = perf_counter()
     for done in steps:
         rows.append(round_row(done, perf_counter() - begun))
+        speeds.append(done.speeds)
         on_round(rows[-1])
         begun = perf_counter()
-    return done, rows
+    return done, rows, tuple(speeds)
 
 
 def _mesh(last: Round, domain: Domain) -> Mesh:

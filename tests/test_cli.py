@@ -130,6 +130,22 @@ def test_the_same_case_and_seed_give_the_same_bytes_and_another_seed_does_not(sq
     assert a["square.msh"] != c["square.msh"]
 
 
+@pytest.mark.parametrize("output", ["out", "out/square.vtu"])
+def test_history_has_a_row_for_each_round_and_each_step(output, square, tmp_path):
+    process = bubblemesh("run", square, "--history", "--json", "-q", "-o", output, folder=tmp_path)
+    report = json.loads(process.stdout)
+    assert {"square.rounds.csv", "square.history.csv"} <= set(report["files"]) == set(names(tmp_path / "out"))
+    head, *rows = (line.split(",") for line in (tmp_path / "out/square.rounds.csv").read_text().splitlines())
+    assert [dict(zip(head, map(float, row), strict=True)) for row in rows] == report["rounds"]
+    head, *rows = (line.split(",") for line in (tmp_path / "out/square.history.csv").read_text().splitlines())
+    assert head == ["step", "round", "mean_speed"]
+    assert [int(step) for step, _, _ in rows] == list(range(1, len(rows) + 1))
+    for row in report["rounds"]:
+        speeds = [float(speed) for _, number, speed in rows if int(number) == row["round"]]
+        assert len(speeds) == row["iterations"]
+        assert speeds[-1] == row["mean_speed"]
+
+
 @pytest.mark.parametrize("command", [["check"], ["run", "--dry-run"]])
 def test_check_and_dry_run_estimate_and_write_nothing(command, tmp_path):
     process = bubblemesh(*command, QUICKSTART, folder=tmp_path)
@@ -206,6 +222,7 @@ def test_a_bad_case_ends_with_its_exit_code_and_a_message_that_names_the_place(t
         (["run", "square.yaml", "-o", "mesh.msh", "--format", "vtu"], 2, "--format"),
         (["run", "square.yaml", "--format", "stl"], 2, "stl"),
         (["run", "square.yaml", "-o", "-", "--json"], 2, "--json"),
+        (["run", "square.yaml", "-o", "-", "--history"], 2, "--history"),
         (["run", "square.yaml", "--set", "spacing"], 2, "--set"),
         (["run", "square.yaml", "--set", "packing.w2=-1"], 2, "packing.w2"),
         (["run", "square.yaml", "-o", "square.yaml/x.msh"], 5, "square.yaml"),

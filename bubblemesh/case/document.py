@@ -54,13 +54,24 @@ class Document:
 
     def line(self, path: KeyPath) -> int | None:
         """Line, from 1, of the longest part of ``path`` that the file has; None if it has nothing of it."""
-        line, places = None, self._root.places
+        found = self._known(path)
+        return found[-1].line if found else None
+
+    def depth(self, path: KeyPath) -> int:
+        """Number of parts of ``path`` that the file has."""
+        return len(self._known(path))
+
+    def _known(self, path: KeyPath) -> list[Place]:
+        """Places of the longest part of ``path`` that the file has."""
+        found: list[Place] = []
+        places = self._root.places
         for part in path:
             place = _place(places, part)
             if place is None:
                 break
-            line, places = place.line, place.node.places
-        return line
+            found.append(place)
+            places = place.node.places
+        return found
 
 
 def _place(places: "dict[str, Place] | list[Place]", part: str | int) -> Place | None:

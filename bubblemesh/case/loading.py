@@ -7,7 +7,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bubblemesh.case.document import Document, read_document, read_text
+from bubblemesh.case.document import read_text
+from bubblemesh.case.layers import Layer, layers_of, merged, place_of
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
@@ -48,11 +49,14 @@ def load_case(
     path = Path(path)
     changes = [*map(parsed, overrides), *_options(method, seed)]
     source = "<stdin>" if str(path) == "-" else str(path)
-    document = read_document(read_text(path) if text is None else text, source)
-    data: Any = document.data
+    for change in changes:
+        if change.path[0] == "base":
+            raise CaseError(f"{change.source}: the base is what the case file names: write it there")
+    layers = layers_of(path, source, read_text(path) if text is None else text)
+    data: Any = merged(layers)
     for change in changes:
         data = applied(data, change)
-    return _checked(data, _Places(source, document, changes), "mesh" if str(path) == "-" else path.stem)
+    return _checked(data, _Places(layers, changes), "mesh" if str(path) == "-" else path.stem)
 
 
 def _options(method: str | None, seed: int | None) -> Iterable[Override]:
@@ -66,8 +70,7 @@ def _options(method: str | None, seed: int | None) -> Iterable[Override]:
 class _Places:
     """Where the values of a case come from."""
 
-    source: str
-    document: Document
+    layers: Sequence[Layer]
     changes: Sequence[Override]
 
     def __call__(self, path: Sequence[str | int]) -> str:
@@ -75,7 +78,7 @@ class _Places:
         for change in reversed(self.changes):
             if change.covers(path):
                 return change.source
-        return f"{self.source}:{self.document.line(path) or 1}"
+        return place_of(self.layers, path)
 
     def message(self, path: Sequence[str | int], problem: object) -> str:
         """A problem with its place and key."""

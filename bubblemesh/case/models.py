@@ -66,6 +66,7 @@ class Requirements(Strict):
 class Case(Strict):
     """A meshing case: a domain, a spacing and how to mesh."""
 
+    base: str | None = Field(default=None, description="Case file to extend, relative to this one.")
     name: FileName | None = Field(
         default=None, description="Stem of the output files, by default that of the case file."
     )

@@ -18,10 +18,17 @@ from bubblemesh.output.report import dump
 __all__ = ["write_file", "write_files", "write_stream"]
 
 _REPORT = ".report.json"
+NO_TABLES: Mapping[str, str] = {}
 
 
 def write_files(
-    mesh: Mesh, fields: Fields, report: Mapping[str, Any], folder: Path, name: str, formats: Sequence[str]
+    mesh: Mesh,
+    fields: Fields,
+    report: Mapping[str, Any],
+    folder: Path,
+    name: str,
+    formats: Sequence[str],
+    tables: Mapping[str, str] = NO_TABLES,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
@@ -39,6 +46,8 @@ def write_files(
         Stem of the files' names.
     formats : sequence of str
         Keys of ``FORMATS``.
+    tables : mapping of str to str
+        Text of more files, by the end of their names.
 
     Returns
     -------
@@ -53,24 +62,28 @@ def write_files(
         If a file cannot be written, or two of them would have the same name.
     """
     _check_name(name)
-    ends = [end for ending in formats for end in format_named(ending).files]
+    ends = [end for ending in formats for end in format_named(ending).files] + list(tables)
     files = [name + end for end in (*ends, _REPORT)]
     _check_distinct(files, folder)
     begun = perf_counter()
     with transaction(folder) as staging:
         for ending in formats:
             FORMATS[ending].write(mesh, fields, staging / f"{name}.{ending}")
+        for end, text in tables.items():
+            (staging / f"{name}{end}").write_text(text, encoding="utf-8")
         written = _completed(report, files, perf_counter() - begun)
         (staging / files[-1]).write_text(dump(written), encoding="utf-8")
     return written
 
 
-def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
+def write_file(
+    mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path, tables: Mapping[str, str] = NO_TABLES
+) -> dict[str, Any]:
     """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
     if path.suffix.removeprefix(".") not in FORMATS:
         known = ", ".join(f".{ending}" for ending in FORMATS)
         raise CaseError(f"{path}: unknown ending {path.suffix!r} for a mesh file: choose one of {known}")
-    return write_files(mesh, fields, report, path.parent, path.stem, [path.suffix.removeprefix(".")])
+    return write_files(mesh, fields, report, path.parent, path.stem, [path.suffix.removeprefix(".")], tables)
 
 
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:

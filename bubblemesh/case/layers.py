@@ -1,0 +1,75 @@
+"""A case file that extends another one: ``base: other.yaml``."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bubblemesh.case.document import Document, read_document, read_text
+from bubblemesh.errors import CaseError
+
+__all__ = ["Layer", "layers_of", "merged", "place_of"]
+
+OWN_KEYS = ("base", "name")  # that a case does not take over from its base
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One file of a case, with what messages call it."""
+
+    source: str
+    document: Document
+
+
+def layers_of(path: Path, source: str, text: str) -> list[Layer]:
+    """The files of a case, from the one that has no base to the case itself.
+
+    Parameters
+    ----------
+    path : Path
+        Place of the case; a base is relative to its folder.
+    source : str
+        What messages call the case.
+    text : str
+        Its content.
+
+    Raises
+    ------
+    CaseError
+        If a base is no text, or extends itself; the message names the line.
+    FileError
+        If a base cannot be read.
+    """
+    layers = [Layer(source, read_document(text, source))]
+    seen = [path.resolve()]
+    while (base := layers[0].document.data.get("base")) is not None:
+        place = f"{layers[0].source}:{layers[0].document.line(('base',))}: base"
+        if not isinstance(base, str) or not base:
+            raise CaseError(f"{place}: must be the name of a case file (found {base!r})")
+        path = path.parent / base
+        if path.resolve() in seen:
+            raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
+        seen.append(path.resolve())
+        layers.insert(0, Layer(str(path), read_document(read_text(path), str(path))))
+    return layers
+
+
+def merged(layers: Sequence[Layer]) -> dict[str, Any]:
+    """The data of all layers: a key of a later one replaces that of an earlier one, and mappings join their keys.
+
+    That goes one level deep: ``packing: {w2: 0.7}`` keeps the base's ``w1``, but a ring is replaced as a whole.
+    """
+    data: dict[str, Any] = {}
+    for layer in layers:
+        data = {key: value for key, value in data.items() if key not in OWN_KEYS}
+        for key, value in layer.document.data.items():
+            present = data.get(key)
+            data[key] = {**present, **value} if isinstance(present, dict) and isinstance(value, dict) else value
+    data.pop("base", None)
+    return data
+
+
+def place_of(layers: Sequence[Layer], path: Sequence[str | int]) -> str:
+    """File and line of the value at a key path, or of what comes nearest to it."""
+    known = max(reversed(layers), key=lambda layer: layer.document.depth(path))
+    return f"{known.source}:{known.document.line(path) or 1}"
