@@ -1,7 +1,13 @@
+import dataclasses
+from pathlib import Path
+
 import pytest
 
-from bubblemesh.packing.methods import METHODS
+from bubblemesh.packing.methods import METHODS, SCHEMES
+from bubblemesh.packing.motion import ClassicalRungeKutta
 from bubblemesh.packing.options import OptionError, configured, options
+from bubblemesh.packing.termination import SelfAdaptive
+from bubblemesh.packing.viscosity import Constant
 
 NAMES = sorted(METHODS)
 
@@ -69,3 +75,49 @@ def test_unknown_method_is_named():
     with pytest.raises(OptionError, match="unknown method 'acelerated': did you mean 'accelerated'") as caught:
         configured("acelerated", {}, {})
     assert (caught.value.section, caught.value.key) == ("method", None)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("column", "scheme"), [(column, name) for column, known in SCHEMES.items() for name in known])
+def test_each_scheme_replaces_that_of_any_method_and_leaves_the_others(name, column, scheme):
+    section = "packing" if column == "motion" else "schedule"
+    method = configured(name, **({"packing": {}, "schedule": {}} | {section: {column: scheme}}))
+    kind = SCHEMES[column][scheme]
+    assert getattr(method, column) is None if kind is None else type(getattr(method, column)) is kind
+    others = {field.name for field in dataclasses.fields(method)} - {column}
+    assert all(getattr(method, other) == getattr(METHODS[name], other) for other in others)
+    assert options(method)[section][column] == scheme
+
+
+def test_a_scheme_that_takes_the_place_of_another_keeps_the_parameters_of_both():
+    method = configured("bpm", {}, {"rounds": 4, "termination": "self-adaptive", "tolerance": 0.01})
+    assert method.termination == SelfAdaptive(rounds=4, iterations=250, tolerance=0.01)
+    assert configured("fnpbs", {"dt": 0.1, "motion": "runge-kutta"}, {}).motion == ClassicalRungeKutta(dt=0.1)
+
+
+def test_a_parameter_belongs_to_the_scheme_in_use():
+    assert configured("fnpbs", {}, {"viscosity": "constant", "c": 2}).viscosity == Constant(2.0)
+    with pytest.raises(OptionError, match="does not use this key") as caught:
+        configured("fnpbs", {}, {"viscosity": "constant", "c_in": 0.1})
+    assert caught.value.key == "c_in"
+    with pytest.raises(OptionError, match="does not use this key"):
+        configured("fnpbs", {}, {"c_odd": 2})
+
+
+@pytest.mark.parametrize("found", ["constnt", 3, None, ["constant"]])
+def test_an_unknown_scheme_is_named_with_the_known_ones(found):
+    with pytest.raises(OptionError, match="no such scheme.*constant") as caught:
+        configured("fnpbs", {}, {"viscosity": found})
+    assert (caught.value.section, caught.value.key) == ("schedule", "viscosity")
+
+
+def test_the_page_on_methods_shows_every_key_with_its_values():
+    page = (Path(__file__).parent.parent / "docs/methods.md").read_text()
+    for name in NAMES:
+        for section, keys in options(METHODS[name]).items():
+            for key, value in keys.items():
+                (row,) = (line for line in page.splitlines() if line.startswith(f"| `{section}.{key}` |"))
+                cells = dict(
+                    zip(["key", "bpm", "fnpbs", "accelerated"], map(str.strip, row.split("|")[1:]), strict=False)
+                )
+                assert cells[name] == str(value), key

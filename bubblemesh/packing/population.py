@@ -35,7 +35,8 @@ class Thresholds:
     Attributes
     ----------
     delete_above, delete_above_boundary : float
-        Overlap ratios, in the plane and along a curve, above which a bubble goes.
+        Overlap ratios, in the plane and along a curve, above which a bubble goes. The paper gives none; these lead to
+        its final numbers of bubbles.
     delete_apart : float
         Two deletions in one round are at least this far apart, in units of spacing.
     delete_order : {"placed", "random", "worst"}
@@ -47,7 +48,7 @@ class Thresholds:
         It keeps this distance from all others, in units of spacing.
     """
 
-    delete_above: Annotated[float, Gt(0)] = 7.9
+    delete_above: Annotated[float, Gt(0)] = 7.8
     delete_above_boundary: Annotated[float, Gt(0)] = 3.5
     delete_apart: Annotated[float, Gt(0)] = 1.2
     delete_order: Literal["placed", "random", "worst"] = "placed"

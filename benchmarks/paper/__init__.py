@@ -1,0 +1,1 @@
+"""The paper's tables and figures, measured anew: ``python -m benchmarks.paper`` writes docs/reproduction.md."""

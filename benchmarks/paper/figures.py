@@ -1,0 +1,134 @@
+"""The paper's figures, drawn from our runs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from benchmarks.paper.runs import Runs
+from bubblemesh.packing.viscosity import OddBubbles, SawTooth
+from bubblemesh.problem import prepared
+
+__all__ = ["CAPTIONS", "NEEDED", "draw"]
+
+INK, ACCENT, PALE = "#22303c", "#d1495b", "#d8e6ec"
+EXAMPLES = [f"table-5/example-{number}" for number in (1, 2, 3, 4)]
+NEEDED = ["dense", "table-1", "table-4", *(f"{name}-{kind}" for name in EXAMPLES for kind in ("fnpbs", "accelerated"))]
+
+CAPTIONS = {
+    "fig-02.svg": "Fig. 2: viscosity of a normal bubble, and of one that is odd in rounds 2 and 4",
+    "fig-03.png": "Fig. 3: nodes of Example 3 and of its dense variant, the mesh of the latter and a part of it",
+    "fig-05.png": "Fig. 5: initial and final nodes of Example 3 by FNPBS",
+    "fig-07.svg": "Fig. 7: mean and least q of Example 3 over the iterations of FNPBS",
+    "fig-09.svg": "Fig. 9: mean and least q of Example 1 over the iterations of FNPBS",
+    "fig-10.svg": "Fig. 10: mean and least q of Example 2 over the iterations of FNPBS",
+    "fig-11.png": "Fig. 11: nodes and meshes of Examples 1 to 4 by the accelerated method",
+    "fig-12.svg": "Fig. 12: mean speed of the bubbles of Example 3 by the three methods",
+}
+
+
+def draw(runs: Mapping[str, Runs], folder: Path) -> None:
+    """Draw all figures into ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, figure in {
+        "fig-02.svg": _viscosity(),
+        "fig-03.png": _dense(runs["table-5/example-3-accelerated"], runs["dense"]),
+        "fig-05.png": _start_and_end(runs["table-4"]),
+        "fig-07.svg": _quality(runs["table-5/example-3-fnpbs"]),
+        "fig-09.svg": _quality(runs["table-5/example-1-fnpbs"]),
+        "fig-10.svg": _quality(runs["table-5/example-2-fnpbs"]),
+        "fig-11.png": _examples([runs[f"{name}-accelerated"] for name in EXAMPLES]),
+        "fig-12.svg": _speeds({name: runs[case] for name, case in METHODS.items()}),
+    }.items():
+        # A date, or random ids, would make every drawing another file.
+        metadata = {"Date": None} if name.endswith("svg") else {}
+        figure.savefig(folder / name, dpi=80, metadata=metadata)
+
+
+METHODS = {"BPM": "table-1", "FNPBS": "table-4", "accelerated": "table-5/example-3-accelerated"}
+
+
+def _viscosity() -> Figure:
+    figure = Figure(figsize=(7, 3.2), layout="constrained")
+    axes = figure.add_subplot(xlabel="step", ylabel="viscosity c")
+    saw, odd = SawTooth(), OddBubbles()
+    steps = np.arange(5 * 250)
+    normal = np.array([saw(int(step % 250), int(step // 250)) for step in steps])
+    marked = np.isin(steps // 250, [1, 3])
+    axes.plot(steps, normal, color=INK, label="normal bubble")
+    axes.plot(steps, np.where(marked, odd.c_odd, normal), color=ACCENT, linestyle="--", label="odd bubble")
+    axes.legend(frameon=False)
+    return figure
+
+
+def _dense(coarse: Runs, dense: Runs) -> Figure:
+    figure = Figure(figsize=(10, 10), layout="constrained")
+    axes = figure.subplots(2, 2)
+    _nodes(axes[0, 0], coarse.first.mesh.points)
+    _nodes(axes[0, 1], dense.first.mesh.points)
+    for place in axes[1]:
+        _mesh(place, dense)
+    axes[1, 1].set(xlim=(1.0, 2.0), ylim=(1.0, 2.0))
+    for place, title in zip(axes.flat, ("Example 3", "dense variant", "its mesh", "a part of it"), strict=True):
+        place.set_title(title)
+    return figure
+
+
+def _start_and_end(run: Runs) -> Figure:
+    problem = prepared(run.case)
+    start = problem.method.placement(problem.domain, problem.spacing, run.case.limits.max_nodes)
+    figure = Figure(figsize=(10, 5), layout="constrained")
+    for axes, points in zip(figure.subplots(1, 2), (start.x, run.first.mesh.points), strict=True):
+        _nodes(axes, points)
+        axes.set_title(f"{len(points)} nodes")
+    return figure
+
+
+def _quality(run: Runs) -> Figure:
+    figure = Figure(figsize=(7, 3.2), layout="constrained")
+    axes = figure.add_subplot(xlabel="iterations", ylabel="q", ylim=(0, 1))
+    report = run.first.report
+    iterations = np.cumsum([0, *(row["iterations"] for row in report["rounds"])])
+    for key, color, label in (("quality_mean", INK, "mean"), ("quality_min", ACCENT, "least")):
+        values = [report["initial"][key], *(row[key] for row in report["rounds"])]
+        axes.plot(iterations, values, color=color, marker="o", markersize=3, label=label)
+    axes.legend(frameon=False, loc="lower right")
+    return figure
+
+
+def _examples(runs: list[Runs]) -> Figure:
+    figure = Figure(figsize=(10, 17), layout="constrained")
+    for (left, right), run in zip(figure.subplots(4, 2), runs, strict=True):
+        _nodes(left, run.first.mesh.points)
+        _mesh(right, run)
+    return figure
+
+
+def _speeds(runs: Mapping[str, Runs]) -> Figure:
+    figure = Figure(figsize=(7, 6), layout="constrained")
+    places = figure.subplots(len(runs), 1, sharex=True)
+    for axes, (name, run) in zip(places, runs.items(), strict=True):
+        axes.semilogy(np.concatenate(run.first.speeds), color=INK, linewidth=0.8)
+        axes.set(ylabel="mean speed", title=name)
+    places[-1].set_xlabel("step")
+    return figure
+
+
+def _nodes(axes: Axes, points: np.ndarray) -> None:
+    axes.plot(*points.T, ".", color=INK, markersize=2.5)
+    _bare(axes)
+
+
+def _mesh(axes: Axes, run: Runs) -> None:
+    mesh = run.first.mesh
+    axes.add_collection(PolyCollection(mesh.points[mesh.triangles], facecolors=PALE, edgecolors=INK, linewidths=0.4))
+    axes.autoscale_view()
+    _bare(axes)
+
+
+def _bare(axes: Axes) -> None:
+    axes.set_aspect("equal")
+    axes.set_axis_off()
