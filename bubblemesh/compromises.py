@@ -117,7 +117,7 @@ def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[s
     worst = figures["quality"]["worst"][0]
     if worst["quality"] < POOR_QUALITY:
         warnings.append(f"the worst triangle, at {_text(worst['at'])}, has a quality of {worst['quality']:.3f} only")
-    if ideal_nodes is not None and figures["nodes"] > FEW_NODES:
+    if ideal_nodes is not None and max(figures["nodes"], ideal_nodes) > FEW_NODES:
         ratio = figures["nodes"] / ideal_nodes
         if not FEWEST <= ratio <= MOST:
             warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")

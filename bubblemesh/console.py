@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.live import Live
@@ -10,8 +10,9 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from bubblemesh.problem import Problem
-from bubblemesh.summary import RoundRow
+if TYPE_CHECKING:  # an error must be shown even where NumPy cannot be loaded
+    from bubblemesh.problem import Problem
+    from bubblemesh.summary import RoundRow
 
 __all__ = ["Progress", "show_files", "show_problem", "show_quality", "warn"]
 
@@ -48,7 +49,7 @@ class Progress:
             self.live.update(self._table() if self.rows else Text())
             self.live.stop()
 
-    def show(self, row: RoundRow) -> None:
+    def show(self, row: "RoundRow") -> None:
         """Add a finished round."""
         cells = (
             f"{row.round}",
@@ -79,7 +80,7 @@ class Progress:
         return table
 
 
-def show_problem(problem: Problem) -> None:
+def show_problem(problem: "Problem") -> None:
     """What a case asks for, before any packing."""
     domain, survey = problem.domain, problem.survey
     x0, y0, x1, y1 = domain.bounds
@@ -89,7 +90,7 @@ def show_problem(problem: Problem) -> None:
         "labels": ", ".join(domain.boundary.labels),
         "spacing": f"{survey.minimum:.4g} at {_place(survey.minimum_at)} to "
         f"{survey.maximum:.4g} at {_place(survey.maximum_at)}",
-        "nodes": f"about {survey.ideal_nodes:.0f}",
+        "nodes": f"about {problem.expected_nodes:.0f}",
         "method": problem.case.method,
     }
     _show(rows)

@@ -32,6 +32,8 @@ class Problem:
         What the case asks for, and what the packing goes by: finer where the boundary is.
     survey : Survey
         Extremes of the wanted spacing and the ideal number of nodes.
+    expected_nodes : float
+        The same number for the spacing that the packing goes by.
     method : Method
     warnings : tuple of str
     seconds : dict
@@ -43,6 +45,7 @@ class Problem:
     wanted: Spacing
     spacing: Spacing
     survey: Survey
+    expected_nodes: float
     method: Method
     warnings: tuple[str, ...]
     seconds: dict[str, float]
@@ -71,6 +74,7 @@ def prepared(case: Case) -> Problem:
         wanted = wanted.floored(survey.minimum / 2)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
         spacing = short.joined(coarse).limited(wanted)
+        expected = survey if spacing is wanted else surveyed(domain, spacing, case.limits.max_nodes)
         warnings = (
             *domain.notes,
             *compromises.sharp_angles(domain),
@@ -78,7 +82,7 @@ def prepared(case: Case) -> Problem:
             *compromises.narrow_walls(domain, spacing),
         )
     method = configured(case.method, case.packing, case.schedule)
-    return Problem(case, domain, wanted, spacing, survey, method, warnings, seconds)
+    return Problem(case, domain, wanted, spacing, survey, expected.ideal_nodes, method, warnings, seconds)
 
 
 def _ring(model: RingModel, number: int) -> Ring:

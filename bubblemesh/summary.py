@@ -126,5 +126,6 @@ def estimate(problem: Problem) -> dict[str, Any]:
             "maximum_at": survey.maximum_at,
         },
         "ideal_nodes": survey.ideal_nodes,
+        "expected_nodes": problem.expected_nodes,
         "warnings": problem.warnings,
     }

@@ -61,6 +61,7 @@ def test_a_problem_is_told_with_the_file_that_has_it(folder):
     (folder / "base.yaml").write_text(BASE.replace("w1: 1.5", "w1: -1"))
     with pytest.raises(CaseError, match=r"base\.yaml:5: packing\.w1"):
         case_of(folder, "base: base.yaml\npacking: {w2: 1}\n")
+    (folder / "base.yaml").write_text(BASE)
     with pytest.raises(CaseError, match=r"child\.yaml:2: packing\.w2"):
         case_of(folder, "base: base.yaml\npacking: {w2: -1}\n")
 

@@ -106,7 +106,7 @@ def test_a_parameter_belongs_to_the_scheme_in_use():
 
 @pytest.mark.parametrize("found", ["constnt", 3, None, ["constant"]])
 def test_an_unknown_scheme_is_named_with_the_known_ones(found):
-    with pytest.raises(OptionError, match="no such scheme.*constant") as caught:
+    with pytest.raises(OptionError, match=r"no such scheme.*constant") as caught:
         configured("fnpbs", {}, {"viscosity": found})
     assert (caught.value.section, caught.value.key) == ("schedule", "viscosity")
 

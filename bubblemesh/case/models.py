@@ -39,7 +39,9 @@ class Domain(Strict):
 class Output(Strict):
     """What to write, and where."""
 
-    formats: tuple[Format, ...] = Field(default=("msh", "vtu", "xdmf"), description="Mesh formats to write.")
+    formats: tuple[Format, ...] = Field(
+        default=("msh", "vtu", "xdmf"), min_length=1, description="Mesh formats to write."
+    )
     directory: Annotated[str, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."
     )

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from scipy.optimize import minimize_scalar
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline
 
 __all__ = ["joined"]
@@ -15,6 +15,7 @@ __all__ = ["joined"]
 TOUCHING = 1e-9  # of the domain's size
 CONTACT_LENGTH = 1e5  # curves of radius R touch over a length of sqrt(8 R tolerance), not in a point
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
+SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
 MOST_SPLITS = 4  # of two rings: both at two points. Such rings bound no domain, least of all if a curve is common
 
 
@@ -40,30 +41,51 @@ def joined(boundary: Boundary) -> Boundary:
 def _contact(boundary: Boundary, tolerance: float, splits: Counter[frozenset[int]]) -> Contact | None:
     """A contact that is not yet a corner of its piece, between rings that have not been split too often."""
     line = boundary.polyline()
-    for probe, chord in _neighbours(line, tolerance):
+    for probe, chord in _candidates(boundary, line, tolerance):
         rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
         if splits[rings] == MOST_SPLITS:
             continue
         piece = int(line.piece[chord])
         point = _closest(boundary, line, probe, chord)
-        s, foot = _foot(boundary, line, chord, point)
+        (s,), (foot,) = _feet(boundary, line, np.array([chord]), point[None])
         at_end = not boundary.closed[piece] and min(s, boundary.lengths[piece] - s) <= CONTACT_LENGTH * tolerance
         if np.hypot(*(point - foot)) <= tolerance and not at_end:
-            return Contact(piece, s, point, rings)
+            return Contact(piece, float(s), point, rings)
     return None
 
 
-def _neighbours(line: Polyline, tolerance: float) -> list[tuple[int, int]]:
-    """Points of the polyline, and chords of other rings so near that their curves may touch."""
+def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tuple[int, int]]:
+    """Points of the polyline, and chords of other rings, where curves may touch: the nearest of each two pieces."""
     points, ends = shapely.points(line.points), line.points[line.successor]
     chords = shapely.linestrings(np.stack([line.points, ends], axis=1))
     length = np.hypot(*(ends - line.points).T)
-    curved = np.bincount(line.piece)[line.piece] > 1
+    curved = boundary.curved[line.piece]
     reach = np.maximum(tolerance, GAP_OF_CHORDS * length * curved)
     probe, chord = shapely.STRtree(chords).query(points, predicate="dwithin", distance=reach.max())
-    near = shapely.distance(points[probe], chords[chord]) <= np.maximum(reach[probe], reach[chord])
-    other = line.ring[probe] != line.ring[chord]
-    return list(zip(probe[near & other].tolist(), chord[near & other].tolist(), strict=True))
+    gap = shapely.distance(points[probe], chords[chord])
+    around = SETTLED * np.maximum(length[probe] * curved[probe], length[chord] * curved[chord])
+    wanted = (gap <= np.maximum(reach[probe], reach[chord])) & (line.ring[probe] != line.ring[chord])
+    wanted &= _to_shared_corner(boundary, line, probe, chord) > around
+    probe, chord = probe[wanted], chord[wanted]
+    gap = np.hypot(*(line.points[probe] - _feet(boundary, line, chord, line.points[probe])[1]).T)
+    order = np.lexsort((gap, line.piece[chord], line.piece[probe]))
+    pairs = np.column_stack([line.piece[probe], line.piece[chord]])[order]
+    nearest = order[np.unique(pairs, axis=0, return_index=True)[1]]
+    return list(zip(probe[nearest].tolist(), chord[nearest].tolist(), strict=True))
+
+
+def _to_shared_corner(boundary: Boundary, line: Polyline, probe: Integers, chord: Integers) -> Floats:
+    """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
+    corners_of = [set(boundary.start[boundary.ring == ring].tolist()) - {-1} for ring in range(boundary.ring.max() + 1)]
+    distance = np.full(len(probe), np.inf)
+    pairs = np.column_stack([line.ring[probe], line.ring[chord]])
+    for a, b in np.unique(pairs, axis=0).tolist():
+        shared = sorted(corners_of[a] & corners_of[b]) if a != b else []
+        if shared:
+            mine = (pairs == [a, b]).all(axis=1)
+            offset = line.points[probe[mine]][:, None] - boundary.corners[shared]
+            distance[mine] = np.hypot(offset[..., 0], offset[..., 1]).min(axis=1)
+    return distance
 
 
 def _closest(boundary: Boundary, line: Polyline, probe: int, chord: int) -> Floats:
@@ -76,17 +98,19 @@ def _closest(boundary: Boundary, line: Polyline, probe: int, chord: int) -> Floa
         return boundary.points(np.array([piece]), np.array([at % boundary.lengths[piece]]))[0]
 
     def gap(at: float) -> float:
-        return float(np.hypot(*(point(at) - _foot(boundary, line, chord, point(at))[1])))
+        foot = _feet(boundary, line, np.array([chord]), point(at)[None])[1][0]
+        return float(np.hypot(*(point(at) - foot)))
 
     return point(minimize_scalar(gap, bounds=(s - step, s + step), method="bounded", options={"xatol": 0.0}).x)
 
 
-def _foot(boundary: Boundary, line: Polyline, chord: int, point: Floats) -> tuple[float, Floats]:
-    """Arc length and place of the point nearest to ``point`` on the curve of ``chord``."""
-    piece = np.array([line.piece[chord]])
-    a, b = line.points[chord], line.points[line.successor[chord]]
-    s = line.s[chord : chord + 1] + np.clip((point - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1) * line.step[chord]
+def _feet(boundary: Boundary, line: Polyline, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
+    """Arc lengths (m,) and places (m, 2) of the points next to ``points`` (m, 2) on the curves of the chords (m,)."""
+    piece, start = line.piece[chord], line.points[chord]
+    along = line.points[line.successor[chord]] - start
+    share = np.einsum("ij,ij->i", points - start, along) / np.einsum("ij,ij->i", along, along)
+    s = line.s[chord] + np.clip(share, 0, 1) * line.step[chord]
     for _ in range(4):  # the curves are next to each other
-        ahead = (point - boundary.points(piece, s)) * boundary.tangents(piece, s)
-        s = boundary.wrapped(piece, s + ahead.sum())
-    return float(s[0]), boundary.points(piece, s)[0]
+        ahead = np.einsum("ij,ij->i", points - boundary.points(piece, s), boundary.tangents(piece, s))
+        s = boundary.wrapped(piece, s + ahead)
+    return s, boundary.points(piece, s)

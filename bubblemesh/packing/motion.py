@@ -4,11 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+import numpy as np
 from annotated_types import Gt
 
 from bubblemesh.arrays import Floats
 
 __all__ = ["ClassicalRungeKutta", "Force", "RungeKutta", "SecondOrderEuler"]
+
+MOST_DAMPING = 1.5  # of c * dt
 
 Force = Callable[[Floats], Floats]
 
@@ -16,6 +19,8 @@ Force = Callable[[Floats], Floats]
 @dataclass(frozen=True)
 class RungeKutta:
     """Explicit Runge-Kutta step for unit mass; a subclass gives the tableau.
+
+    An explicit step is unstable where c * dt exceeds 2: a larger viscosity is cut down to what the step can bear.
 
     Attributes
     ----------
@@ -44,6 +49,7 @@ class RungeKutta:
         force : callable
             Forces (n, 2) at given positions, without those that the boundary takes up.
         """
+        c = np.minimum(c, MOST_DAMPING / self.dt)
         velocities: list[Floats] = []
         accelerations: list[Floats] = []
         for row in self.stages:

@@ -43,8 +43,9 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
         named = [key for key in given if key in SCHEMES and key in SECTIONS[section]]
         for key in named:
             row = _with_scheme(row, section, key, given[key])
-        for key in given.keys() - named:
-            row = _with_parameter(row, method, section, key, given[key])
+        for key, value in given.items():
+            if key not in named:
+                row = _with_parameter(row, method, section, key, value)
     return row
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge
+from annotated_types import Ge, Le
 
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
@@ -26,7 +26,7 @@ class Perturbation:
     """
 
     seed: Annotated[int, Ge(0)] = 0
-    jitter: Annotated[float, Ge(0)] = 0.01
+    jitter: Annotated[float, Ge(0), Le(0.1)] = 0.01
 
     def generator(self) -> np.random.Generator:
         """The random numbers of a run."""

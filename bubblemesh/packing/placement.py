@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Le
 from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers
@@ -35,9 +35,9 @@ class HierarchicalSubdivision:
         Interior bubbles keep this distance from the boundary, in units of their spacing.
     """
 
-    w1: Annotated[float, Gt(0)] = 1.0
-    w2: Annotated[float, Gt(0)] = 1.0
-    clearance: Annotated[float, Gt(0)] = 0.3
+    w1: Annotated[float, Gt(0), Le(4)] = 1.0
+    w2: Annotated[float, Gt(0), Le(2)] = 1.0
+    clearance: Annotated[float, Gt(0), Le(1)] = 0.3
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         """Bubbles of the domain before any motion.

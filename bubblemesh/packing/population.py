@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Ge, Gt, Le
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
@@ -53,7 +53,7 @@ class Thresholds:
     delete_apart: Annotated[float, Gt(0)] = 1.2
     delete_order: Literal["placed", "random", "worst"] = "placed"
     insert_below: Annotated[float, Gt(0)] = 4.5
-    insert_apart: Annotated[float, Gt(0)] = 0.85
+    insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.85
 
     def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.bubbles import Bubbles
@@ -21,6 +22,7 @@ __all__ = ["Round", "rounds"]
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
 CLOSING_REPEATS = 3
 REFRESH_STEPS = 10
+DIVERGED = 10.0  # spacings between two lists: no force that the time step resolves moves a bubble that far
 REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
 
 
@@ -124,7 +126,10 @@ def _relaxed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, n
     force = method.force.among(neighbours)
     speeds = np.empty(method.termination.iterations)
     for step in range(len(speeds)):
-        if step - listed >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
+        drift = neighbours.drift(x)
+        if not drift < DIVERGED:
+            raise CaseError(f"packing.dt: the bubbles fly apart in round {number + 1}: lower dt ({method.motion.dt:g})")
+        if step - listed >= REFRESH_STEPS or drift > REFRESH_DRIFT:
             clearance.kept_inside(x[inside], v[inside], d[inside])
             d = spacing(x)
             neighbours, listed = Neighbours.of(x, d, REACH), step
