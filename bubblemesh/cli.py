@@ -7,12 +7,14 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from bubblemesh import __version__
-from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError
+from bubblemesh.streams import read_input, write_output
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
@@ -38,17 +40,28 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON o
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and errors only.")]
 
 
+received: list[int] = []  # signals that ask to end
+
+
 def main() -> None:
     """Entry point of the ``bubblemesh`` command."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends like Ctrl-C: exit code 130, no half files
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)
     app()
+
+
+def interrupt(number: int, frame: FrameType | None) -> None:
+    """Ctrl-C, or a request to terminate: ends the command with exit code 130 and no half files."""
+    received.append(number)
+    raise KeyboardInterrupt
 
 
 @app.callback(invoke_without_command=True)
 def bubblemesh(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """Triangle meshes by bubble packing, from a YAML case file to solver-ready files."""
     if version:
-        typer.echo(__version__)
+        with reported():
+            write_output(f"{__version__}\n")
         raise typer.Exit
 
 
@@ -82,13 +95,13 @@ def run(
             raise CaseError("--json and -o - would both write to the standard output: drop one of them")
         place = delivery.destination(loaded, case, output, format_name, history=history)
         if dry_run:
-            show_estimate(loaded, as_json, quiet)
+            show_estimate(loaded, case, as_json, quiet)
             return
-        with console.Progress(f"packing {loaded.name}", quiet) as progress:
+        with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case):
             result = pipeline.mesh_case(loaded, progress.show)
         report = place.deliver(result)
         if as_json:
-            sys.stdout.write(dump(report))
+            write_output(dump(report))
         if not quiet:
             console.show_quality(report)
             if place.path is not None:
@@ -108,7 +121,8 @@ def check(
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
     with reported():
-        show_estimate(read_case(case, settings, method, seed), as_json, quiet)
+        loaded = read_case(case, settings, method, seed)
+        show_estimate(loaded, case, as_json, quiet)
 
 
 @app.command()
@@ -128,10 +142,15 @@ def quality(
         from bubblemesh.spacing.spacing import Spacing
         from bubblemesh.summary import mesh_figures
 
-        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
-        figures = mesh_figures(*read_triangles(mesh), wanted)
+        with located("--spacing"):
+            wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
+        points, triangles, left_out = read_triangles(mesh)
+        if left_out:
+            console.warn([f"{mesh}: cells that are no triangles are left out: {', '.join(left_out)}"])
+        with located("--spacing"):
+            figures = mesh_figures(points, triangles, wanted)
         if as_json:
-            sys.stdout.write(dump(figures))
+            write_output(dump(figures))
         else:
             console.show_quality(figures)
 
@@ -143,7 +162,7 @@ def schema() -> None:
         from bubblemesh.case import Case
         from bubblemesh.output import dump
 
-        sys.stdout.write(dump(Case.model_json_schema()))
+        write_output(dump(Case.model_json_schema()))
 
 
 @app.command()
@@ -157,13 +176,13 @@ def init(
         from bubblemesh.case.template import TEMPLATE
 
         if path == "-":
-            sys.stdout.write(TEMPLATE)
+            write_output(TEMPLATE)
             return
         try:
             with Path(path).open("x", encoding="utf-8") as file:
                 file.write(TEMPLATE)
         except FileExistsError as error:
-            raise FileError(f"{path}: exists already: give another name") from error
+            raise FileError(f"{path or repr(path)}: exists already: give another name") from error
         except OSError as error:
             raise FileError(f"{path}: cannot be written: {error.strerror}") from error
         typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
@@ -173,28 +192,35 @@ def read_case(case: str, settings: list[str] | None, method: str | None, seed: i
     """The case of a file or the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
-    text = None
-    if case == "-":
-        try:
-            text = sys.stdin.buffer.read().decode("utf-8")
-        except UnicodeDecodeError as error:
-            raise CaseError(f"<stdin>: is not UTF-8 text ({error.reason} at byte {error.start})") from error
+    text = read_input() if case == "-" else None
     return load_case(case, overrides=settings or (), method=method, seed=seed, text=text)
 
 
-def show_estimate(case: "Case", as_json: bool, quiet: bool) -> None:
+def show_estimate(case: "Case", source: str, as_json: bool, quiet: bool) -> None:
     """What meshing the case would take."""
     from bubblemesh import console
     from bubblemesh.output import dump
     from bubblemesh.problem import prepared
     from bubblemesh.summary import estimate
 
-    problem = prepared(case)
+    with located(source):
+        problem = prepared(case)
     if as_json:
-        sys.stdout.write(dump(estimate(problem)))
+        write_output(dump(estimate(problem)))
     if not quiet:
         console.show_problem(problem)
     console.warn(problem.warnings)
+
+
+@contextmanager
+def located(source: str) -> Iterator[None]:
+    """Put the place that errors of the case come from before their texts."""
+    try:
+        yield
+    except BubblemeshError as error:
+        key = "domain: " if isinstance(error, GeometryError) else ""
+        error.args = (f"{source}: {key}{error}",)
+        raise
 
 
 @contextmanager
@@ -207,7 +233,7 @@ def reported() -> Iterator[None]:
     except BubblemeshError as error:
         raise failed(str(error), error.exit_code) from None
     except KeyboardInterrupt:
-        raise failed("interrupted: no file was written", INTERRUPTED) from None
+        raise failed("interrupted", INTERRUPTED) from None
     except MemoryError:
         raise failed("out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier", 6) from None
     except BrokenPipeError:
@@ -215,6 +241,8 @@ def reported() -> Iterator[None]:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise failed("the reader of the standard output has gone", FileError.exit_code) from None
     except Exception:
+        if received:  # a library that was being loaded may turn the interrupt into any other error
+            raise failed("interrupted", INTERRUPTED) from None
         traceback.print_exc()
         raise failed("this is an error of bubblemesh, not of the case: please report it", 1) from None
 

@@ -16,6 +16,7 @@ from bubblemesh.spacing.spacing import Spacing
 __all__ = ["narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
+ROUNDING = 1e-6
 SHARPEST = 5.0  # degrees
 POOR_QUALITY = 0.2
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
@@ -30,10 +31,12 @@ def sharp_angles(domain: Domain) -> list[str]:
     back = -boundary.tangents(open_, boundary.lengths[open_])
     leaving, arriving = _meeting(boundary.start[open_], boundary.end[open_])
     angle = np.full(len(open_), np.inf)
-    np.minimum.at(angle, leaving, np.degrees(turning(ahead[leaving], back[arriving]) % (2 * np.pi)))
+    # A full turn is no angle of a domain: it is none at all, rounded down.
+    between = (turning(ahead[leaving], back[arriving]) + ROUNDING) % (2 * np.pi) - ROUNDING
+    np.minimum.at(angle, leaving, np.degrees(between))
     sharp = np.flatnonzero(angle < SHARPEST)
     warnings = [
-        f"the angle at {_text(place)} is {round(a, 3):.2g} degrees: triangles there are as sharp"
+        f"the angle at {_text(place)} is {abs(round(a, 3)):.2g} degrees: triangles there are as sharp"
         for place, a in zip(boundary.corners[boundary.start[open_[sharp]]], angle[sharp], strict=True)
     ]
     return list(dict.fromkeys(warnings))

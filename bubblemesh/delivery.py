@@ -1,6 +1,5 @@
 """Where the products of a run go: a folder, one file, or the standard output."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,8 +7,9 @@ from typing import Any
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError, RequirementError
-from bubblemesh.output import FORMATS, history_tables, write_file, write_files, write_stream
+from bubblemesh.output import FORMATS, HISTORY_FILES, file_names, history_tables, write_file, write_files, write_stream
 from bubblemesh.pipeline import Result
+from bubblemesh.streams import output_stream
 
 __all__ = ["Destination", "destination", "require_quality"]
 
@@ -38,11 +38,13 @@ class Destination:
     history: bool
 
     @property
-    def meshes(self) -> list[Path]:
-        """The mesh files to write, without those that go with them."""
+    def files(self) -> list[Path]:
+        """All files to write."""
         if self.path is None:
             return []
-        return [self.path] if self.is_file else [self.path / f"{self.name}.{ending}" for ending in self.formats]
+        folder, stem = (self.path.parent, self.path.stem) if self.is_file else (self.path, self.name)
+        formats = (self.path.suffix.removeprefix("."),) if self.is_file else self.formats
+        return [folder / name for name in file_names(stem, formats, HISTORY_FILES if self.history else ())]
 
     def deliver(self, result: Result) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
@@ -53,7 +55,7 @@ class Destination:
             If a file cannot be written; then none is, and old ones stay.
         """
         if self.path is None:
-            write_stream(result.mesh, result.fields, self.formats[0], sys.stdout.buffer)
+            write_stream(result.mesh, result.fields, self.formats[0], output_stream())
             return {**result.report, "files": []}
         tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
         if self.is_file:
@@ -76,15 +78,12 @@ def destination(
     FileError
         If a file would be written twice, the case file overwritten, or a mesh go to a terminal.
     """
-    if format_name is not None and format_name not in FORMATS:
-        raise CaseError(f"--format: unknown format {format_name!r}: choose one of {', '.join(FORMATS)}")
-    formats = case.output.formats if format_name is None else (format_name,)
-    for name in formats:
-        if formats.count(name) > 1:
-            raise FileError(f"output.formats: {name} is named twice, and both would be the same file: name it once")
+    formats = _formats(case, format_name)
     name = str(case.name)
+    if output == "":
+        raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
     if output == "-":
-        if sys.stdout.isatty():
+        if output_stream().isatty():
             raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
         if history:
             raise CaseError("--history: there is no place for its files with -o -: drop one of them")
@@ -93,12 +92,12 @@ def destination(
         place = Destination(_own_folder(case, source), False, name, formats, history)
     else:
         path = Path(output)
-        is_file = path.suffix != "" and not output.endswith("/") and not path.is_dir()
+        is_file = (path.suffix != "" or path.name.startswith(".")) and not output.endswith("/") and not path.is_dir()
         if is_file:
             _check_ending(path, format_name)
         place = Destination(path, is_file, name, formats, history)
-    if source != "-" and Path(source).resolve() in [path.resolve() for path in place.meshes]:
-        raise FileError(f"{source}: the mesh would overwrite the case file: give another name")
+    if source != "-" and Path(source).resolve() in [path.resolve() for path in place.files]:
+        raise FileError(f"{source}: the results would overwrite the case file: give another name")
     return place
 
 
@@ -123,6 +122,17 @@ def require_quality(case: Case, report: Mapping[str, Any]) -> None:
         raise RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
 
 
+def _formats(case: Case, format_name: str | None) -> tuple[str, ...]:
+    """The formats of the case, or the one of the option."""
+    if format_name is not None and format_name not in FORMATS:
+        raise CaseError(f"--format: unknown format {format_name!r}: choose one of {', '.join(FORMATS)}")
+    formats = case.output.formats if format_name is None else (format_name,)
+    for name in formats:
+        if formats.count(name) > 1:
+            raise FileError(f"output.formats: {name} is named twice, and both would be the same file: name it once")
+    return formats
+
+
 def _own_folder(case: Case, source: str) -> Path:
     """The folder that the case names, relative to the case file; else the present one."""
     if case.output.directory is None:
@@ -134,6 +144,8 @@ def _check_ending(path: Path, format_name: str | None) -> None:
     ending = path.suffix.removeprefix(".")
     if ending not in FORMATS:
         known = ", ".join(f".{name}" for name in FORMATS)
-        raise CaseError(f"-o {path}: unknown ending for a mesh file: choose one of {known}, or name a folder")
+        raise CaseError(
+            f"-o {path}: unknown ending for a mesh file: choose one of {known}; the name of a folder ends with a slash"
+        )
     if format_name not in (None, ending):
         raise CaseError(f"-o {path}: its ending asks for {ending}, --format for {format_name}: drop one of them")

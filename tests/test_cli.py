@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import meshio
@@ -283,3 +284,87 @@ def test_an_interrupted_run_ends_with_130_and_leaves_no_file(number, square, tmp
     assert b"interrupted" in message
     assert b"Traceback" not in message
     assert names(tmp_path) == ["square.yaml"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("delay", [0.4, 0.5])
+def test_an_interrupt_while_libraries_are_loaded_ends_like_any_other(number, delay, square, tmp_path):
+    command = [sys.executable, "-m", "bubblemesh", "run", square, *ENDLESS]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    time.sleep(delay)
+    process.send_signal(number)
+    _, message = process.communicate(timeout=60)
+    assert process.returncode == 130, message
+    assert b"Traceback" not in message
+
+
+@pytest.mark.parametrize(
+    "arguments", [["run", "square.yaml", "--json", "-q"], ["schema"], ["init", "-"], ["--version"]]
+)
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+def test_a_full_disk_behind_the_standard_output_is_a_file_error(arguments, square, tmp_path):
+    with Path("/dev/full").open("wb") as full:
+        process = subprocess.run(
+            [sys.executable, "-m", "bubblemesh", *arguments],
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+        )
+    assert process.returncode == 5
+    assert b"No space left" in process.stderr
+    assert b"Traceback" not in process.stderr
+
+
+def test_no_companion_of_the_mesh_overwrites_the_case_file(tmp_path):
+    (tmp_path / "p.report.json").write_text(SQUARE)
+    assert "p.report.json" in failed(bubblemesh("run", "p.report.json", "--set", "name=p", folder=tmp_path), 5)
+    assert (tmp_path / "p.report.json").read_text() == SQUARE
+
+
+def test_errors_of_the_case_name_its_file(square, tmp_path):
+    square.write_text(SQUARE.replace("[0, 0, 1, 1]", "[0, 0, 1, 0]"))
+    assert "square.yaml: domain: the outer ring" in failed(bubblemesh("run", "square.yaml", folder=tmp_path), 3)
+    square.write_text(SQUARE.replace("0.25", "x - 0.5"))
+    assert "square.yaml: spacing: is " in failed(bubblemesh("check", "square.yaml", folder=tmp_path), 2)
+
+
+@pytest.mark.parametrize(
+    ("points", "cells", "part"),
+    [
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 5]], [("triangle", [[0, 1, 2]])], "surface in space"),
+        ([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [("triangle", [[0, 1, 2]])], "node 2"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [("triangle", [[0, 1, 7]])], "damaged"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [("line", [[0, 1]])], "no triangles"),
+    ],
+)
+def test_quality_refuses_what_it_cannot_measure(points, cells, part, tmp_path):
+    meshio.Mesh(np.array(points, float), cells).write(tmp_path / "mesh.vtk", file_format="vtk42")
+    assert part in failed(bubblemesh("quality", "mesh.vtk", folder=tmp_path), 5)
+
+
+def test_quality_tells_what_it_leaves_out_and_counts_used_nodes_only(tmp_path):
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [9, 9, 0]], float)
+    cells = [("triangle", [[0, 1, 2]]), ("quad", [[0, 1, 3, 2]])]
+    meshio.Mesh(points, cells).write(tmp_path / "mesh.vtk", file_format="vtk42")
+    process = bubblemesh("quality", "mesh.vtk", "--json", folder=tmp_path)
+    assert "quad" in process.stderr.decode()
+    assert json.loads(process.stdout)["nodes"] == 3
+
+
+@pytest.mark.parametrize("schedule", [["schedule.c0=50"], ["schedule.c_in=1"], ["schedule.c_odd=100"]])
+def test_a_large_viscosity_does_no_harm(schedule, square, tmp_path):
+    arguments = [word for setting in schedule for word in ("--set", setting)]
+    assert bubblemesh("run", square, "-q", *arguments, folder=tmp_path).returncode == 0
+
+
+def test_a_time_step_that_the_force_cannot_bear_is_named(square, tmp_path):
+    settings = ["--set", "packing.dt=5", "--set", "schedule.iterations=200", "--set", "spacing=0.1"]
+    assert "packing.dt" in failed(bubblemesh("run", square, *settings, folder=tmp_path), 2)
+
+
+def test_the_limit_counts_the_nodes_that_short_edges_ask_for(tmp_path):
+    angles = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    points = np.column_stack([np.cos(angles), np.sin(angles)]).tolist()
+    case = f"domain: {{outer: {{polygon: {points}}}}}\nspacing: 0.5\nlimits: {{max_nodes: 300}}\n"
+    assert "max_nodes" in failed(bubblemesh("check", "-", stdin=case.encode(), folder=tmp_path), 6)

@@ -172,9 +172,10 @@ def test_poor_triangle_is_named():
     assert poor_result(figures(quality=0.1), 1000.0) == ["the worst triangle, at (1, 2), has a quality of 0.100 only"]
 
 
-@pytest.mark.parametrize(("nodes", "warned"), [(880, True), (920, False), (1140, False), (1160, True), (90, False)])
+@pytest.mark.parametrize(("nodes", "warned"), [(880, True), (920, False), (1140, False), (1160, True), (90, True)])
 def test_node_count_is_compared_with_the_ideal_one(nodes, warned):
     assert bool(poor_result(figures(nodes, boundary=80), 1000.0)) == warned
+    assert poor_result(figures(nodes, boundary=80), None) == []
 
 
 def test_mesh_without_inner_nodes_is_mentioned():

@@ -25,8 +25,8 @@ __all__ = [
     "suggestion",
 ]
 
-# Squares and products of coordinates must stay finite.
-LARGEST = 1e100
+# Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
+LARGEST = 1e70
 
 # Tags become parts of Pydantic's error locations, so they must not look like keys of the file.
 TAG = "<{}>"

@@ -11,6 +11,7 @@ from bubblemesh.errors import GeometryError
 
 __all__ = ["require_domain", "ring_name"]
 
+SMALLEST = 1e-70  # extent whose fourth power is still a number
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
@@ -47,6 +48,10 @@ def ring_name(number: int) -> str:
 
 def _simple(outline: Floats, name: str) -> shapely.Polygon:
     polygon = shapely.Polygon(outline)
+    if np.ptp(outline, axis=0).max() <= SMALLEST:
+        raise GeometryError(
+            f"{name} at {_text(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
+        )
     extent = np.ptp(outline, axis=0).max()
     if polygon.convex_hull.area <= FLAT * extent**2:
         raise GeometryError(f"{name} at {_text(outline[0])} encloses no area: its points lie on one line")

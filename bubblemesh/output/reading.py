@@ -1,8 +1,9 @@
-"""Reads the triangles of any mesh that meshio reads."""
+"""Reads the triangles of any plane mesh that meshio reads."""
 
 import contextlib
 import io
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,30 +11,59 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
 from bubblemesh.output.atomic import reason
 
-__all__ = ["read_triangles"]
+__all__ = ["PlaneMesh", "read_triangles"]
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
 FORMAT_OF_ENDING = {".msh": "gmsh"}
+TRIANGLES = ("triangle", "triangle6")  # of the latter the corners
+NO_FACES = ("line", "line3", "vertex")
+PLANE = 1e-12  # of the extent
 
 
-def read_triangles(path: Path) -> tuple[Floats, Integers]:
-    """Points (n, 2) and triangles (t, 3) of a mesh file; a third coordinate is left out.
+class PlaneMesh(NamedTuple):
+    """Points (n, 2) in use, triangles (t, 3), and the kinds of cells that were left out."""
+
+    points: Floats
+    triangles: Integers
+    left_out: tuple[str, ...]
+
+
+def read_triangles(path: Path) -> PlaneMesh:
+    """The triangles of a mesh file.
 
     Raises
     ------
     FileError
-        If the file cannot be read, or holds no triangles.
+        If the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
     """
+    mesh = _read(path)
+    blocks = [block.data[:, :3] for block in mesh.cells if block.type in TRIANGLES and len(block.data)]
+    if not blocks:
+        raise FileError(f"{path}: holds no triangles")
+    points, cells = np.asarray(mesh.points, float), np.concatenate(blocks).astype(np.int64)
+    if cells.min() < 0 or cells.max() >= len(points):
+        raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
+    used, triangles = np.unique(cells, return_inverse=True)
+    points = points[used]
+    if not np.isfinite(points).all():
+        raise FileError(f"{path}: node {used[~np.isfinite(points).all(axis=1)][0]} has a coordinate that is no number")
+    if np.ptp(points[:, 2:], axis=0).max(initial=0) > PLANE * np.ptp(points, axis=0).max():
+        raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are measured")
+    left_out = {block.type for block in mesh.cells} - {*TRIANGLES, *NO_FACES}
+    return PlaneMesh(points[:, :2], triangles.reshape(-1, 3), tuple(sorted(left_out)))
+
+
+def _read(path: Path) -> Any:
+    """The mesh as meshio has it."""
     import meshio
 
+    chatter = io.StringIO()
     try:
-        with contextlib.redirect_stdout(io.StringIO()):
-            mesh = meshio.read(path, file_format=FORMAT_OF_ENDING.get(path.suffix))
+        with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
+            return meshio.read(path, file_format=FORMAT_OF_ENDING.get(path.suffix))
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
-    except (Exception, SystemExit) as error:  # readers of foreign formats fail in any way
+    except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds
+        raise FileError(f"{path}: is no mesh of the format that its ending names") from error
+    except Exception as error:  # readers of foreign formats fail in any way
         raise FileError(f"{path}: is no mesh that can be read ({error or type(error).__name__})") from error
-    blocks = [block.data for block in mesh.cells if block.type == "triangle"]
-    if not blocks or not len(np.concatenate(blocks)):
-        raise FileError(f"{path}: holds no triangles")
-    return np.asarray(mesh.points[:, :2], float), np.concatenate(blocks).astype(np.int64)

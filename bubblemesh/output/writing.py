@@ -2,7 +2,7 @@
 
 import shutil
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -15,7 +15,7 @@ from bubblemesh.output.cells import Fields
 from bubblemesh.output.formats import FORMATS, format_named
 from bubblemesh.output.report import dump
 
-__all__ = ["write_file", "write_files", "write_stream"]
+__all__ = ["file_names", "write_file", "write_files", "write_stream"]
 
 _REPORT = ".report.json"
 NO_TABLES: Mapping[str, str] = {}
@@ -61,9 +61,7 @@ def write_files(
     FileError
         If a file cannot be written, or two of them would have the same name.
     """
-    _check_name(name)
-    ends = [end for ending in formats for end in format_named(ending).files] + list(tables)
-    files = [name + end for end in (*ends, _REPORT)]
+    files = file_names(name, formats, tables)
     _check_distinct(files, folder)
     begun = perf_counter()
     with transaction(folder) as staging:
@@ -74,6 +72,13 @@ def write_files(
         written = _completed(report, files, perf_counter() - begun)
         (staging / files[-1]).write_text(dump(written), encoding="utf-8")
     return written
+
+
+def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) -> list[str]:
+    """Names of all files of a run, the report last; an impossible name or format is a CaseError."""
+    _check_name(name)
+    ends = [end for ending in formats for end in format_named(ending).files]
+    return [name + end for end in (*ends, *tables, _REPORT)]
 
 
 def write_file(
