@@ -159,10 +159,10 @@ def quality(
 def schema() -> None:
     """Print the JSON Schema of the case file."""
     with reported():
-        from bubblemesh.case import Case
+        from bubblemesh.case.schema import case_schema
         from bubblemesh.output import dump
 
-        write_output(dump(Case.model_json_schema()))
+        write_output(dump(case_schema()))
 
 
 @app.command()

@@ -12,6 +12,7 @@ from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.wording import place
 
 __all__ = ["narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
 
@@ -36,7 +37,7 @@ def sharp_angles(domain: Domain) -> list[str]:
     np.minimum.at(angle, leaving, np.degrees(between))
     sharp = np.flatnonzero(angle < SHARPEST)
     warnings = [
-        f"the angle at {_text(place)} is {abs(round(a, 3)):.2g} degrees: triangles there are as sharp"
+        f"the angle at {place(place)} is {abs(round(a, 3)):.2g} degrees: triangles there are as sharp"
         for place, a in zip(boundary.corners[boundary.start[open_[sharp]]], angle[sharp], strict=True)
     ]
     return list(dict.fromkeys(warnings))
@@ -69,7 +70,7 @@ def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
     width = shapely.distance(shapely.points(points[ray]), chords[chord])
     worst = int(np.argmin(width / d[ray]))
     return [
-        f"the domain is {width[worst]:.3g} wide at {_text(points[ray[worst]])}, narrower than the spacing there "
+        f"the domain is {width[worst]:.3g} wide at {place(points[ray[worst]])}, narrower than the spacing there "
         f"({d[ray[worst]]:.3g}): only boundary nodes fit"
     ]
 
@@ -103,12 +104,12 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
         several = f"{len(short) // 2} boundary edges are" if len(short) > 2 else "1 boundary edge is"
         warnings.append(
             f"{several} shorter than the spacing, the shortest ({short.sizes[k]:.3g}) at "
-            f"{_text(short.points[k])}: the mesh is finer around them"
+            f"{place(short.points[k])}: the mesh is finer around them"
         )
     if len(coarse):
         k = int(coarse.sizes.argmin())
         warnings.append(
-            f"the spacing is too coarse for the curve at {_text(coarse.points[k])}: it is reduced to "
+            f"the spacing is too coarse for the curve at {place(coarse.points[k])}: it is reduced to "
             f"{coarse.sizes[k]:.3g} there"
         )
     return warnings
@@ -119,7 +120,7 @@ def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[s
     warnings = []
     worst = figures["quality"]["worst"][0]
     if worst["quality"] < POOR_QUALITY:
-        warnings.append(f"the worst triangle, at {_text(worst['at'])}, has a quality of {worst['quality']:.3f} only")
+        warnings.append(f"the worst triangle, at {place(worst['at'])}, has a quality of {worst['quality']:.3f} only")
     if ideal_nodes is not None and max(figures["nodes"], ideal_nodes) > FEW_NODES:
         ratio = figures["nodes"] / ideal_nodes
         if not FEWEST <= ratio <= MOST:
@@ -127,7 +128,3 @@ def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[s
     if figures["boundary_nodes"] == figures["nodes"]:
         warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")
     return warnings
-
-
-def _text(point: Floats | tuple[float, float]) -> str:
-    return f"({point[0]:.6g}, {point[1]:.6g})"

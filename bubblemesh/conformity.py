@@ -6,6 +6,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.mesh import Mesh
 from bubblemesh.quality import edges, signed_areas
+from bubblemesh.wording import place
 
 __all__ = ["area_error", "require_conforming"]
 
@@ -51,4 +52,4 @@ def _as_set(pairs: Integers) -> set[tuple[int, int]]:
 
 
 def _fault(what: str, where: Floats) -> BubblemeshError:
-    return BubblemeshError(f"internal error: {what} at ({where[0]:.6g}, {where[1]:.6g}); please report this case")
+    return BubblemeshError(f"internal error: {what} at {place(where)}; please report this case")

@@ -7,6 +7,7 @@ import pythoncdt as cdt
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
+from bubblemesh.wording import place
 
 __all__ = ["circumcircles", "triangulated"]
 
@@ -51,7 +52,7 @@ def _explained(fault: str, points: Floats) -> str:
     """The library's message with the coordinates of the first node it numbers, without its source lines."""
     what, _, which = fault.partition(":")
     number = re.search(r"\d+", which)
-    where = "" if number is None else " at ({:.6g}, {:.6g})".format(*points[int(number[0])])
+    where = "" if number is None else f" at {place(points[int(number[0])])}"
     return f"the nodes cannot be connected{where}: {what.lower()}"
 
 

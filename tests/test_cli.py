@@ -179,6 +179,11 @@ def test_init_writes_a_case_that_runs_and_keeps_what_is_there(tmp_path):
 def test_schema_is_json_that_knows_the_keys(tmp_path):
     schema = json.loads(bubblemesh("schema", folder=tmp_path).stdout)
     assert {"domain", "spacing", "method", "packing"} <= set(schema["properties"])
+    assert "fnpbs" in schema["properties"]["method"]["enum"]
+    packing = schema["properties"]["packing"]
+    assert packing["properties"]["w2"] == {"exclusiveMinimum": 0, "maximum": 2, "type": "number"}
+    assert packing["properties"]["motion"] == {"enum": ["euler", "runge-kutta"]}
+    assert packing["additionalProperties"] is False
 
 
 def test_help_and_version(tmp_path):

@@ -97,7 +97,7 @@ REJECTED = [
     ("x is y", "operator is not allowed"),
     ("x in y", "operator is not allowed"),
     ("1 + radious", "column 5: unknown name 'radious'; did you mean 'radius'[?], at 'radious'"),
-    ("z", "unknown name 'z' .known: x, y, pi, e, h"),
+    ("z", "unknown name 'z'; allowed: x, y, pi, e, h"),
     ("gröẞe + zzz", "column 9: unknown name 'zzz'"),
     ("sin", "'sin' is a function: give it 1 argument in parentheses"),
     ("1 + sqr(x)", "column 5: unknown function 'sqr'; did you mean 'sqrt'[?], at 'sqr.x.'"),

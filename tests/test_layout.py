@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "bubblemesh"
-FOUNDATION = {"arrays", "errors"}
+FOUNDATION = {"arrays", "errors", "wording"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
+    "wording": {"arrays"},
     "mesh": FOUNDATION,
     "quality": FOUNDATION,
     "triangulation": FOUNDATION,

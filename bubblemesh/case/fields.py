@@ -1,6 +1,6 @@
 """Kinds of values that the models of a case file share."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Annotated, Any, NamedTuple
 
@@ -22,7 +22,6 @@ __all__ = [
     "described",
     "filled",
     "listed",
-    "suggestion",
 ]
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
@@ -56,13 +55,6 @@ def described(value: object) -> str:
 
 def _cut(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """The known word that ``name`` may mean, or all of them."""
-    words = list(known)
-    close = get_close_matches(name, words, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
 
 
 class Choice(NamedTuple):

@@ -5,7 +5,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from bubblemesh.case.fields import described, suggestion
+from bubblemesh.case.fields import described
+from bubblemesh.wording import meant
 
 __all__ = ["problems"]
 
@@ -69,7 +70,7 @@ def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
     kind, value = problem["type"], problem["input"]
     if kind == "extra_forbidden":
         *parents, key = problem["loc"]
-        return f"unknown key; {suggestion(str(key), _fields(model, parents))}"
+        return f"unknown key; {meant(str(key), _fields(model, parents))}"
     message = MESSAGES[kind].format(**problem.get("ctx", {})) if kind in MESSAGES else problem["msg"]
     if kind in WITHOUT_VALUE:
         return message

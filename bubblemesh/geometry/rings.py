@@ -9,6 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import curves
+from bubblemesh.wording import place
 
 __all__ = ["ArcTo", "LineTo", "Ring", "Side", "SplineTo", "circle", "ellipse", "path", "polygon", "rectangle"]
 
@@ -174,7 +175,7 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     for number, piece in enumerate(pieces, start=1):
         end = first if number == len(pieces) else _point(_end(piece))
         if isinstance(piece, LineTo) and _same(here, end, tolerance):
-            notes.append(f"duplicate point {_text(end)} merged")
+            notes.append(f"duplicate point {place(end)} merged")
             continue
         curve, curve_notes = _curve(here, piece, end)
         sides.append(Side(curve, piece.label or label))
@@ -182,7 +183,7 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
         notes += curve_notes
         here = end
     if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
-        raise GeometryError(f"the ring at {_text(first)} has fewer than three different points: give at least three")
+        raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
     return Ring(tuple(sides), tuple(vertices), tuple(notes))
 
 
@@ -194,10 +195,10 @@ def _curve(start: Point, piece: LineTo | ArcTo | SplineTo, end: Point) -> tuple[
         return _arc(start, piece, end)
     knots = np.array([start, *piece.through[:-1], end], float)
     repeated = np.flatnonzero((np.diff(knots, axis=0) == 0).all(axis=1))
-    notes = [f"duplicate spline point {_text(knots[i])} merged" for i in repeated]
+    notes = [f"duplicate spline point {place(knots[i])} merged" for i in repeated]
     knots = np.delete(knots, repeated, axis=0)
     if len(knots) < 2 or (len(knots) < 4 and start == end):
-        raise GeometryError(f"the spline at {_text(start)} has too few different points to be a curve")
+        raise GeometryError(f"the spline at {place(start)} has too few different points to be a curve")
     return Spline(knots), notes
 
 
@@ -206,11 +207,11 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
     p, q, center = np.array(start), np.array(end), np.array(piece.center, float)
     radii = np.hypot(*(p - center)), np.hypot(*(q - center))
     if max(radii) == 0:
-        raise GeometryError(f"the arc at {_text(start)} has its center and both ends in one point: move its center")
+        raise GeometryError(f"the arc at {place(start)} has its center and both ends in one point: move its center")
     mismatch = abs(radii[0] - radii[1]) / max(radii)
     if mismatch > ARC_MISMATCH:
         raise GeometryError(
-            f"the arc from {_text(start)} to {_text(end)} is {radii[0]:.6g} from its center {_text(piece.center)} at "
+            f"the arc from {place(start)} to {place(end)} is {radii[0]:.6g} from its center {place(piece.center)} at "
             f"one end and {radii[1]:.6g} at the other: correct the center or an end"
         )
     if start != end:
@@ -218,7 +219,7 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
         center = center - chord * (((center - p) @ chord) / (chord @ chord) - 0.5)
     notes = []
     if mismatch > 1e-9:
-        notes.append(f"center of the arc from {_text(start)} to {_text(end)} moved by {mismatch:.1e} of its radius")
+        notes.append(f"center of the arc from {place(start)} to {place(end)} moved by {mismatch:.1e} of its radius")
     (ux, uy), (wx, wy) = p - center, q - center
     first, turned = np.arctan2(uy, ux), np.arctan2(ux * wy - uy * wx, ux * wx + uy * wy)
     if piece.left and turned <= 0:
@@ -242,7 +243,3 @@ def _same(a: Sequence[float], b: Sequence[float], tolerance: float) -> bool:
 
 def _point(values: Sequence[float] | Floats) -> Point:
     return float(values[0]), float(values[1])
-
-
-def _text(point: Sequence[float] | Floats) -> str:
-    return f"({point[0]:.6g}, {point[1]:.6g})"

@@ -8,6 +8,7 @@ from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
+from bubblemesh.wording import place
 
 __all__ = ["require_domain", "ring_name"]
 
@@ -50,11 +51,11 @@ def _simple(outline: Floats, name: str) -> shapely.Polygon:
     polygon = shapely.Polygon(outline)
     if np.ptp(outline, axis=0).max() <= SMALLEST:
         raise GeometryError(
-            f"{name} at {_text(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
+            f"{name} at {place(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
         )
     extent = np.ptp(outline, axis=0).max()
     if polygon.convex_hull.area <= FLAT * extent**2:
-        raise GeometryError(f"{name} at {_text(outline[0])} encloses no area: its points lie on one line")
+        raise GeometryError(f"{name} at {place(outline[0])} encloses no area: its points lie on one line")
     if not polygon.is_valid:
         where = _explained(polygon)[1]
         raise GeometryError(f"{name} crosses or touches itself at {where}: move its points so that it does not")
@@ -66,21 +67,21 @@ def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str) ->
         shared = shapely.intersection(outer.exterior, hole.exterior)
         if shared.length > 0:
             raise GeometryError(
-                f"{name} shares an edge with the outer ring at {_text(_first(shared))}: draw the outer ring around it"
+                f"{name} shares an edge with the outer ring at {place(_first(shared))}: draw the outer ring around it"
             )
         return
     if not outer.intersects(hole):
-        raise GeometryError(f"{name} at {_text(_first(hole.exterior))} lies outside the outer ring: move or remove it")
+        raise GeometryError(f"{name} at {place(_first(hole.exterior))} lies outside the outer ring: move or remove it")
     crossing = shapely.intersection(outer.exterior, hole.exterior)
     if crossing.is_empty:
-        where = _text(_first(hole.exterior))
+        where = place(_first(hole.exterior))
         raise GeometryError(f"{name} at {where} encloses the outer ring: make it smaller, or exchange the two")
-    where = _text(_first(crossing))
+    where = place(_first(crossing))
     raise GeometryError(f"{name} crosses the outer ring at {where}: move it, or draw the outer ring around it")
 
 
 def _require_apart(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: str) -> None:
-    where = _text(_first(shapely.intersection(a.exterior, b.exterior) if not a.exterior.disjoint(b.exterior) else b))
+    where = place(_first(shapely.intersection(a.exterior, b.exterior) if not a.exterior.disjoint(b.exterior) else b))
     if a.contains(b) or b.contains(a):
         inner, around = (name_b, name_a) if a.contains(b) else (name_a, name_b)
         raise GeometryError(f"{inner} lies inside {around} at {where}: remove one of them")
@@ -93,12 +94,8 @@ def _require_apart(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: 
 def _explained(polygon: shapely.Polygon) -> tuple[str, str]:
     """The fault and its coordinates, from GEOS's text "Self-intersection[x y]"."""
     fault, _, where = explain_validity(polygon).rstrip("]").partition("[")
-    return fault, _text([float(value) for value in where.split()])
+    return fault, place([float(value) for value in where.split()])
 
 
 def _first(shape: shapely.Geometry) -> Floats:
     return shapely.get_coordinates(shape)[0]
-
-
-def _text(point: Floats | list[float]) -> str:
-    return f"({point[0]:.6g}, {point[1]:.6g})"

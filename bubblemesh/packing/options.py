@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from difflib import get_close_matches
 from typing import Any, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from bubblemesh.packing.methods import METHODS, SCHEMES, Method
+from bubblemesh.wording import meant
 
-__all__ = ["OptionError", "configured", "options"]
+__all__ = ["OptionError", "configured", "option_schemas", "options"]
 
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 SECTIONS = {
@@ -37,7 +37,7 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
         If the method is unknown, does not use a key, or a value is out of range.
     """
     if method not in METHODS:
-        raise OptionError("method", None, f"unknown method {method!r}{_suggested(method, list(METHODS))}")
+        raise OptionError("method", None, f"unknown method {method!r}: {meant(method, METHODS)}")
     row = METHODS[method]
     for section, given in (("packing", packing), ("schedule", schedule)):
         named = [key for key in given if key in SCHEMES and key in SECTIONS[section]]
@@ -60,12 +60,25 @@ def options(method: Method) -> dict[str, dict[str, Any]]:
     }
 
 
+def option_schemas() -> dict[str, dict[str, Any]]:
+    """JSON Schemas of the keys that any method knows, by section."""
+    schemas: dict[str, dict[str, Any]] = {section: {} for section in SECTIONS}
+    for section, columns in SECTIONS.items():
+        for column in columns:
+            kinds = {type(getattr(row, column)) for row in METHODS.values()} - {type(None)}
+            for kind in sorted(kinds, key=lambda kind: kind.__name__):
+                for name, hint in _hints(kind).items():
+                    schemas[section][name] = TypeAdapter(hint).json_schema()
+            if column in SCHEMES:
+                schemas[section][column] = {"enum": list(SCHEMES[column])}
+    return schemas
+
+
 def _with_scheme(row: Method, section: str, column: str, name: Any) -> Method:
     """The row with the scheme ``name``, which keeps the parameters that both schemes have."""
     known = SCHEMES[column]
     if not isinstance(name, str) or name not in known:
-        hint = _suggested(str(name), list(known))
-        raise OptionError(section, column, f"there is no such scheme{hint} (found {name!r})")
+        raise OptionError(section, column, f"there is no such scheme: {meant(str(name), known)} (found {name!r})")
     if name == _name(row, column):
         return row
     kind, present = known[name], _values(getattr(row, column))
@@ -82,17 +95,22 @@ def _with_parameter(row: Method, method: str, section: str, key: str, value: Any
         if key in _values(scheme):
             return replace(row, **{column: _replaced(scheme, section, key, value)})
     known = list(options(row)[section])
-    raise OptionError(section, key, f"the method {method!r} does not use this key{_suggested(key, known)}")
+    raise OptionError(section, key, f"the method {method!r} does not use this key: {meant(key, known)}")
 
 
 def _replaced(scheme: Any, section: str, key: str, value: Any) -> Any:
-    hint = get_type_hints(type(scheme), include_extras=True)[key]
     try:
-        checked = TypeAdapter(hint, config=STRICT).validate_python(value)
+        checked = TypeAdapter(_hints(type(scheme))[key], config=STRICT).validate_python(value)
     except ValidationError as error:
         problem = error.errors()[0]["msg"]
         raise OptionError(section, key, f"{problem[0].lower()}{problem[1:]} (found {value!r})") from None
     return replace(scheme, **{key: checked})
+
+
+def _hints(kind: type[Any]) -> dict[str, Any]:
+    """Types of a scheme's parameters, with their bounds."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: hints[field.name] for field in fields(kind)}
 
 
 def _name(method: Method, column: str) -> str:
@@ -104,8 +122,3 @@ def _name(method: Method, column: str) -> str:
 def _values(scheme: Any) -> dict[str, Any]:
     """The parameters of a scheme; none of one that is left out."""
     return {} if scheme is None else {field.name: getattr(scheme, field.name) for field in fields(scheme)}
-
-
-def _suggested(word: str, known: list[str]) -> str:
-    close = get_close_matches(word, known, n=1)
-    return f": did you mean {close[0]!r}?" if close else f": it is one of {', '.join(known)}"

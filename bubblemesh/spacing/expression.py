@@ -6,7 +6,6 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from textwrap import shorten
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
+from bubblemesh.wording import meant
 
 __all__ = ["Expression", "check_parameter_name"]
 
@@ -185,7 +185,7 @@ class _Builder:
         if name in FUNCTIONS:
             raise self._error(node, f"{name!r} is a function: give it {FUNCTIONS[name].arity()} in parentheses")
         known = [*COORDINATES, *self.constants]
-        raise self._error(node, f"unknown name {name!r}{_suggestion(name, known, 'known')}")
+        raise self._error(node, f"unknown name {name!r}; {meant(name, known)}")
 
     def _function(self, node: ast.Call) -> Function:
         if not isinstance(node.func, ast.Name):
@@ -194,7 +194,7 @@ class _Builder:
         if name in COORDINATES or name in self.constants:
             raise self._error(node, f"{name!r} is not a function: write * to multiply")
         if name not in FUNCTIONS:
-            raise self._error(node, f"unknown function {name!r}{_suggestion(name, list(FUNCTIONS), 'allowed')}")
+            raise self._error(node, f"unknown function {name!r}; {meant(name, FUNCTIONS)}")
         if node.keywords:
             raise self._error(node, f"the arguments of {name} go without names")
         function = FUNCTIONS[name]
@@ -230,8 +230,3 @@ def _applied(call: Callable[..., Any], parts: Sequence[Evaluate]) -> Evaluate:
         first, second = parts
         return lambda x, y: call(first(x, y), second(x, y))
     return lambda x, y: call(*[part(x, y) for part in parts])
-
-
-def _suggestion(name: str, known: Sequence[str], word: str) -> str:
-    close = get_close_matches(name, known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else f" ({word}: {', '.join(known)})"

@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import CaseError
+from bubblemesh.wording import place
 
 __all__ = ["Spacing"]
 
@@ -37,9 +38,9 @@ class Spacing:
         d = self._values(points)
         bad = np.flatnonzero(~_usable(d))
         if len(bad):
-            x, y = points[bad[0]]
+            k = bad[0]
             raise CaseError(
-                f"spacing: is {d[bad[0]]:g} at ({x:.6g}, {y:.6g}): it has to be positive and finite in the whole domain"
+                f"spacing: is {d[k]:g} at {place(points[k])}: it has to be positive and finite in the whole domain"
             )
         return d
 

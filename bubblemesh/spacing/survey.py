@@ -10,6 +10,7 @@ from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import triangulated
+from bubblemesh.wording import place
 
 __all__ = ["Survey", "surveyed"]
 
@@ -52,8 +53,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
     if minimum < VANISHING * domain.size:
         raise CaseError(
-            f"spacing: falls to {minimum:.3g} at ({minimum_at[0]:.6g}, {minimum_at[1]:.6g}): "
-            "it has to be positive in the whole domain"
+            f"spacing: falls to {minimum:.3g} at {place(minimum_at)}: it has to be positive in the whole domain"
         )
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, max_nodes)
     along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, max_nodes)

@@ -1,0 +1,21 @@
+"""The JSON Schema of the case file, for editors that complete and check it."""
+
+from typing import Any
+
+from bubblemesh.case.models import Case
+
+__all__ = ["case_schema"]
+
+
+def case_schema() -> dict[str, Any]:
+    """The schema of the models, with the methods and all keys that a method may use."""
+    # Imported here since the methods need SciPy, for which reading a case should not wait.
+    from bubblemesh.packing.methods import METHODS
+    from bubblemesh.packing.options import option_schemas
+
+    schema = Case.model_json_schema()
+    properties = schema["properties"]
+    properties["method"]["enum"] = list(METHODS)
+    for section, keys in option_schemas().items():
+        properties[section] |= {"properties": keys, "additionalProperties": False}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

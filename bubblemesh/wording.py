@@ -1,0 +1,20 @@
+"""Phrases that messages of all parts share."""
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+from bubblemesh.arrays import Floats
+
+__all__ = ["meant", "place"]
+
+
+def place(point: Floats | Sequence[float]) -> str:
+    """A point as messages write it: (0.5, -1)."""
+    return f"({point[0]:.6g}, {point[1]:.6g})"
+
+
+def meant(word: str, known: Iterable[str]) -> str:
+    """The known word that ``word`` may mean, or all of them."""
+    words = list(known)
+    close = get_close_matches(word, words, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
