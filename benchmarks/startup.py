@@ -15,7 +15,11 @@ COMMANDS = {
     "bubblemesh check configs/quickstart.yaml": ["check", str(CONFIGS / "quickstart.yaml")],
     **{
         f"bubblemesh run {case.relative_to(CONFIGS.parent)}": ["run", str(case), "--quiet"]
-        for case in [CONFIGS / "quickstart.yaml", *sorted((CONFIGS / "paper").glob("*.yaml"))]
+        for case in [
+            CONFIGS / "quickstart.yaml",
+            *sorted((CONFIGS / "paper").glob("example-*.yaml")),
+            CONFIGS / "paper" / "dense.yaml",
+        ]
     },
 }
 

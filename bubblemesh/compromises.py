@@ -37,8 +37,8 @@ def sharp_angles(domain: Domain) -> list[str]:
     np.minimum.at(angle, leaving, np.degrees(between))
     sharp = np.flatnonzero(angle < SHARPEST)
     warnings = [
-        f"the angle at {place(place)} is {abs(round(a, 3)):.2g} degrees: triangles there are as sharp"
-        for place, a in zip(boundary.corners[boundary.start[open_[sharp]]], angle[sharp], strict=True)
+        f"the angle at {place(corner)} is {abs(round(a, 3)):.2g} degrees: triangles there are as sharp"
+        for corner, a in zip(boundary.corners[boundary.start[open_[sharp]]], angle[sharp], strict=True)
     ]
     return list(dict.fromkeys(warnings))
 

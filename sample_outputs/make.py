@@ -9,7 +9,11 @@ from bubblemesh.pipeline import mesh_case
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs"
-CASES = [CONFIGS / "quickstart.yaml", *sorted((CONFIGS / "paper").glob("*.yaml"))]
+CASES = [
+    CONFIGS / "quickstart.yaml",
+    *sorted((CONFIGS / "paper").glob("example-*.yaml")),
+    CONFIGS / "paper" / "dense.yaml",
+]
 HEAD = """# Sample outputs
 
 All files of this folder are made by `python sample_outputs/make.py`, this page included.
