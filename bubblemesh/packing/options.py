@@ -6,6 +6,7 @@ from typing import Any, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from bubblemesh.errors import CaseError
 from bubblemesh.packing.methods import METHODS, SCHEMES, Method
 from bubblemesh.wording import meant
 
@@ -18,7 +19,7 @@ SECTIONS = {
 }
 
 
-class OptionError(ValueError):
+class OptionError(CaseError):
     """A method, or a key of one of its sections, that cannot be used."""
 
     def __init__(self, section: str, key: str | None, message: str) -> None:
