@@ -15,9 +15,11 @@ from bubblemesh.resources import timed
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Survey, surveyed
+from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
 
 __all__ = ["Problem", "prepared"]
+
+ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announces the number of nodes
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,9 @@ def prepared(case: Case) -> Problem:
         wanted = wanted.floored(survey.minimum / 2)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
         spacing = short.joined(coarse).limited(wanted)
-        expected = survey if spacing is wanted else surveyed(domain, spacing, case.limits.max_nodes)
+        expected = survey.ideal_nodes
+        if spacing is not wanted:
+            expected = ideal_nodes(domain, spacing, case.limits.max_nodes, ESTIMATE)
         warnings = (
             *domain.notes,
             *compromises.sharp_angles(domain),
@@ -82,7 +86,7 @@ def prepared(case: Case) -> Problem:
             *compromises.narrow_walls(domain, spacing),
         )
     method = configured(case.method, case.packing, case.schedule)
-    return Problem(case, domain, wanted, spacing, survey, expected.ideal_nodes, method, warnings, seconds)
+    return Problem(case, domain, wanted, spacing, survey, expected, method, warnings, seconds)
 
 
 def _ring(model: RingModel, number: int) -> Ring:

@@ -363,9 +363,14 @@ def test_a_large_viscosity_does_no_harm(schedule, square, tmp_path):
     assert bubblemesh("run", square, "-q", *arguments, folder=tmp_path).returncode == 0
 
 
-def test_a_time_step_that_the_force_cannot_bear_is_named(square, tmp_path):
-    settings = ["--set", "packing.dt=5", "--set", "schedule.iterations=200", "--set", "spacing=0.1"]
-    assert "packing.dt" in failed(bubblemesh("run", square, *settings, folder=tmp_path), 2)
+@pytest.mark.parametrize("settings", [["packing.dt=1"], ["packing.k0=100"], ["packing.force=plain", "packing.dt=0.5"]])
+def test_a_force_that_the_time_step_does_not_resolve_ends_in_a_mesh_all_the_same(settings, square, tmp_path):
+    arguments = [word for setting in [*settings, "spacing=0.1"] for word in ("--set", setting)]
+    assert bubblemesh("run", square, "-q", *arguments, folder=tmp_path).returncode == 0
+
+
+def test_an_absurd_time_step_is_named(square, tmp_path):
+    assert "packing.dt" in failed(bubblemesh("run", square, "--set", "packing.dt=5", folder=tmp_path), 2)
 
 
 def test_the_limit_counts_the_nodes_that_short_edges_ask_for(tmp_path):

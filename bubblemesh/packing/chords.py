@@ -11,6 +11,7 @@ from bubblemesh.spacing.spacing import Spacing
 __all__ = ["arcs", "enclosed", "parted"]
 
 NEAREST_TO_CHORD = 0.5  # in units of spacing; a perfect packing has 0.87, and nearer nodes make flat triangles
+NEAREST_ON_CURVE = 0.05  # in units of spacing, along the boundary
 SAMPLES = 9  # points of an arc whose convex hull stands for it
 MOST_HALVINGS = 60
 
@@ -21,7 +22,8 @@ def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers
     s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
     begin = np.where(edges[:, 0] < bubbles.corners, 0, s[edges[:, 0]])
     end = np.where(edges[:, 1] < bubbles.corners, length, s[edges[:, 1]])
-    return begin, np.where(end <= begin, end + length, end)
+    past_the_start = domain.boundary.closed[edge_piece] & ((end < begin) | (edges[:, 0] == edges[:, 1]))
+    return begin, np.where(past_the_start, end + length, end)
 
 
 def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
@@ -70,12 +72,27 @@ def _cutting(
 
 
 def enclosed(bubbles: Bubbles, domain: Domain) -> Bubbles:
-    """The bubbles without interior ones that the boundary edges leave outside, or hardly inside."""
+    """The bubbles without those that nothing can be made of: run into others on the boundary, or outside its edges."""
+    bubbles = _separated(bubbles, domain)
     inside = _inside_chords(bubbles, domain)
     if inside.all():
         return bubbles
     keep = np.concatenate([np.arange(bubbles.boundary_count), bubbles.boundary_count + np.flatnonzero(inside)])
     return bubbles.kept(keep)
+
+
+def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
+    """The bubbles without sliding ones that come next to a corner, or to the sliding one before, as good as at it."""
+    while True:
+        edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
+        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        near = edges[end - begin < NEAREST_ON_CURVE * bubbles.d[edges].mean(axis=1)]
+        # Of two sliding bubbles the later one goes, and then another look is needed at what it was next to.
+        gone = near.max(axis=1)
+        gone = np.unique(gone[gone >= bubbles.corners])
+        if len(gone) == 0:
+            return bubbles
+        bubbles = bubbles.kept(np.delete(np.arange(len(bubbles)), gone))
 
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:

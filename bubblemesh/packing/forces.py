@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Le
 from scipy.sparse import csr_array
 
 from bubblemesh.arrays import Floats
@@ -34,7 +34,7 @@ class VanDerWaals:
         multiplies it by each bubble's spacing, so that one time step serves every case.
     """
 
-    k0: Annotated[float, Gt(0)] = 1.0
+    k0: Annotated[float, Gt(0), Le(100)] = 1.0
     force: Literal["scaled", "plain"] = "scaled"
 
     def among(self, neighbours: Neighbours) -> "BoundForce":

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Le
 
 from bubblemesh.arrays import Floats
 
@@ -28,7 +28,7 @@ class RungeKutta:
         Time step.
     """
 
-    dt: Annotated[float, Gt(0)]
+    dt: Annotated[float, Gt(0), Le(1)]
 
     stages: ClassVar[tuple[tuple[float, ...], ...]]
     weights: ClassVar[tuple[float, ...]]
@@ -68,7 +68,7 @@ class RungeKutta:
 class SecondOrderEuler(RungeKutta):
     """Predictor-corrector Euler step (Heun's method), of second order."""
 
-    dt: Annotated[float, Gt(0)] = 0.2
+    dt: Annotated[float, Gt(0), Le(1)] = 0.2
 
     stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (1.0,))
     weights: ClassVar[tuple[float, ...]] = (0.5, 0.5)
@@ -78,7 +78,7 @@ class SecondOrderEuler(RungeKutta):
 class ClassicalRungeKutta(RungeKutta):
     """Runge-Kutta step of fourth order, the motion of the traditional method."""
 
-    dt: Annotated[float, Gt(0)] = 0.2
+    dt: Annotated[float, Gt(0), Le(1)] = 0.2
 
     stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0))
     weights: ClassVar[tuple[float, ...]] = (1 / 6, 1 / 3, 1 / 3, 1 / 6)

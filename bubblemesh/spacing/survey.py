@@ -12,7 +12,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import triangulated
 from bubblemesh.wording import place
 
-__all__ = ["Survey", "surveyed"]
+__all__ = ["Survey", "ideal_nodes", "surveyed"]
 
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 2e-3  # relative change on halving below which a part of an integral stands
@@ -36,9 +36,6 @@ class Survey:
 def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     """Survey of the spacing over the domain.
 
-    The ideal number of nodes is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d
-    along the boundary, plus 1, minus the number of holes.
-
     Raises
     ------
     CaseError
@@ -47,7 +44,6 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         If it needs more than ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
-    intervals = _intervals(domain)
     points = np.vstack([triangles.reshape(-1, 2), triangles.mean(axis=1), domain.polyline.points])
     d = spacing(points)
     minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
@@ -55,17 +51,38 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         raise CaseError(
             f"spacing: falls to {minimum:.3g} at {place(minimum_at)}: it has to be positive in the whole domain"
         )
-    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, max_nodes)
-    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, max_nodes)
-    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
-    if ideal > max_nodes:
-        raise _too_many(ideal, max_nodes)
+    ideal = ideal_nodes(domain, spacing, max_nodes)
     x, y = points[d.argmax()]
     return Survey(minimum, minimum_at, float(d.max()), (float(x), float(y)), ideal)
 
 
+def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float = TOLERANCE) -> float:
+    """Number of nodes of a perfect packing.
+
+    It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
+    minus the number of holes; ``tolerance`` is the relative accuracy of each part of the integrals.
+
+    Raises
+    ------
+    LimitError
+        If it is more than ``max_nodes``.
+    """
+    triangles, intervals = _resolved(domain), _intervals(domain)
+    limits = tolerance, max_nodes
+    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
+    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
+    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
+    if ideal > max_nodes:
+        raise _too_many(ideal, max_nodes)
+    return ideal
+
+
 def _integral(
-    parts: Floats, over: Callable[[Floats], Floats], halved: Callable[[Floats], Floats], max_nodes: int
+    parts: Floats,
+    over: Callable[[Floats], Floats],
+    halved: Callable[[Floats], Floats],
+    tolerance: float,
+    max_nodes: int,
 ) -> float:
     """Sum of the integrals over ``parts``, halving those whose integral changes by that.
 
@@ -76,7 +93,7 @@ def _integral(
         halves = halved(parts)
         fine = over(halves).reshape(2, -1)
         both = fine.sum(axis=0)
-        unsure = np.abs(both - coarse) > TOLERANCE * both
+        unsure = np.abs(both - coarse) > tolerance * both
         total += float(both[~unsure].sum())
         parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
         if total + coarse.sum() > 2 * max_nodes:
