@@ -17,7 +17,7 @@ from bubblemesh.problem import prepared
 from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, resolved_case, round_row, triangle_fields
 
-__all__ = ["Result", "mesh_case", "prepared"]
+__all__ = ["Result", "mesh_case"]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.chords import parted
 from bubblemesh.packing.connection import connected
 from bubblemesh.packing.placement import HierarchicalSubdivision
-from bubblemesh.pipeline import prepared
+from bubblemesh.problem import prepared
 from bubblemesh.quality import radius_ratios
 from bubblemesh.spacing.spacing import Spacing
 

@@ -12,7 +12,8 @@ from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.packing.termination import FixedRounds
-from bubblemesh.pipeline import mesh_case, prepared
+from bubblemesh.pipeline import mesh_case
+from bubblemesh.problem import prepared
 
 ACCELERATED = METHODS["accelerated"]
 
