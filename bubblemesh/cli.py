@@ -43,6 +43,13 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and er
 received: list[int] = []  # signals that ask to end
 
 
+class Interrupted(BaseException):
+    """A signal asks to end.
+
+    Python itself ends a process by its signal, whatever the exit code, once a KeyboardInterrupt has met compiled code.
+    """
+
+
 def main() -> None:
     """Entry point of the ``bubblemesh`` command."""
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -53,7 +60,7 @@ def main() -> None:
 def interrupt(number: int, frame: FrameType | None) -> None:
     """Ctrl-C, or a request to terminate: ends the command with exit code 130 and no half files."""
     received.append(number)
-    raise KeyboardInterrupt
+    raise Interrupted
 
 
 @app.callback(invoke_without_command=True)
@@ -232,7 +239,7 @@ def reported() -> Iterator[None]:
         raise
     except BubblemeshError as error:
         raise failed(str(error), error.exit_code) from None
-    except KeyboardInterrupt:
+    except (Interrupted, KeyboardInterrupt):
         raise failed("interrupted", INTERRUPTED) from None
     except MemoryError:
         raise failed("out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier", 6) from None
