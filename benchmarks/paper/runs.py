@@ -45,6 +45,11 @@ class Runs:
         """A figure of the reports, for each seed."""
         return [key(result.report) for result in self.results]
 
+    def by_round(self, key: str) -> list[list[float]]:
+        """A figure after each round, for each seed, where all seeds have as many rounds."""
+        reports = [result.report["rounds"] for result in self.results]
+        return [[row[key] for row in rows] for rows in zip(*reports, strict=True)]
+
     @property
     def cost(self) -> float:
         """Median number of force evaluations on a bubble."""
