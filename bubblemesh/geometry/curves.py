@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from bubblemesh.arrays import Floats, Integers
 
@@ -251,8 +250,10 @@ def turning(before: Floats, after: Floats) -> Floats:
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
-def _interpolated(points: Floats) -> CubicSpline:
+def _interpolated(points: Floats) -> "CubicSpline":
     """Spline through ``points`` (k, 2) over [0, 1] by chord length."""
+    from scipy.interpolate import CubicSpline  # takes longer to load than most cases take to mesh
+
     u = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     periodic = len(points) > 3 and bool(np.all(points[0] == points[-1]))
     return CubicSpline(u / u[-1], points, bc_type="periodic" if periodic else "not-a-knot")

@@ -38,6 +38,11 @@ class Neighbours:
         pairs = pairs_within(x, d, reach)
         return cls(pairs, (d[pairs[:, 0]] + d[pairs[:, 1]]) / 2, x, d)
 
+    @classmethod
+    def along(cls, edges: Integers, x: Floats, d: Floats) -> "Neighbours":
+        """The pairs that are connected by edges (m, 2)."""
+        return cls(edges, (d[edges[:, 0]] + d[edges[:, 1]]) / 2, x, d)
+
     @property
     def distances(self) -> Floats:
         """Distances (m,) of the pairs then."""

@@ -1,13 +1,14 @@
 """The interbubble force, equation (2.1) of the paper."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Gt, Le
 from scipy.sparse import csr_array
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.adjacency import Neighbours
 
 __all__ = ["CUTOFF", "BoundForce", "VanDerWaals", "pair_force"]
@@ -51,12 +52,18 @@ class BoundForce:
     incidence: csr_array
     strength: Floats
 
+    @cached_property
+    def ends(self) -> Integers:
+        """First and second members (2, m) of the pairs."""
+        return np.ascontiguousarray(self.neighbours.pairs.T)
+
     def __call__(self, x: Floats) -> Floats:
         """Forces (n, 2) on bubbles at x (n, 2)."""
-        i, j = self.neighbours.pairs.T
-        delta = x[i] - x[j]
-        distance = np.sqrt(np.einsum("ij,ij->i", delta, delta))
+        i, j = self.ends
+        # Column by column, which NumPy does several times faster than row by row.
+        dx, dy = (column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T))
+        distance = np.sqrt(dx * dx + dy * dy)
         contact = self.neighbours.contact
         # Coinciding bubbles have no direction to part in: they stay until population control removes one.
         size = pair_force(distance / contact) / np.maximum(distance, 1e-12 * contact)
-        return self.strength * (self.incidence @ (size[:, None] * delta))
+        return self.strength * np.column_stack([self.incidence @ (size * dx), self.incidence @ (size * dy)])

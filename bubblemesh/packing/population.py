@@ -1,7 +1,7 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Protocol
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -15,9 +15,9 @@ from bubblemesh.packing.connection import connected
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.overlap import REACH_OF_OVERLAP, boundary_overlaps, overlaps
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.triangulation import circumcircles
+from bubblemesh.triangulation import circumcircles, sorted_triangles
 
-__all__ = ["Change", "Thresholds"]
+__all__ = ["Change", "Population", "Thresholds"]
 
 
 class Change(NamedTuple):
@@ -26,6 +26,13 @@ class Change(NamedTuple):
     bubbles: Bubbles
     deleted: int
     inserted: int
+
+
+class Population(Protocol):
+    """Which bubbles go, and where new ones come."""
+
+    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+        """One control of the whole population."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +86,9 @@ class Thresholds:
     def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles and more in the gaps between them."""
         alpha = overlaps(Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP))
-        edges, edge_piece, triangles = connected(bubbles, domain)
-        room, piece, s = boundary_gaps(bubbles, domain, edges, edge_piece, self.insert_apart)
+        net = connected(bubbles, domain)
+        room, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, self.insert_apart)
+        triangles = sorted_triangles(net.triangles)
         loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
         hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
         x = np.vstack([domain.boundary.points(piece, s), center])

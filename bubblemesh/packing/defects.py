@@ -1,0 +1,109 @@
+"""Population control by the defects of the triangulation: nodes with too few neighbours, edges too short or long."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.adjacency import independent, pairs_within
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.connection import Net, enmeshed
+from bubblemesh.packing.population import Change
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["Defects"]
+
+FEWEST_NEIGHBOURS = 4
+MANY_NEIGHBOURS = 8
+WIDEST = np.cos(np.radians(80.0))  # at a corner: two triangles of 45 degrees are better than one with a right angle
+NEAREST_TO_CORNER = 0.6  # spacings
+
+
+@dataclass(frozen=True)
+class Defects:
+    """Deletion and insertion where the triangulation shows that bubbles are too many or missing.
+
+    Attributes
+    ----------
+    delete_shorter : float
+        An interior bubble goes from an edge shorter than this, in units of spacing, or if it has four neighbours
+        or fewer.
+    insert_longer : float
+        A bubble comes to the middle of an edge longer than this.
+    insert_longer_at_crowd : float
+        The same for edges at a bubble with eight neighbours or more.
+    insert_apart : float
+        New bubbles keep this distance from each other.
+    """
+
+    delete_shorter: Annotated[float, Gt(0), Le(1)] = 0.72
+    insert_longer: Annotated[float, Ge(1), Le(2)] = 1.38
+    insert_longer_at_crowd: Annotated[float, Ge(1), Le(2)] = 1.12
+    insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.9
+
+    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+        """One control of the whole population."""
+        net = enmeshed(bubbles, domain, spacing)
+        kept = net.bubbles
+        ratio = edge_ratios(net)
+        gone = self._crowded(net, ratio)
+        x, ends = self._missing(net, ratio, gone)
+        d = spacing.extended(x)
+        come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        touched = np.zeros(len(kept), bool)
+        touched[net.edges[gone[net.edges].any(axis=1)]] = True
+        touched[ends[come]] = True
+        rest = replace(kept, touched=touched).kept(np.flatnonzero(~gone))
+        none = np.zeros(0, np.int64)
+        grown = rest.joined_by(x[come], d[come], none, np.zeros(0))
+        return Change(grown, deleted=len(bubbles) - len(rest), inserted=int(come.sum()))
+
+    def _crowded(self, net: Net, ratio: Floats) -> Booleans:
+        """Interior bubbles (n,) to delete, no two of them connected."""
+        n, valence = len(net.bubbles), net.valence
+        interior = np.arange(n) >= net.bubbles.boundary_count
+        wanted = interior & (valence <= FEWEST_NEIGHBOURS)
+        i, j = net.edges[ratio < self.delete_shorter].T
+        # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
+        second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
+        loser = np.where(second, j, i)
+        wanted[loser[interior[loser]]] = True
+        number = np.cumsum(wanted) - 1
+        conflicts = number[net.edges[wanted[net.edges].all(axis=1)]]
+        wanted[wanted] = independent(conflicts, np.arange(int(wanted.sum())))
+        return wanted
+
+    def _missing(self, net: Net, ratio: Floats, gone: Booleans) -> tuple[Floats, Integers]:
+        """Middles (k, 2) of edges with room for one more bubble, longest first, and the ends (k, 2) of the edges."""
+        crowd = (net.valence >= MANY_NEIGHBOURS)[net.edges].any(axis=1)
+        long = ratio > np.where(crowd, self.insert_longer_at_crowd, self.insert_longer)
+        long &= net.inner & ~gone[net.edges].any(axis=1)
+        edges = net.edges[long]
+        edges = np.concatenate([edges[np.argsort(-ratio[long], kind="stable")], across_wide_corners(net, gone)])
+        return net.bubbles.x[edges].mean(axis=1), edges
+
+
+def edge_ratios(net: Net) -> Floats:
+    """Lengths (m,) of the edges over the mean spacing of their ends."""
+    i, j = net.edges.T
+    x, d = net.bubbles.x, net.bubbles.d
+    return np.hypot(*(x.take(i, axis=0) - x.take(j, axis=0)).T) / ((d[i] + d[j]) / 2)
+
+
+def across_wide_corners(net: Net, gone: Booleans) -> Integers:
+    """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary."""
+    x, corners = net.bubbles.x, net.bubbles.corners
+    first = np.argmin(net.triangles, axis=1)
+    beside = np.flatnonzero((net.triangles.min(axis=1) < corners) & ~gone[net.triangles].any(axis=1))
+    apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
+    u, v = x[a] - x[apex], x[b] - x[apex]
+    lengths = np.hypot(*u.T) * np.hypot(*v.T)
+    wide = np.einsum("ij,ij->i", u, v) < WIDEST * lengths
+    roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER * net.bubbles.d[apex]
+    faced = np.sort(np.column_stack([a, b])[wide & roomy], axis=1)
+    n = len(net.bubbles)
+    low, high = np.sort(net.facets, axis=1).T
+    return faced[~np.isin(faced[:, 0] * n + faced[:, 1], low * n + high)]

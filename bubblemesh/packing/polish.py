@@ -1,0 +1,106 @@
+"""Polish: the finished packing is moved to triangles of the best shape and edges of the wanted length."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.connection import Net, enmeshed
+from bubblemesh.packing.rails import Rails
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["ShapeSteps", "shape_gradient", "spacing_gradient"]
+
+MOMENTUM = 0.8
+MOST_MOVE = 0.1  # spacings in a step
+FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
+WORST = 3.0  # shape measure, beyond which its power grows no more
+
+
+@dataclass(frozen=True)
+class ShapeSteps:
+    """Gradient descent with momentum on sum over triangles of eta^4 + spacing_weight * sum over edges of (l/d - 1)^2.
+
+    The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its fourth power makes
+    the worst triangles count most. Bubbles on the boundary slide along it, corners stay.
+
+    Attributes
+    ----------
+    shape_steps : int
+    shape_step : float
+        Length of a step, in units where the spacing is 1.
+    spacing_weight : float
+        Larger values trade shape for spacing.
+    shape_refresh : int
+        The triangulation is renewed after that many steps.
+
+    References
+    ----------
+    L. Freitag, P. Knupp, "Tetrahedral mesh improvement via optimization of the element condition number",
+    Int. J. Numer. Meth. Eng. 53 (2002), for the measure.
+    """
+
+    shape_steps: Annotated[int, Ge(0)] = 30
+    shape_step: Annotated[float, Gt(0), Le(0.1)] = 0.02
+    spacing_weight: Annotated[float, Ge(0), Le(20)] = 4.0
+    shape_refresh: Annotated[int, Gt(0)] = 10
+
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
+        """The net after all steps."""
+        for begin in range(0, self.shape_steps, self.shape_refresh):
+            net = self._moved(net, domain, min(self.shape_refresh, self.shape_steps - begin), spacing)
+        return net
+
+    def _moved(self, net: Net, domain: Domain, steps: int, spacing: Spacing) -> Net:
+        """The net after some steps with the same triangles, connected anew."""
+        bubbles = net.bubbles
+        rails = Rails(domain.boundary, bubbles)
+        x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
+        corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
+        wanted = (d[ends[0]] + d[ends[1]]) / 2
+        for _ in range(steps):
+            gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)
+            v = MOMENTUM * v - self.shape_step * rails.along(gradient * (d * d)[:, None])
+            length = np.sqrt(np.einsum("ij,ij->i", v, v))
+            v *= np.minimum(1, MOST_MOVE * d / np.maximum(length, np.finfo(float).tiny))[:, None]
+            x, v = rails.settled(x + v, v)
+        return enmeshed(rails.ended(x, d), domain, spacing)
+
+
+def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of eta^4 over triangles with the nodes ``corners`` (3, t), at positions x (n, 2)."""
+    px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
+    ux, uy = px[1] - px[0], py[1] - py[0]
+    wx, wy = px[2] - px[0], py[2] - py[0]
+    zx, zy = px[2] - px[1], py[2] - py[1]
+    area = np.maximum((ux * wy - uy * wx) / 2, FLATTEST * d.take(corners[0]) ** 2)
+    squares = ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy
+    to_eta = 1 / (4 * np.sqrt(3) * area)
+    eta = squares * to_eta
+    steep = 4 * np.minimum(eta, WORST) ** 3
+    by_squares, by_area = 2 * steep * to_eta, steep * eta / (2 * area)
+    # The sum of squares pulls each corner to the others, the area pushes it off the side across.
+    pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))
+    push = ((-zy, zx), (wy, -wx), (-uy, ux))
+    result = np.zeros((len(x), 2))
+    for axis in range(2):
+        for node, toward, off in zip(corners, pull, push, strict=True):
+            weight = by_squares * toward[axis] - by_area * off[axis]
+            result[:, axis] += np.bincount(node, weight, minlength=len(x))
+    return result
+
+
+def spacing_gradient(x: Floats, ends: Integers, wanted: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of (l / wanted - 1)^2 over edges with the nodes ``ends`` (2, m)."""
+    i, j = ends
+    delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
+    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), np.finfo(float).tiny)
+    weight = 2 * (length / wanted - 1) / (wanted * length)
+    columns = [
+        np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))
+        for part in delta
+    ]
+    return np.column_stack(columns)
