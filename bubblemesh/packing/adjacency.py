@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Booleans, Floats, Integers
@@ -52,13 +51,6 @@ class Neighbours:
     def drift(self, x: Floats) -> float:
         """Largest way of a bubble since then, in units of its spacing."""
         return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
-
-    def incidence(self) -> csr_array:
-        """Sparse matrix (n, m) that adds the pairs' forces on i, and takes them from j."""
-        m = len(self.pairs)
-        signs = np.tile([1.0, -1.0], m)
-        by_pair = csr_array((signs, self.pairs.ravel(), np.arange(0, 2 * m + 1, 2)), shape=(m, len(self.x)))
-        return by_pair.T.tocsr()
 
 
 def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:

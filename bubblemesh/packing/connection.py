@@ -11,7 +11,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import linked
 
-__all__ = ["Net", "connected", "enmeshed"]
+__all__ = ["Net", "connected", "enmeshed", "reconnected"]
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,50 @@ class Net:
         inner[chords[np.isin(mine[:, 0] * n + mine[:, 1], low * n + high)]] = False
         return inner
 
+    def joined(self, marked: Booleans) -> Booleans:
+        """Bubbles (n,) that are marked or next to one that is."""
+        i, j = self.edges.T
+        result = marked.copy()
+        result[j[marked[i]]] = True
+        result[i[marked[j]]] = True
+        return result
+
+    def within(self, bubbles: Integers, rings: int) -> Booleans:
+        """Bubbles (n,) at most so many edges away from the given ones, of any shape."""
+        near = np.zeros(len(self.bubbles), bool)
+        near[bubbles] = True
+        for _ in range(rings):
+            near = self.joined(near)
+        return near
+
+    def part(self, marked: Booleans) -> tuple[Integers, "Net"]:
+        """Numbers (k,) and net of the marked bubbles and all corners; facets that cut it off have the piece -1."""
+        chosen = marked.copy()
+        chosen[: self.bubbles.corners] = True
+        numbers, renumbered = np.flatnonzero(chosen), np.cumsum(chosen) - 1
+        triangles = self.triangles[marked[self.triangles].all(axis=1)]
+        sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+        n = len(self.bubbles)
+        rim = sides[~np.isin(sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0])]
+        own = self.facets[:, 0] * n + self.facets[:, 1]
+        order = np.argsort(own)
+        place = order[np.searchsorted(own, rim[:, 0] * n + rim[:, 1], sorter=order) % len(own)]
+        piece = np.where((self.facets[place] == rim).all(axis=1), self.facet_piece[place], -1)
+        edges = self.edges[marked[self.edges].all(axis=1)]
+        return numbers, Net(
+            self.bubbles.kept(numbers), renumbered[rim], piece, renumbered[triangles], renumbered[edges]
+        )
+
 
 def connected(bubbles: Bubbles, domain: Domain) -> Net:
     """The net of the bubbles; those outside the boundary edges belong to no triangle."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     return Net(bubbles, facets, piece, *linked(bubbles.x, facets))
+
+
+def reconnected(net: Net, bubbles: Bubbles) -> Net:
+    """The net with its bubbles moved to other places, within the same facets."""
+    return Net(bubbles, net.facets, net.facet_piece, *linked(bubbles.x, net.facets))
 
 
 def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:

@@ -9,8 +9,7 @@ from annotated_types import Ge, Gt, Le
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import independent, pairs_within
-from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import Net, enmeshed
+from bubblemesh.packing.connection import Net
 from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
 
@@ -44,19 +43,18 @@ class Defects:
     insert_longer_at_crowd: Annotated[float, Ge(1), Le(2)] = 1.12
     insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.9
 
-    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""
-        net = enmeshed(bubbles, domain, spacing)
-        kept = net.bubbles
+        bubbles = net.bubbles
         ratio = edge_ratios(net)
         gone = self._crowded(net, ratio)
         x, ends = self._missing(net, ratio, gone)
         d = spacing.extended(x)
         come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
-        touched = np.zeros(len(kept), bool)
+        touched = np.zeros(len(bubbles), bool)
         touched[net.edges[gone[net.edges].any(axis=1)]] = True
         touched[ends[come]] = True
-        rest = replace(kept, touched=touched).kept(np.flatnonzero(~gone))
+        rest = replace(bubbles, touched=touched).kept(np.flatnonzero(~gone))
         none = np.zeros(0, np.int64)
         grown = rest.joined_by(x[come], d[come], none, np.zeros(0))
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=int(come.sum()))

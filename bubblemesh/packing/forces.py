@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Gt, Le
-from scipy.sparse import csr_array
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.adjacency import Neighbours
@@ -41,7 +40,7 @@ class VanDerWaals:
     def among(self, neighbours: Neighbours) -> "BoundForce":
         """The force of these neighbours as a function of the positions."""
         strength = self.k0 * (neighbours.d if self.force == "scaled" else np.ones(len(neighbours.d)))
-        return BoundForce(neighbours, neighbours.incidence(), strength[:, None])
+        return BoundForce(neighbours, strength)
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,6 @@ class BoundForce:
     """Force as a function of the positions, for fixed neighbours."""
 
     neighbours: Neighbours
-    incidence: csr_array
     strength: Floats
 
     @cached_property
@@ -66,4 +64,11 @@ class BoundForce:
         contact = self.neighbours.contact
         # Coinciding bubbles have no direction to part in: they stay until population control removes one.
         size = pair_force(distance / contact) / np.maximum(distance, 1e-12 * contact)
-        return self.strength * np.column_stack([self.incidence @ (size * dx), self.incidence @ (size * dy)])
+        columns = [self.strength * self._summed(size * part) for part in (dx, dy)]
+        return np.column_stack(columns)
+
+    def _summed(self, along: Floats) -> Floats:
+        """What the pairs' forces (m,) along an axis add up to on each bubble (n,)."""
+        i, j = self.ends
+        n = len(self.strength)
+        return np.bincount(i, along, minlength=n) - np.bincount(j, along, minlength=n)

@@ -8,6 +8,7 @@ from bubblemesh.packing.defects import Defects
 from bubblemesh.packing.diffusion import ErrorDiffusion
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
+from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
 from bubblemesh.packing.perturbation import Perturbation
 from bubblemesh.packing.placement import HierarchicalSubdivision, Placement
@@ -37,6 +38,7 @@ class Method:
     termination: FixedRounds
     shaking: Shaking | None
     polish: ShapeSteps | None
+    mending: Mending | None
 
 
 FNPBS = Method(
@@ -52,6 +54,7 @@ FNPBS = Method(
     termination=FixedRounds(),
     shaking=None,
     polish=None,
+    mending=None,
 )
 
 METHODS = {
@@ -82,6 +85,7 @@ METHODS = {
         termination=Settled(),
         shaking=Shaking(),
         polish=ShapeSteps(),
+        mending=Mending(),
     ),
 }
 

@@ -15,7 +15,18 @@ __all__ = ["OptionError", "configured", "option_schemas", "options"]
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 SECTIONS = {
     "packing": (
-        *("levels", "placement", "perturbation", "relaxation", "force", "motion", "population", "shaking", "polish"),
+        *(
+            "levels",
+            "placement",
+            "perturbation",
+            "relaxation",
+            "force",
+            "motion",
+            "population",
+            "shaking",
+            "polish",
+            "mending",
+        ),
     ),
     "schedule": ("viscosity", "odd", "termination"),
 }

@@ -1,18 +1,19 @@
 """Polish: the finished packing is moved to triangles of the best shape and edges of the wanted length."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, enmeshed
 from bubblemesh.packing.rails import Rails
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["ShapeSteps", "shape_gradient", "spacing_gradient"]
+__all__ = ["ShapeSteps", "eta", "shape_gradient", "spacing_gradient"]
 
 MOMENTUM = 0.8
 MOST_MOVE = 0.1  # spacings in a step
@@ -29,13 +30,14 @@ class ShapeSteps:
 
     Attributes
     ----------
+    passes : int
+        The triangulation is renewed, and the population controlled, between them.
     shape_steps : int
+        Steps of a pass.
     shape_step : float
         Length of a step, in units where the spacing is 1.
     spacing_weight : float
         Larger values trade shape for spacing.
-    shape_refresh : int
-        The triangulation is renewed after that many steps.
 
     References
     ----------
@@ -43,31 +45,39 @@ class ShapeSteps:
     Int. J. Numer. Meth. Eng. 53 (2002), for the measure.
     """
 
-    shape_steps: Annotated[int, Ge(0)] = 30
+    passes: Annotated[int, Ge(0)] = 3
+    shape_steps: Annotated[int, Gt(0)] = 10
     shape_step: Annotated[float, Gt(0), Le(0.1)] = 0.02
     spacing_weight: Annotated[float, Ge(0), Le(20)] = 4.0
-    shape_refresh: Annotated[int, Gt(0)] = 10
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
-        """The net after all steps."""
-        for begin in range(0, self.shape_steps, self.shape_refresh):
-            net = self._moved(net, domain, min(self.shape_refresh, self.shape_steps - begin), spacing)
-        return net
+        """The net after one pass, connected anew."""
+        return enmeshed(self.moved(net, domain, np.ones(len(net.bubbles), bool)), domain, spacing)
 
-    def _moved(self, net: Net, domain: Domain, steps: int, spacing: Spacing) -> Net:
-        """The net after some steps with the same triangles, connected anew."""
+    def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
+        """The bubbles of a net after one pass in which only those that are ``free`` (n,) move."""
         bubbles = net.bubbles
         rails = Rails(domain.boundary, bubbles)
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         wanted = (d[ends[0]] + d[ends[1]]) / 2
-        for _ in range(steps):
+        scale = np.where(free, d * d, 0.0)[:, None]
+        for _ in range(self.shape_steps):
             gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)
-            v = MOMENTUM * v - self.shape_step * rails.along(gradient * (d * d)[:, None])
+            v = MOMENTUM * v - self.shape_step * rails.along(gradient * scale)
             length = np.sqrt(np.einsum("ij,ij->i", v, v))
             v *= np.minimum(1, MOST_MOVE * d / np.maximum(length, np.finfo(float).tiny))[:, None]
             x, v = rails.settled(x + v, v)
-        return enmeshed(rails.ended(x, d), domain, spacing)
+        return rails.ended(x, d)
+
+
+def eta(x: Floats, triangles: Integers) -> Floats:
+    """Shape measure (t,) of triangles with their nodes at x (n, 2); infinite for a flat or inverted one."""
+    a, b, c = np.moveaxis(x[triangles], 1, 0)
+    u, v = b - a, c - a
+    area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+    squares = ((b - a) ** 2 + (c - a) ** 2 + (c - b) ** 2).sum(axis=1)
+    return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)
 
 
 def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:

@@ -11,7 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours, independent, pairs_within
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.chords import arcs, parted
-from bubblemesh.packing.connection import connected
+from bubblemesh.packing.connection import Net, connected
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.overlap import REACH_OF_OVERLAP, boundary_overlaps, overlaps
 from bubblemesh.spacing.spacing import Spacing
@@ -31,7 +31,7 @@ class Change(NamedTuple):
 class Population(Protocol):
     """Which bubbles go, and where new ones come."""
 
-    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""
 
 
@@ -62,8 +62,9 @@ class Thresholds:
     insert_below: Annotated[float, Gt(0)] = 4.5
     insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.85
 
-    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""
+        bubbles = net.bubbles
         near = Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP)
         alpha = overlaps(near)
         crowded = alpha > self.delete_above

@@ -160,4 +160,5 @@ def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Fl
 
 
 def _lengths(vectors: Floats) -> Floats:
-    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    """Lengths (n,) of vectors (n, 2), by way of complex numbers, which NumPy measures fastest."""
+    return np.abs(np.ascontiguousarray(vectors).view(np.complex128)[:, 0])

@@ -11,6 +11,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, connected, enmeshed
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
+from bubblemesh.packing.population import Change
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -82,6 +83,10 @@ class Course:
 
         return method.relaxation(net, self.domain, self.spacing, method.force, method.motion, damping, steps)
 
+    def controlled(self, net: Net) -> Change:
+        """The bubbles after the method's population control."""
+        return self.method.population(net, self.domain, self.spacing, self.random)
+
     def shaken(self, net: Net) -> Relaxed:
         """The method's shaking, or no step at all."""
         shaking = self.method.shaking
@@ -89,18 +94,27 @@ class Course:
             return Relaxed.none(net.bubbles)
         return shaking(net, self.domain, self.spacing, self.random, self.relaxed)
 
-    def closed(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, Relaxed]:
-        """The net after a last relaxation, again if bubbles were lost at the boundary, and the method's polish."""
+    def closed(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, Relaxed, int]:
+        """The net after a last relaxation and the method's polish, and the number of bubbles that this inserts.
+
+        The relaxation is repeated while bubbles are lost at the boundary.
+        """
         relaxed = total = self.relaxed(net, steps, number, odd)
         for _ in range(CLOSING_REPEATS):
             if relaxed.lost == 0:
                 break
             relaxed = self.relaxed(connected(relaxed.bubbles, self.domain), steps, number, odd)
             total = total.followed_by(relaxed)
-        polish = self.method.polish
-        if polish is None:
-            return connected(total.bubbles, self.domain), total
-        return polish(enmeshed(total.bubbles, self.domain, self.spacing), self.domain, self.spacing), total
+        net, inserted = enmeshed(total.bubbles, self.domain, self.spacing), 0
+        passes = 0 if self.method.polish is None else self.method.polish.passes
+        for left in range(passes - 1, -1, -1):
+            net = self.method.polish(net, self.domain, self.spacing)
+            change = self.controlled(net)
+            if left and change.deleted + change.inserted:
+                net, inserted = enmeshed(change.bubbles, self.domain, self.spacing), inserted + change.inserted
+        if self.method.polish is not None and self.method.mending is not None:
+            net = self.method.mending(net, self.domain, self.spacing, self.method.polish, self.random)
+        return net, total, inserted
 
 
 def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method) -> Iterator[Round]:
@@ -124,32 +138,32 @@ def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Me
         finest, shaken = level == len(levels) - 1, level == 0 and method.shaking is not None
         stages = [(False, False), (True, finest)] if shaken else [(False, finest)]
         for shaking, closing in stages:
-            for done in _settling(course, net, shaking, closing):
+            for done in _settling(course, net, number == 0, shaking, closing):
                 number, net = number + 1, done.net
                 yield replace(done, number=number)
 
 
-def _settling(course: Course, net: Net, shaking: bool, closing: bool) -> Iterator[Round]:
+def _settling(course: Course, net: Net, opening: bool, shaking: bool, closing: bool) -> Iterator[Round]:
     """Rounds on one level until the termination says stop; the first may begin by ``shaking``."""
     method = course.method
     counts: list[tuple[int, int]] = []
     odd, reason = False, None
     while reason is None:
         number, before = len(counts), len(net.bubbles)
-        steps = method.termination.iterations
+        steps = method.termination.steps(opening and number == 0)
         if shaking and number == 0:
             relaxed = course.shaken(net)
         else:
             relaxed = course.relaxed(net, steps, number, odd)
-        change = method.population(relaxed.bubbles, course.domain, course.spacing, course.random)
+        change = course.controlled(enmeshed(relaxed.bubbles, course.domain, course.spacing))
         counts.append((before, len(change.bubbles)))
         odd = method.odd is not None and method.odd.active(*counts[-1])
         reason = method.termination(counts)
-        net = connected(change.bubbles, course.domain)
+        net, inserted = connected(change.bubbles, course.domain), change.inserted
         if reason is not None and closing:
-            net, last = course.closed(net, steps, number, odd)
-            relaxed = relaxed.followed_by(last)
-        inserted = relaxed.added + change.inserted
+            net, last, more = course.closed(net, steps, number, odd)
+            relaxed, inserted = relaxed.followed_by(last), inserted + more
+        inserted += relaxed.added
         yield Round(
             number=number + 1,
             iterations=len(relaxed.speeds),

@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from bubblemesh.arrays import Booleans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, enmeshed
@@ -70,18 +69,9 @@ class Shaking:
         """The bubbles after a displacement by this share of the first one."""
         bubbles, inside = net.bubbles, net.bubbles.interior
         shift = random.standard_normal((len(bubbles), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
-        at_boundary = _joined(net, np.arange(len(bubbles)) < bubbles.boundary_count)
+        at_boundary = net.joined(np.arange(len(bubbles)) < bubbles.boundary_count)
         amplitude = share * np.where(at_boundary, self.amplitude_at_boundary * self.amplitude, self.amplitude)
-        amplitude[~_joined(net, net.valence != REGULAR_VALENCE)] = 0
+        amplitude[~net.joined(net.valence != REGULAR_VALENCE)] = 0
         x = bubbles.x.copy()
         x[inside] += (amplitude * bubbles.d)[inside, None] * shift[inside]
         return replace(bubbles, x=x)
-
-
-def _joined(net: Net, marked: Booleans) -> Booleans:
-    """Bubbles (n,) that are marked or next to one that is."""
-    i, j = net.edges.T
-    result = marked.copy()
-    result[j[marked[i]]] = True
-    result[i[marked[j]]] = True
-    return result

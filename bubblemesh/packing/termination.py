@@ -20,6 +20,10 @@ class FixedRounds:
         """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
         return f"all {self.rounds} rounds done" if len(counts) >= self.rounds else None
 
+    def steps(self, opening: bool) -> int:
+        """Steps of a round; ``opening`` is the first one of all."""
+        return self.iterations
+
 
 @dataclass(frozen=True)
 class SelfAdaptive(FixedRounds):
@@ -41,7 +45,12 @@ class Settled(FixedRounds):
 
     rounds: Annotated[int, Gt(0)] = 8
     iterations: Annotated[int, Gt(0)] = 20
+    opening_iterations: Annotated[int, Gt(0)] = 100
     tolerance: Annotated[float, Ge(0)] = 0.005
+
+    def steps(self, opening: bool) -> int:
+        """Steps of a round; the opening one has more, since the initial bubbles are without any order."""
+        return self.opening_iterations if opening else self.iterations
 
     def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
         """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
