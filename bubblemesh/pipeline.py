@@ -15,8 +15,8 @@ from bubblemesh.packing.connection import connected
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import prepared
 from bubblemesh.resources import peak_memory_mb, timed
-from bubblemesh.triangulation import sorted_triangles
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, resolved_case, round_row, triangle_fields
+from bubblemesh.triangulation import sorted_triangles
 
 __all__ = ["Result", "mesh_case"]
 

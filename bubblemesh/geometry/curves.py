@@ -6,11 +6,14 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 __all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines", "turning"]
 

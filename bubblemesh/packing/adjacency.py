@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
@@ -59,6 +58,8 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     Points are sorted into classes of like spacing; each class searches itself and the finer ones, so that the work
     stays proportional to the pairs however much d varies.
     """
+    from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
+
     if len(x) == 0:
         return np.empty((0, 2), np.int64)
     octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)

@@ -8,7 +8,7 @@ from annotated_types import Ge, Gt, Le
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.adjacency import independent, pairs_within
+from bubblemesh.packing.adjacency import independent
 from bubblemesh.packing.connection import Net
 from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
@@ -34,37 +34,35 @@ class Defects:
         A bubble comes to the middle of an edge longer than this.
     insert_longer_at_crowd : float
         The same for edges at a bubble with eight neighbours or more.
-    insert_apart : float
-        New bubbles keep this distance from each other.
     """
 
     delete_shorter: Annotated[float, Gt(0), Le(1)] = 0.72
     insert_longer: Annotated[float, Ge(1), Le(2)] = 1.38
     insert_longer_at_crowd: Annotated[float, Ge(1), Le(2)] = 1.12
-    insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.9
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""
         bubbles = net.bubbles
         ratio = edge_ratios(net)
         gone = self._crowded(net, ratio)
-        x, ends = self._missing(net, ratio, gone)
-        d = spacing.extended(x)
-        come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        halved = self._too_long(net, ratio, gone)
+        x = bubbles.x[halved].mean(axis=1)
         touched = np.zeros(len(bubbles), bool)
         touched[net.edges[gone[net.edges].any(axis=1)]] = True
-        touched[ends[come]] = True
+        touched[halved] = True
         rest = replace(bubbles, touched=touched).kept(np.flatnonzero(~gone))
         none = np.zeros(0, np.int64)
-        grown = rest.joined_by(x[come], d[come], none, np.zeros(0))
-        return Change(grown, deleted=len(bubbles) - len(rest), inserted=int(come.sum()))
+        grown = rest.joined_by(x, spacing.extended(x), none, np.zeros(0))
+        return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(x))
 
     def _crowded(self, net: Net, ratio: Floats) -> Booleans:
         """Interior bubbles (n,) to delete, no two of them connected."""
         n, valence = len(net.bubbles), net.valence
         interior = np.arange(n) >= net.bubbles.boundary_count
         wanted = interior & (valence <= FEWEST_NEIGHBOURS)
-        i, j = net.edges[ratio < self.delete_shorter].T
+        # What lies in a corner's angle cannot give way: it takes more to be too near.
+        at_corner = (net.edges < net.bubbles.corners).any(axis=1)
+        i, j = net.edges[ratio < np.where(at_corner, NEAREST_TO_CORNER / 1.2, self.delete_shorter)].T
         # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
         second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
         loser = np.where(second, j, i)
@@ -74,14 +72,17 @@ class Defects:
         wanted[wanted] = independent(conflicts, np.arange(int(wanted.sum())))
         return wanted
 
-    def _missing(self, net: Net, ratio: Floats, gone: Booleans) -> tuple[Floats, Integers]:
-        """Middles (k, 2) of edges with room for one more bubble, longest first, and the ends (k, 2) of the edges."""
+    def _too_long(self, net: Net, ratio: Floats, gone: Booleans) -> Integers:
+        """Edges (k, 2) with room for one more bubble, no two of them at the same bubble."""
         crowd = (net.valence >= MANY_NEIGHBOURS)[net.edges].any(axis=1)
         long = ratio > np.where(crowd, self.insert_longer_at_crowd, self.insert_longer)
         long &= net.inner & ~gone[net.edges].any(axis=1)
         edges = net.edges[long]
         edges = np.concatenate([edges[np.argsort(-ratio[long], kind="stable")], across_wide_corners(net, gone)])
-        return net.bubbles.x[edges].mean(axis=1), edges
+        rank = np.arange(len(edges))
+        first = np.full(len(net.bubbles), len(edges))
+        np.minimum.at(first, edges, rank[:, None])
+        return edges[(first[edges] == rank[:, None]).all(axis=1)]
 
 
 def edge_ratios(net: Net) -> Floats:

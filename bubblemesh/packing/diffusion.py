@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+import shapely
 from annotated_types import Ge, Le
-from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
@@ -20,7 +20,7 @@ __all__ = ["ErrorDiffusion", "distance_to_facets", "on_boundary"]
 
 AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
 HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
-FARTHEST = 2.0  # spacings from the boundary bubbles, beyond which no facet can be near
+FARTHEST = 1.0  # spacings, beyond which no facet matters
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class ErrorDiffusion:
     R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
     """
 
-    leaf: Annotated[float, Ge(0.1), Le(1)] = 1 / 3
+    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 1 / 3
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         """Bubbles of the domain before any motion.
@@ -71,17 +71,13 @@ def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
 
 
 def distance_to_facets(nodes: Floats, facets: Integers, points: Floats, d: Floats) -> Floats:
-    """Distances (n,) of points (n, 2) to the facets at the nearest of the boundary ``nodes``; infinite if far away."""
-    distance, nearest = cKDTree(nodes).query(points, distance_upper_bound=FARTHEST * d.max(initial=0))
-    near = np.flatnonzero(distance < FARTHEST * d)
+    """Distances (n,) of points (n, 2) to facets that are not much farther than half of d (n,); infinite if farther."""
     result = np.full(len(points), np.inf)
-    result[near] = distance[near]
-    order = np.argsort(facets.ravel(), kind="stable")
-    first = np.searchsorted(facets.ravel()[order], np.arange(len(nodes)))
-    for k in range(2):  # every node has two facets at least
-        a, b = np.moveaxis(nodes[facets[order[first[nearest[near]] + k] // 2]], 1, 0)
-        along, offset = b - a, points[near] - a
-        t = np.einsum("ij,ij->i", offset, along) / np.einsum("ij,ij->i", along, along)
-        foot = offset - np.clip(t, 0, 1)[:, None] * along
-        result[near] = np.minimum(result[near], np.hypot(*foot.T))
+    tree = shapely.STRtree(shapely.linestrings(nodes[facets]))
+    point, facet = tree.query(shapely.points(points), predicate="dwithin", distance=FARTHEST * d)
+    a, b = nodes[facets[facet, 0]], nodes[facets[facet, 1]]
+    along, offset = b - a, points[point] - a
+    t = np.einsum("ij,ij->i", offset, along) / np.einsum("ij,ij->i", along, along)
+    foot = offset - np.clip(t, 0, 1)[:, None] * along
+    np.minimum.at(result, point, np.hypot(*foot.T))
     return result

@@ -71,4 +71,4 @@ class BoundForce:
         """What the pairs' forces (m,) along an axis add up to on each bubble (n,)."""
         i, j = self.ends
         n = len(self.strength)
-        return np.bincount(i, along, minlength=n) - np.bincount(j, along, minlength=n)
+        return np.asarray(np.bincount(i, along, minlength=n) - np.bincount(j, along, minlength=n), float)

@@ -24,11 +24,21 @@ CLIPPED_AT = 2.0  # standard deviations
 
 
 class Patches(NamedTuple):
-    """Disjoint patches: which nodes (n,) are displaced, and which move with patch 0, 1, ... (n,), others being -1."""
+    """Disjoint patches.
+
+    Attributes
+    ----------
+    displaced : (n,)
+        Which nodes are displaced.
+    moving : (n,)
+        The patch that each node moves with, or -1.
+    number : int
+        How many patches there are.
+    """
 
     displaced: Booleans
     moving: Integers
-    count: int
+    number: int
 
 
 @dataclass(frozen=True)
@@ -45,7 +55,7 @@ class Mending:
     """
 
     mend_attempts: Annotated[int, Ge(0)] = 8
-    mend_worse: Annotated[float, Ge(1)] = 1.12
+    mend_worse: Annotated[float, Ge(1)] = 1.08
     mend_amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.2
 
     def __call__(
@@ -120,9 +130,9 @@ def disjoint_patches(net: Net, bad: Integers) -> Patches:
 
 
 def worst_of(net: Net, patches: Patches) -> Floats:
-    """The largest shape measure eta (count,) of the triangles that move with each patch."""
+    """The largest shape measure eta (number,) of the triangles that move with each patch."""
     patch = patches.moving[net.triangles].max(axis=1)
     touched = patch >= 0
-    result = np.zeros(patches.count)
+    result = np.zeros(patches.number)
     np.maximum.at(result, patch[touched], eta(net.bubbles.x, net.triangles[touched]))
     return result

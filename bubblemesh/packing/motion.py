@@ -1,4 +1,4 @@
-"""Equation of motion m x'' + c x' = F(x), equation (2.2) of the paper: explicit Runge-Kutta steps, and a cheaper one."""
+"""Equation of motion m x'' + c x' = F(x), equation (2.2) of the paper: explicit Runge-Kutta steps, and one cheaper."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

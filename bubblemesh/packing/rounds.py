@@ -94,8 +94,8 @@ class Course:
             return Relaxed.none(net.bubbles)
         return shaking(net, self.domain, self.spacing, self.random, self.relaxed)
 
-    def closed(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, Relaxed, int]:
-        """The net after a last relaxation and the method's polish, and the number of bubbles that this inserts.
+    def closed(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, int, Relaxed]:
+        """The net after a last relaxation and polish, the number of bubbles that this inserted, and the relaxation.
 
         The relaxation is repeated while bubbles are lost at the boundary.
         """
@@ -105,16 +105,22 @@ class Course:
                 break
             relaxed = self.relaxed(connected(relaxed.bubbles, self.domain), steps, number, odd)
             total = total.followed_by(relaxed)
-        net, inserted = enmeshed(total.bubbles, self.domain, self.spacing), 0
-        passes = 0 if self.method.polish is None else self.method.polish.passes
-        for left in range(passes - 1, -1, -1):
-            net = self.method.polish(net, self.domain, self.spacing)
-            change = self.controlled(net)
-            if left and change.deleted + change.inserted:
+        net = enmeshed(total.bubbles, self.domain, self.spacing)
+        return *self.polished(net), total
+
+    def polished(self, net: Net) -> tuple[Net, int]:
+        """The net after the method's polish, with population control in between, and the number of new bubbles."""
+        polish, mending, inserted = self.method.polish, self.method.mending, 0
+        if polish is None:
+            return net, inserted
+        for number in range(polish.passes):
+            change = self.controlled(net) if number else Change(net.bubbles, 0, 0)
+            if change.deleted + change.inserted:
                 net, inserted = enmeshed(change.bubbles, self.domain, self.spacing), inserted + change.inserted
-        if self.method.polish is not None and self.method.mending is not None:
-            net = self.method.mending(net, self.domain, self.spacing, self.method.polish, self.random)
-        return net, total, inserted
+            net = polish(net, self.domain, self.spacing)
+        if mending is not None:
+            net = mending(net, self.domain, self.spacing, polish, self.random)
+        return net, inserted
 
 
 def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method) -> Iterator[Round]:
@@ -135,8 +141,10 @@ def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Me
         course = Course(domain, spacing, method, random)
         if level:
             net = connected(refined(net, domain, spacing), domain)
-        finest, shaken = level == len(levels) - 1, level == 0 and method.shaking is not None
-        stages = [(False, False), (True, finest)] if shaken else [(False, finest)]
+        finest = level == len(levels) - 1
+        stages = [(False, finest)]
+        if method.shaking is not None and (level == 0 or not finest):
+            stages = [(False, False), (True, finest)]
         for shaking, closing in stages:
             for done in _settling(course, net, number == 0, shaking, closing):
                 number, net = number + 1, done.net
@@ -151,17 +159,14 @@ def _settling(course: Course, net: Net, opening: bool, shaking: bool, closing: b
     while reason is None:
         number, before = len(counts), len(net.bubbles)
         steps = method.termination.steps(opening and number == 0)
-        if shaking and number == 0:
-            relaxed = course.shaken(net)
-        else:
-            relaxed = course.relaxed(net, steps, number, odd)
+        relaxed = course.shaken(net) if shaking and number == 0 else course.relaxed(net, steps, number, odd)
         change = course.controlled(enmeshed(relaxed.bubbles, course.domain, course.spacing))
         counts.append((before, len(change.bubbles)))
         odd = method.odd is not None and method.odd.active(*counts[-1])
         reason = method.termination(counts)
         net, inserted = connected(change.bubbles, course.domain), change.inserted
         if reason is not None and closing:
-            net, last, more = course.closed(net, steps, number, odd)
+            net, more, last = course.closed(net, steps, number, odd)
             relaxed, inserted = relaxed.followed_by(last), inserted + more
         inserted += relaxed.added
         yield Round(

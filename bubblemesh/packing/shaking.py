@@ -44,7 +44,7 @@ class Shaking:
     amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1)] = 0.5
     shake_steps: Annotated[int, Gt(0)] = 12
-    most_shaken: Annotated[int, Gt(0)] = 300_000
+    most_shaken: Annotated[int, Gt(0)] = 200_000
 
     def __call__(
         self,
@@ -56,7 +56,7 @@ class Shaking:
     ) -> Relaxed:
         """The bubbles after all cycles; ``relax`` takes a net and a number of steps."""
         total = Relaxed.none(net.bubbles)
-        cycles = min(CYCLES[self.effort], -(-self.most_shaken // len(net.bubbles)))
+        cycles = min(CYCLES[self.effort], self.most_shaken // len(net.bubbles))
         for cycle in range(cycles):
             net = enmeshed(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
             relaxed = relax(net, self.shake_steps)
