@@ -95,24 +95,26 @@ class Course:
         return shaking(net, self.domain, self.spacing, self.random, self.relaxed)
 
     def closed(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, int, Relaxed]:
-        """The net after a last relaxation and polish, the number of bubbles that this inserted, and the relaxation.
+        """The net after the polish, or without one a last relaxation, and the number of bubbles that this inserts.
 
         The relaxation is repeated while bubbles are lost at the boundary.
         """
+        if self.method.polish is not None:
+            return *self.polished(net), Relaxed.none(net.bubbles)
         relaxed = total = self.relaxed(net, steps, number, odd)
         for _ in range(CLOSING_REPEATS):
             if relaxed.lost == 0:
                 break
             relaxed = self.relaxed(connected(relaxed.bubbles, self.domain), steps, number, odd)
             total = total.followed_by(relaxed)
-        net = enmeshed(total.bubbles, self.domain, self.spacing)
-        return *self.polished(net), total
+        return enmeshed(total.bubbles, self.domain, self.spacing), 0, total
 
     def polished(self, net: Net) -> tuple[Net, int]:
         """The net after the method's polish, with population control in between, and the number of new bubbles."""
         polish, mending, inserted = self.method.polish, self.method.mending, 0
         if polish is None:
             return net, inserted
+        net = enmeshed(net.bubbles, self.domain, self.spacing)
         for number in range(polish.passes):
             change = self.controlled(net) if number else Change(net.bubbles, 0, 0)
             if change.deleted + change.inserted:

@@ -44,7 +44,7 @@ class Settled(FixedRounds):
     """Stop a level when a round has changed the number of bubbles by at most ``tolerance`` times it."""
 
     rounds: Annotated[int, Gt(0)] = 8
-    iterations: Annotated[int, Gt(0)] = 20
+    iterations: Annotated[int, Gt(0)] = 12
     opening_iterations: Annotated[int, Gt(0)] = 100
     tolerance: Annotated[float, Ge(0)] = 0.005
 
