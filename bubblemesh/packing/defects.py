@@ -17,6 +17,8 @@ __all__ = ["Defects"]
 
 FEWEST_NEIGHBOURS = 4
 MANY_NEIGHBOURS = 8
+FEWEST_ON_A_WALL = 3  # of a bubble on a straight wall, that is two triangles with right angles
+CLOSE_ON_A_WALL = 0.92  # spacings
 WIDEST = np.cos(np.radians(80.0))  # at a corner: two triangles of 45 degrees are better than one with a right angle
 NEAREST_TO_CORNER = 0.6  # spacings
 
@@ -29,7 +31,7 @@ class Defects:
     ----------
     delete_shorter : float
         An interior bubble goes from an edge shorter than this, in units of spacing, or if it has four neighbours
-        or fewer.
+        or fewer. So does one on a straight wall that is crowded and has two triangles only.
     insert_longer : float
         A bubble comes to the middle of an edge longer than this.
     insert_longer_at_crowd : float
@@ -44,7 +46,7 @@ class Defects:
         """One control of the whole population."""
         bubbles = net.bubbles
         ratio = edge_ratios(net)
-        gone = self._crowded(net, ratio)
+        gone = self._crowded(net, ratio, crowded_on_walls(net, domain))
         halved = self._too_long(net, ratio, gone)
         x = bubbles.x[halved].mean(axis=1)
         touched = np.zeros(len(bubbles), bool)
@@ -55,11 +57,11 @@ class Defects:
         grown = rest.joined_by(x, spacing.extended(x), none, np.zeros(0))
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(x))
 
-    def _crowded(self, net: Net, ratio: Floats) -> Booleans:
-        """Interior bubbles (n,) to delete, no two of them connected."""
-        n, valence = len(net.bubbles), net.valence
-        interior = np.arange(n) >= net.bubbles.boundary_count
-        wanted = interior & (valence <= FEWEST_NEIGHBOURS)
+    def _crowded(self, net: Net, ratio: Floats, on_walls: Booleans) -> Booleans:
+        """Bubbles (n,) to delete, no two of them connected: those given, and interior ones."""
+        valence = net.valence
+        interior = np.arange(len(valence)) >= net.bubbles.boundary_count
+        wanted = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
         # What lies in a corner's angle cannot give way: it takes more to be too near.
         at_corner = (net.edges < net.bubbles.corners).any(axis=1)
         i, j = net.edges[ratio < np.where(at_corner, NEAREST_TO_CORNER / 1.2, self.delete_shorter)].T
@@ -90,6 +92,20 @@ def edge_ratios(net: Net) -> Floats:
     i, j = net.edges.T
     x, d = net.bubbles.x, net.bubbles.d
     return np.hypot(*(x.take(i, axis=0) - x.take(j, axis=0)).T) / ((d[i] + d[j]) / 2)
+
+
+def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
+    """Sliding bubbles (n,) on straight walls, nearer to their neighbours there than the spacing, with two triangles.
+
+    Beside a perfect packing they have three. On a curve every bubble serves the shape of the boundary.
+    """
+    bubbles, n = net.bubbles, len(net.bubbles)
+    ends = bubbles.x[net.facets]
+    ratio = np.hypot(*(ends[:, 1] - ends[:, 0]).T) / bubbles.d[net.facets].mean(axis=1)
+    crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
+    straight = np.zeros(n, bool)
+    straight[bubbles.sliding] = ~domain.boundary.curved[bubbles.piece]
+    return straight & crowded & (net.valence == FEWEST_ON_A_WALL)
 
 
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:

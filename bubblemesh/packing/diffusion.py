@@ -39,7 +39,7 @@ class ErrorDiffusion:
     R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
     """
 
-    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 1 / 3
+    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 0.35
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         """Bubbles of the domain before any motion.

@@ -54,7 +54,7 @@ class Mending:
         Standard deviation of the displacement, in units of spacing.
     """
 
-    mend_attempts: Annotated[int, Ge(0)] = 8
+    mend_attempts: Annotated[int, Ge(0)] = 12
     mend_worse: Annotated[float, Ge(1)] = 1.08
     mend_amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.2
 

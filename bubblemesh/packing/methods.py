@@ -91,7 +91,14 @@ METHODS = {
 
 # What a case may name in place of the method's own scheme for a task.
 SCHEMES: Mapping[str, Mapping[str, type[Any] | None]] = {
+    "levels": {"single": SingleLevel, "doubling": Doubling},
+    "placement": {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion},
+    "relaxation": {"nearby": Nearby, "connected": Connected},
     "motion": {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler},
+    "population": {"thresholds": Thresholds, "defects": Defects},
+    "shaking": {"none": None, "irregular": Shaking},
+    "polish": {"none": None, "shape": ShapeSteps},
+    "mending": {"none": None, "patches": Mending},
     "viscosity": {"constant": Constant, "saw-tooth": SawTooth},
     "odd": {"none": None, "touched": OddBubbles},
     "termination": {"fixed": FixedRounds, "self-adaptive": SelfAdaptive, "settled": Settled},

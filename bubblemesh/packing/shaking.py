@@ -22,7 +22,7 @@ REGULAR_VALENCE = 6
 
 @dataclass(frozen=True)
 class Shaking:
-    """Annealing of the coarsest level: grain boundaries heal, and what is left of them is in the right places.
+    """Annealing of the coarse levels: grain boundaries heal, and what is left of them is in the right places.
 
     Bubbles with another number of neighbours than six, and their neighbours, are displaced, less from cycle to cycle.
 
@@ -36,15 +36,15 @@ class Shaking:
         What of it applies to bubbles next to the boundary.
     shake_steps : int
         Steps of relaxation after each displacement.
-    most_shaken : int
-        Bubbles times cycles are at most that many: large systems, which have no coarser level, get fewer cycles.
+    fully_shaken : int
+        Levels with more bubbles than this get fewer cycles in proportion, so that each level costs about the same.
     """
 
     effort: Literal["fast", "normal", "best"] = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1)] = 0.5
     shake_steps: Annotated[int, Gt(0)] = 12
-    most_shaken: Annotated[int, Gt(0)] = 200_000
+    fully_shaken: Annotated[int, Gt(0)] = 2000
 
     def __call__(
         self,
@@ -56,7 +56,7 @@ class Shaking:
     ) -> Relaxed:
         """The bubbles after all cycles; ``relax`` takes a net and a number of steps."""
         total = Relaxed.none(net.bubbles)
-        cycles = min(CYCLES[self.effort], self.most_shaken // len(net.bubbles))
+        cycles = round(CYCLES[self.effort] * min(1, self.fully_shaken / len(net.bubbles)))
         for cycle in range(cycles):
             net = enmeshed(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
             relaxed = relax(net, self.shake_steps)
