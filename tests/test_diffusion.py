@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import shapely
-from examples import EXAMPLES
+from examples import BARE
 from lattices import uniform
 
 from bubblemesh.case import load_case
@@ -76,9 +76,9 @@ def test_number_hardly_depends_on_the_leaves(leaf):
     assert len(found) == pytest.approx(ideal_nodes(SQUARE, uniform(0.15), ENOUGH, 1e-3), rel=0.015)
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
+@pytest.mark.parametrize("example", BARE)
 def test_examples_start_with_the_ideal_number(example):
-    problem = prepared(load_case("example.yaml", text=EXAMPLES[example]))
+    problem = prepared(load_case("example.yaml", text=BARE[example]))
     bubbles = ErrorDiffusion()(problem.domain, problem.spacing, ENOUGH)
     assert len(bubbles) == pytest.approx(problem.expected_nodes, rel=0.04)
 

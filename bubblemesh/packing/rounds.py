@@ -114,7 +114,6 @@ class Course:
         polish, mending, inserted = self.method.polish, self.method.mending, 0
         if polish is None:
             return net, inserted
-        net = enmeshed(net.bubbles, self.domain, self.spacing)
         for number in range(polish.passes):
             change = self.controlled(net) if number else Change(net.bubbles, 0, 0)
             if change.deleted + change.inserted:
