@@ -14,7 +14,7 @@ from bubblemesh.spacing.spacing import Spacing
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["Sources", "coarse_curves", "short_pieces"]
+__all__ = ["GROWTH", "Sources", "coarse_curves", "short_pieces"]
 
 GROWTH = 0.3  # increase of the spacing per length, away from a source
 NEIGHBOURS = 8
