@@ -5,16 +5,16 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.refinement import Sources
+from bubblemesh.geometry.gaps import gaps
+from bubblemesh.spacing.refinement import GROWTH, Sources
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wording import place
 
-__all__ = ["narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
+__all__ = ["graded_jumps", "narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 ROUNDING = 1e-6
@@ -55,23 +55,16 @@ def _meeting(start: Integers, end: Integers) -> tuple[Integers, Integers]:
 
 def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if narrower than that."""
-    line, boundary = domain.polyline, domain.boundary
     piece, s = _samples(domain)
-    points, (tx, ty) = boundary.points(piece, s), boundary.tangents(piece, s).T
-    d = spacing(points)
-    normal = d[:, None] * np.column_stack([-ty, tx])
-    rays = shapely.linestrings(np.stack([points + 1e-6 * normal, points + normal], axis=1))
-    chords = shapely.linestrings(np.stack([line.points, line.points[line.successor]], axis=1))
-    ray, chord = shapely.STRtree(chords).query(rays, predicate="intersects")
-    opposite = _opposite(domain, piece[ray], s[ray], chord, d[ray])
-    ray, chord = ray[opposite], chord[opposite]
-    if len(ray) == 0:
+    d = spacing(domain.boundary.points(piece, s))
+    places, widths = gaps(domain, piece, s, d)
+    if len(places) == 0:
         return []
-    width = shapely.distance(shapely.points(points[ray]), chords[chord])
-    worst = int(np.argmin(width / d[ray]))
+    there = spacing(places)
+    worst = int(np.argmin(widths / there))
     return [
-        f"the domain is {width[worst]:.3g} wide at {place(points[ray[worst]])}, narrower than the spacing there "
-        f"({d[ray[worst]]:.3g}): only boundary nodes fit"
+        f"the domain is {widths[worst]:.3g} wide at {place(places[worst])}, narrower than the spacing there "
+        f"({there[worst]:.3g}): only boundary nodes fit"
     ]
 
 
@@ -82,18 +75,6 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     chord = np.repeat(np.arange(len(parts)), parts)
     part = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
     return line.piece[chord], line.s[chord] + (part + 0.5) * line.step[chord] / parts[chord]
-
-
-def _opposite(domain: Domain, piece: Integers, s: Floats, chord: Integers, d: Floats) -> Booleans:
-    """Whether the chords (m,) belong to another wall than the places (m,), not to its bend or next corner."""
-    line, boundary = domain.polyline, domain.boundary
-    joints = np.column_stack([boundary.start, boundary.end])
-    other = line.piece[chord]
-    mine, theirs = joints[piece][:, :, None], joints[other][:, None, :]
-    joined = ((mine == theirs) & (mine >= 0)).any(axis=(1, 2))  # -1 is no corner
-    apart = np.abs(np.clip(s, line.s[chord], line.s[chord] + line.step[chord]) - s)
-    apart = np.where(boundary.closed[piece], np.minimum(apart, boundary.lengths[piece] - apart), apart)
-    return np.where(piece == other, apart > np.pi / 2 * d, ~joined)
 
 
 def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
@@ -113,6 +94,17 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
             f"{coarse.sizes[k]:.3g} there"
         )
     return warnings
+
+
+def graded_jumps(steps: Sources) -> list[str]:
+    """Where the spacing jumps, so that it was made to grow from the finer side."""
+    if len(steps) == 0:
+        return []
+    k = int(steps.sizes.argmin())
+    return [
+        f"the spacing jumps, at {place(steps.points[k])} from {steps.sizes[k]:.3g}: it is made to grow by "
+        f"{GROWTH:g} per length there"
+    ]
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:

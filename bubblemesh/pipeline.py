@@ -16,6 +16,7 @@ from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import prepared
 from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, resolved_case, round_row, triangle_fields
+from bubblemesh.triangulation import sorted_triangles
 
 __all__ = ["Result", "mesh_case"]
 
@@ -42,10 +43,11 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     domain, spacing, method, seconds = problem.domain, problem.spacing, problem.method, dict(problem.seconds)
     ideal_nodes = problem.survey.ideal_nodes
     with timed(seconds, "placement"):
-        start = method.placement(domain, spacing, case.limits.max_nodes)
-        initial = initial_row(start, connected(start, domain)[2])
+        levels = method.levels(domain, spacing, problem.expected_nodes)
+        start = method.placement(domain, levels[0], case.limits.max_nodes)
+        initial = initial_row(start, connected(start, domain).triangles)
     with timed(seconds, "packing"):
-        last, rows, speeds = _packed(rounds(start, domain, spacing, method), on_round)
+        last, rows, speeds = _packed(rounds(start, domain, levels, method), on_round)
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
@@ -88,4 +90,4 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
     """The mesh of the last round's bubbles."""
     boundary, bubbles = domain.boundary, last.bubbles
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
-    return Mesh(bubbles.x, last.triangles, facets, boundary.label[piece], boundary.labels)
+    return Mesh(bubbles.x, sorted_triangles(last.triangles), facets, boundary.label[piece], boundary.labels)

@@ -9,10 +9,15 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.wording import place
 
-__all__ = ["circumcircles", "triangulated"]
+__all__ = ["circumcircles", "linked", "sorted_triangles", "triangulated"]
 
 
 def triangulated(points: Floats, constraints: Integers) -> Integers:
+    """Sorted triangles (t, 3) of the constrained Delaunay triangulation; see ``linked``."""
+    return sorted_triangles(linked(points, constraints)[0])
+
+
+def linked(points: Floats, constraints: Integers) -> tuple[Integers, Integers]:
     """Constrained Delaunay triangulation of the region that the constraints enclose.
 
     Parameters
@@ -24,8 +29,10 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
 
     Returns
     -------
-    (t, 3)
-        Counter-clockwise triangles; each constraint is an edge of exactly one of them.
+    triangles : (t, 3)
+        Counter-clockwise, in the library's order; each constraint is an edge of exactly one of them.
+    edges : (m, 2)
+        Every edge of the triangles once.
 
     Raises
     ------
@@ -41,8 +48,16 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
     except RuntimeError as error:
         raise GeometryError(_explained(str(error), points)) from error
     mesh.erase_outer_triangles_and_holes()
-    triangles = mesh.triangles_array()["vertices"].astype(np.int64)
-    # The library numbers triangles in the order of its own bookkeeping; sorted rows make the files reproducible.
+    found = mesh.triangles_array()
+    triangles = found["vertices"].astype(np.int64)
+    # Neighbour k lies across the edge from node k to the next; where there is none its number is the largest.
+    once = found["neighbors"] > np.arange(len(triangles), dtype=np.uint32)[:, None]
+    edges = np.column_stack([triangles[once], triangles[:, [1, 2, 0]][once]])
+    return triangles, edges
+
+
+def sorted_triangles(triangles: Integers) -> Integers:
+    """The same triangles (t, 3), turned to begin with their lowest node and sorted: an order that makes files equal."""
     first = triangles.argmin(axis=1)
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     return turned[np.lexsort(turned.T[::-1])]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lattices import hexagonal, uniform
+from lattices import hexagonal
 
 from bubblemesh.packing.adjacency import Neighbours, independent, pairs_within
 
@@ -80,13 +80,13 @@ def test_contact_is_the_sum_of_the_radii_and_drift_is_in_units_of_spacing():
     assert near.drift(x + np.array([[0.3, 0.0], [0.0, 0.1]])) == pytest.approx(0.3)
 
 
-def test_incidence_has_a_row_for_each_bubble_and_a_column_for_each_pair():
-    x = hexagonal(4, 3)
-    near = Neighbours.of(x, uniform(1.0)(x), 1.5)
-    expected = np.zeros((len(x), len(near.pairs)))
-    for k, (i, j) in enumerate(near.pairs):
-        expected[i, k], expected[j, k] = 1, -1
-    np.testing.assert_array_equal(near.incidence().toarray(), expected)
+def test_neighbours_along_edges_are_these_pairs():
+    x, d = hexagonal(4, 3), np.linspace(0.5, 1.5, 12)
+    edges = np.array([[3, 1], [0, 5], [10, 11]])
+    near = Neighbours.along(edges, x, d)
+    assert near.pairs.tolist() == edges.tolist()
+    assert near.contact.tolist() == [(d[i] + d[j]) / 2 for i, j in edges]
+    assert near.drift(x) == 0
 
 
 @given(st.data())

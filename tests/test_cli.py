@@ -182,7 +182,7 @@ def test_schema_is_json_that_knows_the_keys(tmp_path):
     assert "fnpbs" in schema["properties"]["method"]["enum"]
     packing = schema["properties"]["packing"]
     assert packing["properties"]["w2"] == {"exclusiveMinimum": 0, "maximum": 2, "type": "number"}
-    assert packing["properties"]["motion"] == {"enum": ["euler", "runge-kutta"]}
+    assert packing["properties"]["motion"] == {"enum": ["euler", "runge-kutta", "semi-implicit"]}
     assert packing["additionalProperties"] is False
 
 

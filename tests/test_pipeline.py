@@ -185,7 +185,8 @@ def test_report_of_the_rounds_is_consistent(example):
     assert [row["round"] for row in rows] == list(range(1, len(rows) + 1))
     assert rows[0]["nodes_before"] == report["initial"]["nodes"]
     assert rows[-1]["nodes_after"] == report["nodes"]
-    assert rows[-1]["quality_mean"] == report["quality"]["mean"]
+    # The same triangles, added up in another order.
+    assert rows[-1]["quality_mean"] == pytest.approx(report["quality"]["mean"], rel=1e-13)
     assert rows[-1]["quality_min"] == report["quality"]["min"]
     for row, following in pairwise(rows):
         assert row["nodes_after"] == following["nodes_before"]

@@ -37,7 +37,7 @@ def test_boundary_weight_gives_the_counts_of_the_paper(w1, nodes):
 def test_initial_triangulation_is_that_of_the_paper():
     bubbles = placed(SQUARE, RING_SPACING)
     assert bubbles.boundary_count == 80
-    triangles = connected(bubbles, SQUARE)[2]
+    triangles = connected(bubbles, SQUARE).triangles
     assert len(triangles) == 2758
     q = radius_ratios(bubbles.x, triangles)
     assert q.mean() == pytest.approx(0.974, abs=5e-4)
@@ -103,9 +103,9 @@ def test_closed_curve_is_divided_evenly(curve):
 def test_chords_of_a_coarse_curve_do_not_cut_the_boundary_next_to_it():
     domain = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 0.985)])
     bubbles = placed(domain, uniform(0.5))
-    edges, _, triangles = connected(bubbles, domain)
+    net = connected(bubbles, domain)
     assert len(bubbles) == bubbles.boundary_count
-    assert len(triangles) == len(edges)
+    assert len(net.triangles) == len(net.facets)
 
 
 def test_chords_of_a_coarse_curve_do_not_cut_off_a_hole():
@@ -113,7 +113,8 @@ def test_chords_of_a_coarse_curve_do_not_cut_off_a_hole():
         rings.circle((0, 0), 1), [rings.circle((0.995 * np.cos(np.pi / 16), 0.995 * np.sin(np.pi / 16)), 0.002)]
     )
     bubbles = placed(domain, uniform(0.5))
-    edges, edge_piece, _ = connected(bubbles, domain)
+    net = connected(bubbles, domain)
+    edges, edge_piece = net.facets, net.facet_piece
     outer = bubbles.x[edges[domain.boundary.ring[edge_piece] == 0]]
     middle = outer.mean(axis=1)
     hole = domain.boundary.ring[edge_piece] == 1
@@ -132,5 +133,5 @@ def test_chords_do_not_cut_a_curve_that_touches():
     with pytest.raises(GeometryError, match="ntersecting constraint edges"):
         connected(coarse, domain)
     whole = parted(coarse, domain, uniform(0.1))
-    assert len(connected(whole, domain)[2]) > 0
+    assert len(connected(whole, domain).triangles) > 0
     assert len(coarse) < len(whole) < fine.boundary_count

@@ -4,6 +4,7 @@ from lattices import hexagon, hexagonal, packed_hexagon
 
 from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.connection import connected
 from bubblemesh.packing.overlap import boundary_overlaps, overlaps
 from bubblemesh.packing.population import Thresholds
 
@@ -45,7 +46,7 @@ def test_boundary_overlap_ratio_is_two_when_in_place():
 
 def test_perfect_lattice_does_not_change():
     domain, spacing, bubbles = packed_hexagon(SIDE)
-    change = Thresholds()(bubbles, domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connected(bubbles, domain), domain, spacing, np.random.default_rng(0))
     assert (change.deleted, change.inserted) == (0, 0)
     assert not change.bubbles.touched.any()
     np.testing.assert_array_equal(change.bubbles.x, bubbles.x)
@@ -54,7 +55,7 @@ def test_perfect_lattice_does_not_change():
 def test_doubled_bubble_is_deleted_and_its_neighbours_are_touched():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     doubled = with_interior(bubbles, np.vstack([bubbles.x[bubbles.interior], [[0.1, 0.05]]]))
-    change = Thresholds()(doubled, domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connected(doubled, domain), domain, spacing, np.random.default_rng(0))
     assert (change.deleted, change.inserted) == (1, 0)
     assert len(change.bubbles) == len(bubbles)
     assert distance_to_others(change.bubbles.x).min() > 0.85
@@ -68,9 +69,8 @@ def test_vacancy_is_filled_where_the_bubble_is_missing():
     inside = bubbles.x[bubbles.interior]
     hole = inside[np.hypot(*(inside - [1.0, 0.0]).T).argmin()]
     scheme = Thresholds(insert_below=5.5)  # the neighbours of a single vacancy have 5
-    change = scheme(
-        with_interior(bubbles, inside[(inside != hole).any(axis=1)]), domain, spacing, np.random.default_rng(0)
-    )
+    start = with_interior(bubbles, inside[(inside != hole).any(axis=1)])
+    change = scheme(connected(start, domain), domain, spacing, np.random.default_rng(0))
     assert (change.deleted, change.inserted) == (0, 1)
     np.testing.assert_allclose(change.bubbles.x[-1], hole, atol=1e-9)
     assert change.bubbles.touched[-1]
@@ -81,7 +81,7 @@ def test_gap_on_the_boundary_is_filled_in_its_middle():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     gone = bubbles.corners + 2
     keep = np.delete(np.arange(len(bubbles)), gone)
-    change = Thresholds()(bubbles.kept(keep), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connected(bubbles.kept(keep), domain), domain, spacing, np.random.default_rng(0))
     assert change.inserted == 1
     assert change.bubbles.boundary_count == bubbles.boundary_count
     new = change.bubbles.boundary_count - 1
@@ -95,7 +95,7 @@ def test_crowded_boundary_bubble_is_deleted():
     more = bubbles.joined_by(
         domain.boundary.points(np.array([0]), np.array([2.5])), np.ones(1), np.array([0]), np.array([2.5])
     )
-    change = Thresholds()(more, domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connected(more, domain), domain, spacing, np.random.default_rng(0))
     assert change.bubbles.boundary_count == bubbles.boundary_count
     assert change.bubbles.corners == bubbles.corners
 
@@ -107,7 +107,7 @@ def test_deletions_of_a_round_keep_their_distance():
     crowd = np.vstack([inside, inside + rng.uniform(-0.3, 0.3, inside.shape), inside + rng.uniform(-0.3, 0.3, (1, 2))])
     crowd = crowd[domain.signed_distance(crowd) > 0.3]
     before = with_interior(bubbles, crowd)
-    change = Thresholds()(before, domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connected(before, domain), domain, spacing, np.random.default_rng(0))
     after = {tuple(x) for x in change.bubbles.x.tolist()}
     gone = np.array([x for x in before.x.tolist() if tuple(x) not in after])
     assert len(gone) == change.deleted > 3
@@ -117,9 +117,8 @@ def test_deletions_of_a_round_keep_their_distance():
 def test_insertions_of_a_round_keep_their_distance():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     inside = bubbles.x[bubbles.interior]
-    change = Thresholds()(
-        with_interior(bubbles, inside[np.hypot(*inside.T) > 2.5]), domain, spacing, np.random.default_rng(0)
-    )
+    start = with_interior(bubbles, inside[np.hypot(*inside.T) > 2.5])
+    change = Thresholds()(connected(start, domain), domain, spacing, np.random.default_rng(0))
     assert change.inserted > 3
     assert distance_to_others(change.bubbles.x).min() > 0.85 - 1e-9
 
@@ -130,7 +129,7 @@ def test_counts_add_up_whatever_the_start():
         rng = np.random.default_rng(seed)
         inside = rng.uniform(-SIDE, SIDE, (70, 2))
         start = with_interior(bubbles, inside[domain.signed_distance(inside) > 0.2])
-        change = Thresholds()(start, domain, spacing, np.random.default_rng(0))
+        change = Thresholds()(connected(start, domain), domain, spacing, np.random.default_rng(0))
         assert len(change.bubbles) == len(start) - change.deleted + change.inserted
         assert change.bubbles.touched.shape == (len(change.bubbles),)
 

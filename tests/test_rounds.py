@@ -22,7 +22,7 @@ def run_of(seed=0, **schedule):
     overrides = [f"schedule.{key}={value}" for key, value in schedule.items()]
     problem = prepared(load_case("example.yaml", text=EXAMPLES["2"], seed=seed, overrides=overrides))
     start = problem.method.placement(problem.domain, problem.spacing, 10_000)
-    return start, list(rounds(start, problem.domain, problem.spacing, problem.method)), problem.method
+    return start, list(rounds(start, problem.domain, [problem.spacing], problem.method)), problem.method
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_perfect_packing_hardly_moves():
     domain, spacing, bubbles = packed_hexagon(5)
     at_rest = replace(ACCELERATED.perturbation, jitter=0.0)
     method = replace(ACCELERATED, perturbation=at_rest, termination=FixedRounds(rounds=2, iterations=100))
-    for done in rounds(bubbles, domain, spacing, method):
+    for done in rounds(bubbles, domain, [spacing], method):
         assert (done.deleted, done.inserted) == (0, 0)
         np.testing.assert_allclose(done.bubbles.x, bubbles.x, atol=1e-9)
 
@@ -44,7 +44,7 @@ def test_disturbed_packing_returns_to_the_perfect_one():
     disturbing = replace(ACCELERATED.perturbation, jitter=0.1)
     assert np.abs(disturbing(bubbles, spacing, disturbing.generator()).x - bubbles.x).max() > 0.1
     method = replace(ACCELERATED, perturbation=disturbing, termination=FixedRounds(rounds=2, iterations=250))
-    *_, last = rounds(bubbles, domain, spacing, method)
+    *_, last = rounds(bubbles, domain, [spacing], method)
     np.testing.assert_allclose(last.bubbles.x, bubbles.x, atol=1e-3)
 
 
@@ -122,7 +122,7 @@ def test_neighbours_go_by_the_spacing_where_the_bubbles_are(monkeypatch):
             listed.append(np.abs(d / (np.hypot(*x.T) / 8) - 1).max())
             return Neighbours.of(x, d, reach)
 
-    monkeypatch.setattr("bubblemesh.packing.rounds.Neighbours", Spied)
+    monkeypatch.setattr("bubblemesh.packing.relaxation.Neighbours", Spied)
     run_of(rounds=2, iterations=40)
     assert len(listed) >= 8
     assert max(listed[1:]) < 1e-12  # the first start is displaced by less than a hundredth of the spacing

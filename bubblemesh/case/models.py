@@ -81,7 +81,7 @@ class Case(Strict):
         Discriminator(lambda value: "<text>" if isinstance(value, str) else "<number>"),
         BeforeValidator(_number_or_text),
     ] = Field(description="Wanted edge length, as a number or as an expression in x, y and the parameters.")
-    method: str = Field(default="accelerated", description="Name of the packing method.")
+    method: str = Field(default="multilevel", description="Name of the packing method.")
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")
     output: Output = Field(default=Output(), description="What to write, and where.")

@@ -38,11 +38,12 @@ domain:
 spacing: "h*(1 + 2*max(hypot(x, y) - 0.4, 0))"
 
 # The packing method.
-method: accelerated
+method: multilevel
 
-# Options of the method; the seed of its random numbers is one of every method.
+# Options of the method: the seed of its random numbers, and how long it improves the order of the bubbles.
 packing:
   seed: 0
+  effort: normal                         # fast, normal or best
 
 # Rounds, iterations and viscosity: rounds, iterations, c0, c_in, c_out, c_odd.
 schedule: {}

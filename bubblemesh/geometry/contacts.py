@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy.optimize import minimize_scalar
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline
@@ -90,6 +89,8 @@ def _to_shared_corner(boundary: Boundary, line: Polyline, probe: Integers, chord
 
 def _closest(boundary: Boundary, line: Polyline, probe: int, chord: int) -> Floats:
     """The point next to ``probe`` on its own piece that is nearest to the curve of ``chord``."""
+    from scipy.optimize import minimize_scalar  # takes longer to load than most cases take to mesh
+
     piece, s, step = line.piece[probe], line.s[probe], line.step[probe]
     if boundary.start[piece] >= 0 and s == 0:
         return line.points[probe]

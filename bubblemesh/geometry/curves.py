@@ -6,12 +6,14 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from bubblemesh.arrays import Floats, Integers
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 __all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines", "turning"]
 
@@ -251,8 +253,10 @@ def turning(before: Floats, after: Floats) -> Floats:
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
-def _interpolated(points: Floats) -> CubicSpline:
+def _interpolated(points: Floats) -> "CubicSpline":
     """Spline through ``points`` (k, 2) over [0, 1] by chord length."""
+    from scipy.interpolate import CubicSpline  # takes longer to load than most cases take to mesh
+
     u = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     periodic = len(points) > 3 and bool(np.all(points[0] == points[-1]))
     return CubicSpline(u / u[-1], points, bc_type="periodic" if periodic else "not-a-knot")

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
@@ -38,6 +36,11 @@ class Neighbours:
         pairs = pairs_within(x, d, reach)
         return cls(pairs, (d[pairs[:, 0]] + d[pairs[:, 1]]) / 2, x, d)
 
+    @classmethod
+    def along(cls, edges: Integers, x: Floats, d: Floats) -> "Neighbours":
+        """The pairs that are connected by edges (m, 2)."""
+        return cls(edges, (d[edges[:, 0]] + d[edges[:, 1]]) / 2, x, d)
+
     @property
     def distances(self) -> Floats:
         """Distances (m,) of the pairs then."""
@@ -48,13 +51,6 @@ class Neighbours:
         """Largest way of a bubble since then, in units of its spacing."""
         return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
 
-    def incidence(self) -> csr_array:
-        """Sparse matrix (n, m) that adds the pairs' forces on i, and takes them from j."""
-        m = len(self.pairs)
-        signs = np.tile([1.0, -1.0], m)
-        by_pair = csr_array((signs, self.pairs.ravel(), np.arange(0, 2 * m + 1, 2)), shape=(m, len(self.x)))
-        return by_pair.T.tocsr()
-
 
 def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
@@ -62,6 +58,8 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     Points are sorted into classes of like spacing; each class searches itself and the finer ones, so that the work
     stays proportional to the pairs however much d varies.
     """
+    from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
+
     if len(x) == 0:
         return np.empty((0, 2), np.int64)
     octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)

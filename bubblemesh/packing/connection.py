@@ -1,14 +1,112 @@
 """Bubbles connected by a constrained Delaunay triangulation."""
 
-from bubblemesh.arrays import Integers
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.triangulation import triangulated
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.triangulation import linked
 
-__all__ = ["connected"]
+__all__ = ["Net", "connected", "enmeshed", "reconnected"]
 
 
-def connected(bubbles: Bubbles, domain: Domain) -> tuple[Integers, Integers, Integers]:
-    """Boundary edges (e, 2), the piece (e,) of each, and triangles (t, 3) over the bubbles' centres."""
-    edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-    return edges, edge_piece, triangulated(bubbles.x, edges)
+@dataclass(frozen=True)
+class Net:
+    """Bubbles with the triangulation of their centres.
+
+    Attributes
+    ----------
+    bubbles : Bubbles
+    facets : (b, 2)
+        Boundary edges, with the domain on their left.
+    facet_piece : (b,)
+        The boundary piece that each of them follows.
+    triangles : (t, 3)
+        Counter-clockwise.
+    edges : (m, 2)
+        Every edge of the triangles once.
+    """
+
+    bubbles: Bubbles
+    facets: Integers
+    facet_piece: Integers
+    triangles: Integers
+    edges: Integers
+
+    @cached_property
+    def valence(self) -> Integers:
+        """Number of edges (n,) at each bubble."""
+        return np.bincount(self.edges.ravel(), minlength=len(self.bubbles))
+
+    @cached_property
+    def inner(self) -> Booleans:
+        """Which edges (m,) are not part of the boundary."""
+        n, last = len(self.bubbles), self.bubbles.boundary_count
+        inner = np.ones(len(self.edges), bool)
+        chords = np.flatnonzero((self.edges < last).all(axis=1))
+        low, high = np.sort(self.facets, axis=1).T
+        mine = np.sort(self.edges[chords], axis=1)
+        inner[chords[np.isin(mine[:, 0] * n + mine[:, 1], low * n + high)]] = False
+        return inner
+
+    def joined(self, marked: Booleans) -> Booleans:
+        """Bubbles (n,) that are marked or next to one that is."""
+        i, j = self.edges.T
+        result = marked.copy()
+        result[j[marked[i]]] = True
+        result[i[marked[j]]] = True
+        return result
+
+    def within(self, bubbles: Integers, rings: int) -> Booleans:
+        """Bubbles (n,) at most so many edges away from the given ones, of any shape."""
+        near = np.zeros(len(self.bubbles), bool)
+        near[bubbles] = True
+        for _ in range(rings):
+            near = self.joined(near)
+        return near
+
+    def part(self, marked: Booleans) -> tuple[Integers, "Net"]:
+        """Numbers (k,) and net of the marked bubbles and all corners; facets that cut it off have the piece -1."""
+        chosen = marked.copy()
+        chosen[: self.bubbles.corners] = True
+        numbers, renumbered = np.flatnonzero(chosen), np.cumsum(chosen) - 1
+        triangles = self.triangles[marked[self.triangles].all(axis=1)]
+        sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+        n = len(self.bubbles)
+        rim = sides[~np.isin(sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0])]
+        own = self.facets[:, 0] * n + self.facets[:, 1]
+        order = np.argsort(own)
+        place = order[np.searchsorted(own, rim[:, 0] * n + rim[:, 1], sorter=order) % len(own)]
+        piece = np.where((self.facets[place] == rim).all(axis=1), self.facet_piece[place], -1)
+        edges = self.edges[marked[self.edges].all(axis=1)]
+        return numbers, Net(
+            self.bubbles.kept(numbers), renumbered[rim], piece, renumbered[triangles], renumbered[edges]
+        )
+
+
+def connected(bubbles: Bubbles, domain: Domain) -> Net:
+    """The net of the bubbles; those outside the boundary edges belong to no triangle."""
+    facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
+    return Net(bubbles, facets, piece, *linked(bubbles.x, facets))
+
+
+def reconnected(net: Net, bubbles: Bubbles) -> Net:
+    """The net with its bubbles moved to other places, within the same facets."""
+    return Net(bubbles, net.facets, net.facet_piece, *linked(bubbles.x, net.facets))
+
+
+def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
+    """The net of the bubbles without those outside, with the spacing at their present places."""
+    net = connected(bubbles, domain)
+    kept = net.valence > 0
+    d = np.where(kept, 0.0, np.nan)
+    d[kept] = spacing.extended(bubbles.x[kept])
+    if kept.all():
+        return replace(net, bubbles=replace(bubbles, d=d))
+    number = np.cumsum(kept) - 1
+    rest = replace(bubbles, d=d).kept(np.flatnonzero(kept))
+    return Net(rest, number[net.facets], net.facet_piece, number[net.triangles], number[net.edges])

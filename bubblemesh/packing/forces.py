@@ -1,13 +1,13 @@
 """The interbubble force, equation (2.1) of the paper."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Gt, Le
-from scipy.sparse import csr_array
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.adjacency import Neighbours
 
 __all__ = ["CUTOFF", "BoundForce", "VanDerWaals", "pair_force"]
@@ -40,7 +40,7 @@ class VanDerWaals:
     def among(self, neighbours: Neighbours) -> "BoundForce":
         """The force of these neighbours as a function of the positions."""
         strength = self.k0 * (neighbours.d if self.force == "scaled" else np.ones(len(neighbours.d)))
-        return BoundForce(neighbours, neighbours.incidence(), strength[:, None])
+        return BoundForce(neighbours, strength)
 
 
 @dataclass(frozen=True)
@@ -48,15 +48,27 @@ class BoundForce:
     """Force as a function of the positions, for fixed neighbours."""
 
     neighbours: Neighbours
-    incidence: csr_array
     strength: Floats
+
+    @cached_property
+    def ends(self) -> Integers:
+        """First and second members (2, m) of the pairs."""
+        return np.ascontiguousarray(self.neighbours.pairs.T)
 
     def __call__(self, x: Floats) -> Floats:
         """Forces (n, 2) on bubbles at x (n, 2)."""
-        i, j = self.neighbours.pairs.T
-        delta = x[i] - x[j]
-        distance = np.sqrt(np.einsum("ij,ij->i", delta, delta))
+        i, j = self.ends
+        # Column by column, which NumPy does several times faster than row by row.
+        dx, dy = (column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T))
+        distance = np.sqrt(dx * dx + dy * dy)
         contact = self.neighbours.contact
         # Coinciding bubbles have no direction to part in: they stay until population control removes one.
         size = pair_force(distance / contact) / np.maximum(distance, 1e-12 * contact)
-        return self.strength * (self.incidence @ (size[:, None] * delta))
+        columns = [self.strength * self._summed(size * part) for part in (dx, dy)]
+        return np.column_stack(columns)
+
+    def _summed(self, along: Floats) -> Floats:
+        """What the pairs' forces (m,) along an axis add up to on each bubble (n,)."""
+        i, j = self.ends
+        n = len(self.strength)
+        return np.asarray(np.bincount(i, along, minlength=n) - np.bincount(j, along, minlength=n), float)

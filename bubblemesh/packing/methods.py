@@ -4,12 +4,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from bubblemesh.packing.defects import Defects
+from bubblemesh.packing.diffusion import ErrorDiffusion
 from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.motion import ClassicalRungeKutta, RungeKutta, SecondOrderEuler
+from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
+from bubblemesh.packing.mending import Mending
+from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
 from bubblemesh.packing.perturbation import Perturbation
-from bubblemesh.packing.placement import HierarchicalSubdivision
-from bubblemesh.packing.population import Thresholds
-from bubblemesh.packing.termination import FixedRounds, SelfAdaptive
+from bubblemesh.packing.placement import HierarchicalSubdivision, Placement
+from bubblemesh.packing.polish import ShapeSteps
+from bubblemesh.packing.population import Population, Thresholds
+from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
+from bubblemesh.packing.shaking import Shaking
+from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled
 from bubblemesh.packing.viscosity import Constant, OddBubbles, SawTooth, Viscosity
 
 __all__ = ["METHODS", "SCHEMES", "Method"]
@@ -19,25 +26,35 @@ __all__ = ["METHODS", "SCHEMES", "Method"]
 class Method:
     """A packing method: one scheme, with its parameters, for each task."""
 
-    placement: HierarchicalSubdivision
+    levels: Levels
+    placement: Placement
     perturbation: Perturbation
+    relaxation: Relaxation
     force: VanDerWaals
-    motion: RungeKutta
+    motion: Motion
     viscosity: Viscosity
     odd: OddBubbles | None
-    population: Thresholds
+    population: Population
     termination: FixedRounds
+    shaking: Shaking | None
+    polish: ShapeSteps | None
+    mending: Mending | None
 
 
 FNPBS = Method(
+    levels=SingleLevel(),
     placement=HierarchicalSubdivision(w1=1.0, w2=1.0),
     perturbation=Perturbation(),
+    relaxation=Nearby(),
     force=VanDerWaals(),
     motion=SecondOrderEuler(),
     viscosity=SawTooth(),
     odd=None,
     population=Thresholds(delete_order="random"),
     termination=FixedRounds(),
+    shaking=None,
+    polish=None,
+    mending=None,
 )
 
 METHODS = {
@@ -55,12 +72,34 @@ METHODS = {
         population=Thresholds(delete_order="placed"),
         termination=SelfAdaptive(),
     ),
+    "multilevel": Method(
+        levels=Doubling(),
+        placement=ErrorDiffusion(),
+        perturbation=Perturbation(),
+        relaxation=Connected(),
+        force=VanDerWaals(),
+        motion=SemiImplicitEuler(),
+        viscosity=Constant(c=1.0),
+        odd=None,
+        population=Defects(),
+        termination=Settled(),
+        shaking=Shaking(),
+        polish=ShapeSteps(),
+        mending=Mending(),
+    ),
 }
 
 # What a case may name in place of the method's own scheme for a task.
 SCHEMES: Mapping[str, Mapping[str, type[Any] | None]] = {
-    "motion": {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta},
+    "levels": {"single": SingleLevel, "doubling": Doubling},
+    "placement": {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion},
+    "relaxation": {"nearby": Nearby, "connected": Connected},
+    "motion": {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler},
+    "population": {"thresholds": Thresholds, "defects": Defects},
+    "shaking": {"none": None, "irregular": Shaking},
+    "polish": {"none": None, "shape": ShapeSteps},
+    "mending": {"none": None, "patches": Mending},
     "viscosity": {"constant": Constant, "saw-tooth": SawTooth},
     "odd": {"none": None, "touched": OddBubbles},
-    "termination": {"fixed": FixedRounds, "self-adaptive": SelfAdaptive},
+    "termination": {"fixed": FixedRounds, "self-adaptive": SelfAdaptive, "settled": Settled},
 }

@@ -14,7 +14,20 @@ __all__ = ["OptionError", "configured", "option_schemas", "options"]
 
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 SECTIONS = {
-    "packing": ("placement", "perturbation", "force", "motion", "population"),
+    "packing": (
+        *(
+            "levels",
+            "placement",
+            "perturbation",
+            "relaxation",
+            "force",
+            "motion",
+            "population",
+            "shaking",
+            "polish",
+            "mending",
+        ),
+    ),
     "schedule": ("viscosity", "odd", "termination"),
 }
 

@@ -1,7 +1,7 @@
 """Initial bubbles by hierarchical spatial subdivision (section 2.3 of the paper)."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from annotated_types import Gt, Le
@@ -14,12 +14,19 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.chords import parted
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["HierarchicalSubdivision"]
+__all__ = ["HierarchicalSubdivision", "Placement", "require_at_most"]
 
 TIE = 1e-9  # relative: lengths that equal the spacing must not depend on rounding
 DEEPEST = 40
 SQRT3 = np.sqrt(3.0)
 SIDES = np.array([[0, 0, 1, 0], [1, 0, 1, 1], [0, 1, 1, 1], [0, 0, 0, 1]])  # of a rhombus, in its two axes
+
+
+class Placement(Protocol):
+    """Where the first bubbles are."""
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        """Bubbles of the domain before any motion."""
 
 
 @dataclass(frozen=True)

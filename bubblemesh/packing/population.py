@@ -1,7 +1,7 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Protocol
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -11,13 +11,13 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours, independent, pairs_within
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.chords import arcs, parted
-from bubblemesh.packing.connection import connected
+from bubblemesh.packing.connection import Net, connected
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.overlap import REACH_OF_OVERLAP, boundary_overlaps, overlaps
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.triangulation import circumcircles
+from bubblemesh.triangulation import circumcircles, sorted_triangles
 
-__all__ = ["Change", "Thresholds"]
+__all__ = ["Change", "Population", "Thresholds"]
 
 
 class Change(NamedTuple):
@@ -26,6 +26,13 @@ class Change(NamedTuple):
     bubbles: Bubbles
     deleted: int
     inserted: int
+
+
+class Population(Protocol):
+    """Which bubbles go, and where new ones come."""
+
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+        """One control of the whole population."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +62,9 @@ class Thresholds:
     insert_below: Annotated[float, Gt(0)] = 4.5
     insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.85
 
-    def __call__(self, bubbles: Bubbles, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """One control of the whole population."""
+        bubbles = net.bubbles
         near = Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP)
         alpha = overlaps(near)
         crowded = alpha > self.delete_above
@@ -79,8 +87,9 @@ class Thresholds:
     def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles and more in the gaps between them."""
         alpha = overlaps(Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP))
-        edges, edge_piece, triangles = connected(bubbles, domain)
-        room, piece, s = boundary_gaps(bubbles, domain, edges, edge_piece, self.insert_apart)
+        net = connected(bubbles, domain)
+        room, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, self.insert_apart)
+        triangles = sorted_triangles(net.triangles)
         loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
         hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
         x = np.vstack([domain.boundary.points(piece, s), center])

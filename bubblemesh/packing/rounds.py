@@ -1,28 +1,23 @@
 """The rounds of a packing: relax, control the population, until the method's termination says stop."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.chords import enclosed, parted
-from bubblemesh.packing.connection import connected
+from bubblemesh.packing.connection import Net, connected, enmeshed
+from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.rails import Clearance, Rails
+from bubblemesh.packing.population import Change
+from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Round", "rounds"]
 
-REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
 CLOSING_REPEATS = 3
-REFRESH_STEPS = 10
-MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many small neighbours that it would fly
-REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
 
 
 @dataclass(frozen=True)
@@ -38,8 +33,8 @@ class Round:
     deleted, inserted : int
     before : int
         Number of bubbles before the population control.
-    bubbles, triangles : Bubbles, (t, 3)
-        After the round.
+    net : Net
+        The bubbles and their triangulation after the round.
     speeds : (iterations,)
         Mean speed of the bubbles after each step.
     evaluations : int
@@ -53,98 +48,136 @@ class Round:
     before: int
     deleted: int
     inserted: int
-    bubbles: Bubbles
-    triangles: Integers
+    net: Net
     speeds: Floats
     evaluations: int
     stop_reason: str | None = None
 
+    @property
+    def bubbles(self) -> Bubbles:
+        """The bubbles after the round."""
+        return self.net.bubbles
 
-class Relaxed(NamedTuple):
-    """Bubbles after some steps, how many the boundary needed more, their mean speed (steps,) and force evaluations."""
-
-    bubbles: Bubbles
-    added: int
-    speeds: Floats
-    evaluations: int
+    @property
+    def triangles(self) -> Integers:
+        """The triangles (t, 3) after the round."""
+        return self.net.triangles
 
 
-def rounds(start: Bubbles, domain: Domain, spacing: Spacing, method: Method) -> Iterator[Round]:
-    """Rounds of the method from the bubbles ``start``; after the last change of population a relaxation closes."""
+@dataclass(frozen=True)
+class Course:
+    """What stays the same through the rounds of a level."""
+
+    domain: Domain
+    spacing: Spacing
+    method: Method
+    random: np.random.Generator
+
+    def relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
+        """The steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
+        method = self.method
+
+        def damping(step: int, touched: Booleans) -> Floats | float:
+            c = method.viscosity(step, number)
+            return method.odd(c, touched) if odd and method.odd is not None else c
+
+        return method.relaxation(net, self.domain, self.spacing, method.force, method.motion, damping, steps)
+
+    def controlled(self, net: Net) -> Change:
+        """The bubbles after the method's population control."""
+        return self.method.population(net, self.domain, self.spacing, self.random)
+
+    def shaken(self, net: Net) -> Relaxed:
+        """The method's shaking, or no step at all."""
+        shaking = self.method.shaking
+        if shaking is None:
+            return Relaxed.none(net.bubbles)
+        return shaking(net, self.domain, self.spacing, self.random, self.relaxed)
+
+    def closed(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, int, Relaxed]:
+        """The net after the polish, or without one a last relaxation, and the number of bubbles that this inserts.
+
+        The relaxation is repeated while bubbles are lost at the boundary.
+        """
+        if self.method.polish is not None:
+            return *self.polished(net), Relaxed.none(net.bubbles)
+        relaxed = total = self.relaxed(net, steps, number, odd)
+        for _ in range(CLOSING_REPEATS):
+            if relaxed.lost == 0:
+                break
+            relaxed = self.relaxed(connected(relaxed.bubbles, self.domain), steps, number, odd)
+            total = total.followed_by(relaxed)
+        return enmeshed(total.bubbles, self.domain, self.spacing), 0, total
+
+    def polished(self, net: Net) -> tuple[Net, int]:
+        """The net after the method's polish, with population control in between, and the number of new bubbles."""
+        polish, mending, inserted = self.method.polish, self.method.mending, 0
+        if polish is None:
+            return net, inserted
+        for number in range(polish.passes):
+            change = self.controlled(net) if number else Change(net.bubbles, 0, 0)
+            if change.deleted + change.inserted:
+                net, inserted = enmeshed(change.bubbles, self.domain, self.spacing), inserted + change.inserted
+            net = polish(net, self.domain, self.spacing)
+        if mending is not None:
+            net = mending(net, self.domain, self.spacing, polish, self.random)
+        return net, inserted
+
+
+def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method) -> Iterator[Round]:
+    """Rounds of the method on each level; after the last change of population a relaxation closes.
+
+    Parameters
+    ----------
+    start : Bubbles
+        Placed by the first spacing of the levels.
+    domain : Domain
+    levels : sequence of Spacing
+        From the coarsest to the wanted one.
+    method : Method
+    """
     random = method.perturbation.generator()
-    bubbles = method.perturbation(start, spacing, random)
+    net, number = connected(method.perturbation(start, levels[0], random), domain), 0
+    for level, spacing in enumerate(levels):
+        course = Course(domain, spacing, method, random)
+        if level:
+            net = connected(refined(net, domain, spacing), domain)
+        finest = level == len(levels) - 1
+        stages = [(False, finest)]
+        if method.shaking is not None and (level == 0 or not finest):
+            stages = [(False, False), (True, finest)]
+        for shaking, closing in stages:
+            for done in _settling(course, net, number == 0, shaking, closing):
+                number, net = number + 1, done.net
+                yield replace(done, number=number)
+
+
+def _settling(course: Course, net: Net, opening: bool, shaking: bool, closing: bool) -> Iterator[Round]:
+    """Rounds on one level until the termination says stop; the first may begin by ``shaking``."""
+    method = course.method
     counts: list[tuple[int, int]] = []
     odd, reason = False, None
     while reason is None:
-        number = len(counts)
-        relaxed = _relaxed(bubbles, domain, spacing, method, number, odd)
-        change = method.population(enclosed(relaxed.bubbles, domain), domain, spacing, random)
-        counts.append((len(bubbles), len(change.bubbles)))
+        number, before = len(counts), len(net.bubbles)
+        steps = method.termination.steps(opening and number == 0)
+        relaxed = course.shaken(net) if shaking and number == 0 else course.relaxed(net, steps, number, odd)
+        change = course.controlled(enmeshed(relaxed.bubbles, course.domain, course.spacing))
+        counts.append((before, len(change.bubbles)))
         odd = method.odd is not None and method.odd.active(*counts[-1])
         reason = method.termination(counts)
-        after, speeds, evaluations = change.bubbles, relaxed.speeds, relaxed.evaluations
-        inserted = relaxed.added + change.inserted
-        if reason is not None:
-            closing = _closed(after, domain, spacing, method, number, odd)
-            after = closing.bubbles
-            inserted += closing.added
-            speeds, evaluations = np.append(speeds, closing.speeds), evaluations + closing.evaluations
+        net, inserted = connected(change.bubbles, course.domain), change.inserted
+        if reason is not None and closing:
+            net, more, last = course.closed(net, steps, number, odd)
+            relaxed, inserted = relaxed.followed_by(last), inserted + more
+        inserted += relaxed.added
         yield Round(
             number=number + 1,
-            iterations=len(speeds),
-            before=len(bubbles),
-            deleted=len(bubbles) + inserted - len(after),
+            iterations=len(relaxed.speeds),
+            before=before,
+            deleted=before + inserted - len(net.bubbles),
             inserted=inserted,
-            bubbles=after,
-            triangles=connected(after, domain)[2],
-            speeds=speeds,
-            evaluations=evaluations,
-            stop_reason=reason,
+            net=net,
+            speeds=relaxed.speeds,
+            evaluations=relaxed.evaluations,
+            stop_reason=reason if closing else None,
         )
-        bubbles = after
-
-
-def _closed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: bool) -> Relaxed:
-    """The relaxation after the last change of population, again if bubbles came too near to the boundary."""
-    relaxed = _relaxed(start, domain, spacing, method, number, odd)
-    for _ in range(CLOSING_REPEATS):
-        kept = enclosed(relaxed.bubbles, domain)
-        if len(kept) == len(relaxed.bubbles):
-            break
-        again = _relaxed(kept, domain, spacing, method, number, odd)
-        speeds = np.append(relaxed.speeds, again.speeds)
-        relaxed = Relaxed(again.bubbles, relaxed.added + again.added, speeds, relaxed.evaluations + again.evaluations)
-    return relaxed._replace(bubbles=enclosed(relaxed.bubbles, domain))
-
-
-def _relaxed(start: Bubbles, domain: Domain, spacing: Spacing, method: Method, number: int, odd: bool) -> Relaxed:
-    """The steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
-    rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
-    x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
-    neighbours, listed = Neighbours.of(x, d, REACH), 0
-    force = method.force.among(neighbours)
-    speeds = np.empty(method.termination.iterations)
-    for step in range(len(speeds)):
-        if step - listed >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
-            clearance.kept_inside(x[inside], v[inside], d[inside])
-            d = spacing(x)
-            neighbours, listed = Neighbours.of(x, d, REACH), step
-            force = method.force.among(neighbours)
-        c = method.viscosity(step, number)
-        damping = method.odd(c, start.touched) if odd and method.odd is not None else c
-        moved, v = method.motion(x, v, damping, rails.holding(force))
-        x, v = rails.settled(*_bounded(x, moved, v, d))
-        speeds[step] = np.hypot(*v.T).mean()
-    clearance.kept_inside(x[inside], v[inside], d[inside])
-    ended = parted(rails.ended(x, spacing(x)), domain, spacing)
-    return Relaxed(ended, len(ended) - len(x), speeds, len(x) * len(speeds) * method.motion.evaluations)
-
-
-def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """Positions and velocities after a step in which no bubble goes too far."""
-    move = moved - x
-    length = np.sqrt(np.einsum("ij,ij->i", move, move))
-    if (length <= MOST_MOVE * d).all():
-        return moved, v
-    share = np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
-    return x + share * move, share * v

@@ -2,16 +2,19 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["Sources", "coarse_curves", "short_pieces"]
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+__all__ = ["GROWTH", "Sources", "coarse_curves", "short_pieces"]
 
 GROWTH = 0.3  # increase of the spacing per length, away from a source
 NEIGHBOURS = 8
@@ -30,7 +33,9 @@ class Sources:
         return len(self.points)
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def _tree(self) -> "cKDTree":
+        from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
+
         return cKDTree(self.points)
 
     def joined(self, other: "Sources") -> "Sources":

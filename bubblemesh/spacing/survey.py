@@ -51,12 +51,12 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         raise CaseError(
             f"spacing: falls to {minimum:.3g} at {place(minimum_at)}: it has to be positive in the whole domain"
         )
-    ideal = ideal_nodes(domain, spacing, max_nodes)
+    ideal = _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE)
     x, y = points[d.argmax()]
     return Survey(minimum, minimum_at, float(d.max()), (float(x), float(y)), ideal)
 
 
-def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float = TOLERANCE) -> float:
+def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
     """Number of nodes of a perfect packing.
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
@@ -67,8 +67,12 @@ def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: flo
     LimitError
         If it is more than ``max_nodes``.
     """
-    triangles, intervals = _resolved(domain), _intervals(domain)
-    limits = tolerance, max_nodes
+    return _ideal_nodes(_resolved(domain), domain, spacing, max_nodes, tolerance)
+
+
+def _ideal_nodes(triangles: Floats, domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
+    """The same for a domain that is covered by ``triangles`` (t, 3, 2)."""
+    intervals, limits = _intervals(domain), (tolerance, max_nodes)
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
     along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
     ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)

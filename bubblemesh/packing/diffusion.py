@@ -1,0 +1,83 @@
+"""Initial bubbles by error diffusion: as many as the spacing asks for, from the start."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import shapely
+from annotated_types import Ge, Le
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.chords import parted
+from bubblemesh.packing.equidistribution import equidistributed
+from bubblemesh.packing.placement import require_at_most
+from bubblemesh.spacing.quadtree import leaves
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["ErrorDiffusion", "distance_to_facets", "on_boundary"]
+
+AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
+HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
+FARTHEST = 1.0  # spacings, beyond which no facet matters
+
+
+@dataclass(frozen=True)
+class ErrorDiffusion:
+    """Bubbles on a walk through small cells, wherever the cells passed add up to the area of one more.
+
+    The walk follows a Hilbert curve over the leaves of a quadtree, so that no error of the sum is carried far.
+
+    Attributes
+    ----------
+    leaf : float
+        Largest side of a leaf, in units of spacing.
+
+    References
+    ----------
+    R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
+    """
+
+    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 0.35
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        """Bubbles of the domain before any motion.
+
+        Raises
+        ------
+        LimitError
+            If there would be more than ``max_nodes`` of them.
+        """
+        shell = on_boundary(domain, spacing)
+        cells = leaves(domain, spacing, self.leaf)
+        facets, _ = domain.boundary.edges(shell.piece, shell.s)
+        distance = distance_to_facets(shell.x, facets, cells.centers, cells.d)
+        # A cell that reaches into the strip of the boundary bubbles counts in part.
+        share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1)
+        passed = np.cumsum(share * cells.sides**2 / (AREA * cells.d**2))
+        x = cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
+        require_at_most(max_nodes, len(shell) + len(x))
+        return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+
+
+def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
+    """The bubbles on the boundary alone, equidistributed."""
+    boundary = domain.boundary
+    piece, s = equidistributed(domain, spacing)
+    x = np.vstack([boundary.corners, boundary.points(piece, s)])
+    shell = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
+    return parted(shell, domain, spacing)
+
+
+def distance_to_facets(nodes: Floats, facets: Integers, points: Floats, d: Floats) -> Floats:
+    """Distances (n,) of points (n, 2) to facets that are not much farther than half of d (n,); infinite if farther."""
+    result = np.full(len(points), np.inf)
+    tree = shapely.STRtree(shapely.linestrings(nodes[facets]))
+    point, facet = tree.query(shapely.points(points), predicate="dwithin", distance=FARTHEST * d)
+    a, b = nodes[facets[facet, 0]], nodes[facets[facet, 1]]
+    along, offset = b - a, points[point] - a
+    t = np.einsum("ij,ij->i", offset, along) / np.einsum("ij,ij->i", along, along)
+    foot = offset - np.clip(t, 0, 1)[:, None] * along
+    np.minimum.at(result, point, np.hypot(*foot.T))
+    return result

@@ -1,0 +1,62 @@
+"""Boundary bubbles in equal parts of the integral of ds / d."""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["equidistributed", "panels"]
+
+FINEST = 0.5  # of the spacing: panels of the integral are that long
+FEWEST_ON_A_CLOSED_CURVE = 3
+HALVINGS = 60
+GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
+
+
+def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]:
+    """Pieces (m,) and arc lengths (m,) that divide each boundary piece equally in the integral of ds / d.
+
+    A piece gets as many intervals as the integral says, to the nearest whole number and at least one.
+    """
+    boundary = domain.boundary
+    piece, begin, length = panels(domain, spacing)
+    at = (boundary.points(piece, begin + t * length) for t in GAUSS)
+    weight = length / 2 * sum(1 / spacing(points) for points in at)
+    total = np.bincount(piece, weight, minlength=len(boundary.lengths))
+    fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
+    intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
+    # A closed curve has a bubble at its start, an open piece a corner.
+    count = np.where(boundary.closed, intervals, intervals - 1)
+    owner = np.repeat(np.arange(len(count)), count)
+    rank = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + ~boundary.closed[owner]
+    before = np.cumsum(total) - total
+    wanted = before[owner] + total[owner] * rank / intervals[owner]
+    reached = np.cumsum(weight)
+    last = np.searchsorted(piece, np.arange(len(count)), side="right") - 1
+    panel = np.minimum(np.searchsorted(reached, wanted, side="right"), last[owner])
+    share = (wanted - (reached - weight)[panel]) / weight[panel]
+    # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
+    s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
+    return owner, boundary.wrapped(owner, s)
+
+
+def panels(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
+    """Piece, begin and length (k,) of panels that are short beside the spacing at their ends and middles."""
+    boundary = domain.boundary
+    piece = np.arange(len(boundary.lengths))
+    begin, length = np.zeros(len(piece)), np.asarray(boundary.lengths, float)
+    done = []
+    for _ in range(HALVINGS):
+        places = np.concatenate([begin, begin + length / 2, begin + length])
+        d = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1).min(axis=0)
+        short = length <= FINEST * d
+        done.append((piece[short], begin[short], length[short]))
+        piece, begin, length = piece[~short], begin[~short], length[~short] / 2
+        piece, begin, length = np.tile(piece, 2), np.append(begin, begin + length), np.tile(length, 2)
+        if len(piece) == 0:
+            break
+    done.append((piece, begin, length))
+    piece, begin, length = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.lexsort((begin, piece))
+    return piece[order], begin[order], length[order]

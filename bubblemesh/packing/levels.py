@@ -1,0 +1,122 @@
+"""Levels: a coarse packing is put in order, and its order carried over to finer ones."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Protocol
+
+import numpy as np
+from annotated_types import Gt
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.gaps import gaps
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.connection import Net
+from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
+from bubblemesh.packing.equidistribution import panels
+from bubblemesh.spacing.hilbert import along_hilbert_curve
+from bubblemesh.spacing.jumps import jumps
+from bubblemesh.spacing.quadtree import Leaves, leaves
+from bubblemesh.spacing.refinement import Sources, coarse_curves, short_pieces
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
+
+SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
+STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level
+ACROSS = 3.0  # bubbles of a coarse level across the narrowest parts of the domain
+SPLIT = 1.6  # edges longer than this, in units of the finer spacing, are halved
+NEAREST_TO_BOUNDARY = 0.5  # spacings
+
+
+class Levels(Protocol):
+    """The spacings that are packed one after the other."""
+
+    def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
+        """Spacings of the levels, the coarsest first and the wanted one last."""
+
+
+@dataclass(frozen=True)
+class SingleLevel:
+    """The wanted spacing, and no other."""
+
+    def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
+        """The spacing alone."""
+        return (spacing,)
+
+
+@dataclass(frozen=True)
+class Doubling:
+    """Spacings doubled from level to level, as often as the spacing stays gentle and enough bubbles are left.
+
+    Attributes
+    ----------
+    coarsest_nodes : int
+        The coarsest level has at least about so many.
+    steepest : float
+        Gradient of the spacing of a level that is met in no more than a twentieth of it.
+    """
+
+    coarsest_nodes: Annotated[int, Gt(0)] = 200
+    steepest: Annotated[float, Gt(0)] = 0.2
+
+    def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
+        """Spacings of the levels, the coarsest first and the wanted one last."""
+        most = np.log2(max(expected_nodes / self.coarsest_nodes, 1)) / 2
+        if most >= 1:
+            steep = steepness(leaves(domain, spacing, SAMPLE), spacing)
+            most = min(most, np.log2(self.steepest / max(steep, np.finfo(float).tiny)))
+        coarse = (coarsened(domain, spacing, 2.0**k) for k in range(int(most), 0, -1))
+        return (*coarse, spacing)
+
+
+def steepness(cells: Leaves, spacing: Spacing) -> float:
+    """Gradient of the spacing that only few bubbles exceed."""
+    step = cells.sides / 4
+    low, high = (
+        np.stack([spacing.extended(cells.centers + sign * step[:, None] * axis) for axis in np.eye(2)])
+        for sign in (-1, 1)
+    )
+    gradient = np.hypot(*((high - low) / (2 * step)))
+    if len(gradient) == 0:  # the domain is thinner than the cells
+        return 0.0
+    order = np.argsort(gradient)
+    bubbles = np.cumsum((cells.sides / cells.d)[order] ** 2)
+    return float(gradient[order][np.searchsorted(bubbles, STEEP_PART * bubbles[-1])])
+
+
+def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
+    """The spacing times ``factor``, but finer where the boundary bends, has corners or is near to itself."""
+
+    def enlarged(x: Floats, y: Floats) -> Floats:
+        return factor * spacing.function(x, y)
+
+    loose = Spacing(enlarged, factor * spacing.floor)
+    limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose)).joined(jumps(domain, loose))
+    piece, begin, length = panels(domain, limits.limited(loose))
+    s = begin + length / 2
+    places, widths = gaps(domain, piece, s, ACROSS * loose(domain.boundary.points(piece, s)))
+    limits = limits.joined(Sources(places, widths / ACROSS))
+    if len(limits) == 0:
+        return loose
+
+    def function(x: Floats, y: Floats) -> Floats:
+        wanted = spacing.function(x, y)
+        return np.clip(limits.limit(np.column_stack([x, y])), wanted, factor * wanted)
+
+    return Spacing(function, spacing.floor)
+
+
+def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:
+    """The bubbles of a coarse net and the middles of its edges, for a finer spacing; the boundary is spaced anew."""
+    x, inside = net.bubbles.x, net.bubbles.interior
+    edges = net.edges[net.inner]
+    ends = x[edges]
+    middles = ends.mean(axis=1)
+    long = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > SPLIT * spacing.extended(middles)
+    x = np.vstack([x[inside], middles[long]])
+    x = x[along_hilbert_curve(x)]
+    shell, d = on_boundary(domain, spacing), spacing.extended(x)
+    facets, _ = domain.boundary.edges(shell.piece, shell.s)
+    clear = distance_to_facets(shell.x, facets, x, d) > NEAREST_TO_BOUNDARY * d
+    grown = shell.joined_by(x[clear], d[clear], np.zeros(0, np.int64), np.zeros(0))
+    return replace(grown, touched=np.zeros(len(grown), bool))

@@ -1,0 +1,142 @@
+"""Mending: the worst triangles get other surroundings by trial and error, patch by patch."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.connection import Net, enmeshed, reconnected
+from bubblemesh.packing.polish import ShapeSteps, eta
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["Mending"]
+
+MOST_PATCHES = 40
+DISPLACED = 1  # rings around a triangle
+MOVING = 3  # rings around a triangle, the displaced ones among them
+AROUND = 6  # rings around a triangle; a patch needs no look beyond
+PASSES = 2
+CLIPPED_AT = 2.0  # standard deviations
+
+
+class Patches(NamedTuple):
+    """Disjoint patches.
+
+    Attributes
+    ----------
+    displaced : (n,)
+        Which nodes are displaced.
+    moving : (n,)
+        The patch that each node moves with, or -1.
+    number : int
+        How many patches there are.
+    """
+
+    displaced: Booleans
+    moving: Integers
+    number: int
+
+
+@dataclass(frozen=True)
+class Mending:
+    """Random displacements around the worst triangles, polished, and kept where that makes a patch's worst one better.
+
+    Attributes
+    ----------
+    mend_attempts : int
+    mend_worse : float
+        Triangles with a shape measure eta above this are mended; 1 is an equilateral triangle.
+    mend_amplitude : float
+        Standard deviation of the displacement, in units of spacing.
+    """
+
+    mend_attempts: Annotated[int, Ge(0)] = 12
+    mend_worse: Annotated[float, Ge(1)] = 1.08
+    mend_amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.2
+
+    def __call__(
+        self, net: Net, domain: Domain, spacing: Spacing, polish: ShapeSteps, random: np.random.Generator
+    ) -> Net:
+        """The net with better worst triangles and the same number of bubbles."""
+        bad = self._bad(net)
+        if len(bad) == 0:
+            return net
+        numbers, part = net.part(net.within(net.triangles[bad], AROUND))
+        mended = part
+        for _ in range(self.mend_attempts):
+            bad = self._bad(mended)
+            if len(bad) == 0:
+                break
+            mended = self._tried(mended, bad, domain, polish, random)
+        if mended is part:
+            return net
+        bubbles = net.bubbles
+        x, s = bubbles.x.copy(), bubbles.s.copy()
+        x[numbers] = mended.bubbles.x
+        s[numbers[mended.bubbles.sliding] - bubbles.corners] = mended.bubbles.s
+        return enmeshed(replace(bubbles, x=x, s=s), domain, spacing)
+
+    def _bad(self, net: Net) -> Integers:
+        """Triangles (k,) to mend, the worst first."""
+        measure = eta(net.bubbles.x, net.triangles)
+        bad = np.flatnonzero(measure > self.mend_worse)
+        return bad[np.argsort(-measure[bad], kind="stable")][:MOST_PATCHES]
+
+    def _tried(self, net: Net, bad: Integers, domain: Domain, polish: ShapeSteps, random: np.random.Generator) -> Net:
+        """The net after one attempt at each patch."""
+        patches = disjoint_patches(net, bad)
+        trial = reconnected(net, self._displaced(net, patches, random))
+        try:
+            for _ in range(PASSES):
+                trial = reconnected(trial, polish.moved(trial, domain, patches.moving >= 0))
+        except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
+            return net
+        better = worst_of(trial, patches) < worst_of(net, patches)
+        keep = np.append(better, False)[patches.moving]  # nodes of no patch have the last entry
+        if not keep.any():
+            return net
+        old, new = net.bubbles, trial.bubbles
+        x = np.where(keep[:, None], new.x, old.x)
+        return reconnected(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
+
+    def _displaced(self, net: Net, patches: Patches, random: np.random.Generator) -> Bubbles:
+        bubbles = net.bubbles
+        which = patches.displaced & (np.arange(len(bubbles)) >= bubbles.boundary_count)
+        shift = random.standard_normal((int(which.sum()), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+        x = bubbles.x.copy()
+        x[which] += self.mend_amplitude * bubbles.d[which, None] * shift
+        return replace(bubbles, x=x)
+
+
+def disjoint_patches(net: Net, bad: Integers) -> Patches:
+    """Patches around the triangles ``bad`` (k,) that are apart from those of the ones before."""
+    n = len(net.bubbles)
+    displaced, moving, taken = np.zeros(n, bool), np.full(n, -1), np.zeros(n, bool)
+    free = np.ones(n, bool)
+    free[: net.bubbles.corners] = False
+    free[net.facets[net.facet_piece < 0]] = False
+    count = 0
+    for triangle in bad:
+        core = net.within(net.triangles[triangle], DISPLACED)
+        patch = net.within(net.triangles[triangle], MOVING)
+        if (patch & taken).any():
+            continue
+        displaced |= core & free
+        moving[patch & free] = count
+        taken |= net.within(net.triangles[triangle], MOVING + 1)
+        count += 1
+    return Patches(displaced, moving, count)
+
+
+def worst_of(net: Net, patches: Patches) -> Floats:
+    """The largest shape measure eta (number,) of the triangles that move with each patch."""
+    patch = patches.moving[net.triangles].max(axis=1)
+    touched = patch >= 0
+    result = np.zeros(patches.number)
+    np.maximum.at(result, patch[touched], eta(net.bubbles.x, net.triangles[touched]))
+    return result

@@ -1,0 +1,164 @@
+"""Relaxation: some steps of the motion, among neighbours near by or among neighbours in the triangulation."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Annotated, NamedTuple, Protocol
+
+import numpy as np
+from annotated_types import Gt
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.adjacency import Neighbours
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.chords import enclosed, parted
+from bubblemesh.packing.connection import Net, enmeshed
+from bubblemesh.packing.forces import VanDerWaals
+from bubblemesh.packing.motion import Motion
+from bubblemesh.packing.rails import Clearance, Rails
+from bubblemesh.spacing.spacing import Spacing
+
+__all__ = ["Connected", "Damping", "Nearby", "Relaxation", "Relaxed"]
+
+REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
+REFRESH_STEPS = 10
+REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
+MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many small neighbours that it would fly
+
+Damping = Callable[[int, Booleans], Floats | float]  # viscosity in a step of bubbles touched (n,) or not
+
+
+class Relaxed(NamedTuple):
+    """Bubbles after some steps, how many were added and lost on the way, their mean speed (steps,), evaluations."""
+
+    bubbles: Bubbles
+    added: int
+    lost: int
+    speeds: Floats
+    evaluations: int
+
+    @classmethod
+    def none(cls, bubbles: Bubbles) -> "Relaxed":
+        """No step at all."""
+        return cls(bubbles, 0, 0, np.zeros(0), 0)
+
+    def followed_by(self, other: "Relaxed") -> "Relaxed":
+        """Both relaxations as one."""
+        return Relaxed(
+            other.bubbles,
+            self.added + other.added,
+            self.lost + other.lost,
+            np.append(self.speeds, other.speeds),
+            self.evaluations + other.evaluations,
+        )
+
+
+class Relaxation(Protocol):
+    """Which bubbles act on each other, and how the boundary takes part in the motion."""
+
+    def __call__(
+        self,
+        net: Net,
+        domain: Domain,
+        spacing: Spacing,
+        force: VanDerWaals,
+        motion: Motion,
+        damping: Damping,
+        steps: int,
+    ) -> Relaxed:
+        """The bubbles of a net after ``steps`` steps."""
+
+
+@dataclass(frozen=True)
+class Nearby:
+    """Bubbles near by act on each other; those on the boundary slide along it, the others are kept inside."""
+
+    def __call__(
+        self,
+        net: Net,
+        domain: Domain,
+        spacing: Spacing,
+        force: VanDerWaals,
+        motion: Motion,
+        damping: Damping,
+        steps: int,
+    ) -> Relaxed:
+        """The bubbles after ``steps`` steps."""
+        start = net.bubbles
+        rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
+        x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
+        neighbours, listed = Neighbours.of(x, d, REACH), 0
+        acting = force.among(neighbours)
+        speeds = np.empty(steps)
+        for step in range(steps):
+            if step - listed >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
+                clearance.kept_inside(x[inside], v[inside], d[inside])
+                d = spacing(x)
+                neighbours, listed = Neighbours.of(x, d, REACH), step
+                acting = force.among(neighbours)
+            moved, v = motion(x, v, damping(step, start.touched), rails.holding(acting))
+            x, v = rails.settled(*_bounded(x, moved, v, d))
+            speeds[step] = _lengths(v).mean()
+        clearance.kept_inside(x[inside], v[inside], d[inside])
+        ended = parted(rails.ended(x, spacing(x)), domain, spacing)
+        kept = enclosed(ended, domain)
+        added, lost = len(ended) - len(x), len(ended) - len(kept)
+        return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
+
+
+@dataclass(frozen=True)
+class Connected:
+    """Bubbles at the ends of an edge of the triangulation act on each other; those on the boundary stay.
+
+    Within the reach of the force these are the pairs that matter, and they do not act through thin walls.
+
+    Attributes
+    ----------
+    refresh : int
+        The triangulation is renewed after that many steps; bubbles that are outside by then are lost.
+    """
+
+    refresh: Annotated[int, Gt(0)] = 20
+
+    def __call__(
+        self,
+        net: Net,
+        domain: Domain,
+        spacing: Spacing,
+        force: VanDerWaals,
+        motion: Motion,
+        damping: Damping,
+        steps: int,
+    ) -> Relaxed:
+        """The bubbles after ``steps`` steps."""
+        before, speeds, evaluations = len(net.bubbles), np.empty(steps), 0
+        for begin in range(0, steps, self.refresh):
+            if begin:
+                net = enmeshed(net.bubbles, domain, spacing)
+            bubbles = net.bubbles
+            x, v, d = bubbles.x, np.zeros_like(bubbles.x), bubbles.d
+            acting = force.among(Neighbours.along(net.edges, x, d))
+            for step in range(begin, min(begin + self.refresh, steps)):
+                moved, v = motion(x, v, damping(step, bubbles.touched), acting)
+                moved[: bubbles.boundary_count] = x[: bubbles.boundary_count]
+                v[: bubbles.boundary_count] = 0
+                x, v = _bounded(x, moved, v, d)
+                speeds[step] = _lengths(v).mean()
+                evaluations += len(x) * motion.evaluations
+            net = replace(net, bubbles=replace(bubbles, x=x))
+        return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
+
+
+def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:
+    """Positions and velocities after a step in which no bubble goes too far."""
+    move = moved - x
+    length = _lengths(move)
+    if (length <= MOST_MOVE * d).all():
+        return moved, v
+    share = np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
+    return x + share * move, share * v
+
+
+def _lengths(vectors: Floats) -> Floats:
+    """Lengths (n,) of vectors (n, 2), by way of complex numbers, which NumPy measures fastest."""
+    return np.abs(np.ascontiguousarray(vectors).view(np.complex128)[:, 0])

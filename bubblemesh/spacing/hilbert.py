@@ -1,0 +1,40 @@
+"""Order along a Hilbert curve: what is near in the plane stays near in memory."""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+
+__all__ = ["along_hilbert_curve", "hilbert_index"]
+
+BITS = 20  # per coordinate: cells of a millionth of the extent
+
+
+def along_hilbert_curve(points: Floats) -> Integers:
+    """Numbers (n,) of the points (n, 2) in the order in which a Hilbert curve over their bounding box meets them."""
+    if len(points) == 0:
+        return np.zeros(0, np.int64)
+    low = points.min(axis=0)
+    extent = max(float((points - low).max()), np.finfo(float).tiny)
+    cells = ((points - low) / extent * (2**BITS - 1)).astype(np.int64)
+    return np.argsort(hilbert_index(cells, BITS), kind="stable")
+
+
+def hilbert_index(cells: Integers, bits: int) -> Integers:
+    """Positions (n,) of the grid cells (n, 2), of 2**bits rows and columns, on the Hilbert curve.
+
+    References
+    ----------
+    H. S. Warren, "Hacker's Delight", 2nd edition (2012), chapter 16.
+    """
+    x, y = cells.T.astype(np.int64)
+    index = np.zeros(len(cells), np.int64)
+    for bit in range(bits - 1, -1, -1):
+        right, upper = (x >> bit) & 1, (y >> bit) & 1
+        index = (index << 2) | ((3 * right) ^ upper)
+        below = (1 << bit) - 1
+        x, y = x & below, y & below
+        # The lower quarters are transposed, and the one on the right is turned about as well.
+        turned = np.where(right & ~upper, below, 0)
+        x, y = x ^ turned, y ^ turned
+        x, y = np.where(upper, x, y), np.where(upper, y, x)
+    return index
