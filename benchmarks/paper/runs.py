@@ -21,9 +21,9 @@ SEEDS = (0, 1, 2)
 # Functions whose time makes up a stage of Table 1, by the end of their file's name and their own name.
 STAGES = {
     "initialization": [("placement.py", "__call__")],
-    "adjacency": [("adjacency.py", "of"), ("adjacency.py", "incidence")],
+    "adjacency": [("adjacency.py", "of")],
     "forces": [("forces.py", "__call__")],
-    "new positions": [("rounds.py", "_relaxed")],  # with the two before, which are taken off
+    "new positions": [("relaxation.py", "__call__")],  # with the two before, which are taken off
     "population control": [("population.py", "__call__")],
 }
 

@@ -100,8 +100,9 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
         return loose
 
     def function(x: Floats, y: Floats) -> Floats:
-        wanted = spacing.function(x, y)
-        return np.clip(limits.limit(np.column_stack([x, y])), wanted, factor * wanted)
+        wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
+        below = factor * np.max(wanted, initial=0.0, where=np.isfinite(wanted))
+        return np.clip(limits.limit(np.column_stack([x, y]), float(below)), wanted, factor * wanted)
 
     return Spacing(function, spacing.floor)
 
