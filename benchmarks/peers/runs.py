@@ -28,6 +28,7 @@ SIZES = ("example-3", *(f"example-3-{n}" for n in (1000, 2500, 9000, 28000, 8700
 WHOLE = tuple(f"example-{number}" for number in (1, 2, 3, 4))  # also timed from start to end of the process
 CASES = (*WHOLE, "dense", *SIZES[1:])
 TIMEOUT = 20 * 60  # seconds
+LARGE = 1e5  # nodes, beyond which one run has to do
 LONGEST_REASON = 100  # characters
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 NAN = float("nan")
@@ -80,8 +81,9 @@ def problems(names: Collection[str], most_nodes: float) -> dict[str, Problem]:
 
 
 def ran(problem: Problem, tools: Collection[str], method: str, repeats: int, tell: Callable[[str], None]) -> CaseRuns:
-    """Run the tools on a case in turn, several times; ``tell`` hears of each run."""
+    """Run the tools on a case in turn, several times, a large one once; ``tell`` hears of each run."""
     name, ideal = str(problem.case.name), problem.survey.ideal_nodes
+    repeats = repeats if ideal <= LARGE else 1
     found: dict[str, list[Run]] = {tool: [] for tool in tools if ideal <= TOOLS[tool].most_nodes}
     whole = []
     for repeat in range(1, repeats + 1):

@@ -176,8 +176,9 @@ class Boundary:
 
         Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
         """
-        corner_and_ring = np.unique(np.column_stack([self.start, self.ring])[~self.closed], axis=0)
-        rings_at = np.bincount(corner_and_ring[:, 0], minlength=len(self.corners))
+        rings = int(self.ring.max()) + 1
+        corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed])
+        rings_at = np.bincount(corner_and_ring // rings, minlength=len(self.corners))
         contact = np.append(rings_at > 1, False)  # the last entry answers for start = -1
         curved = self._chords > 1
         forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)

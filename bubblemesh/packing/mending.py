@@ -16,7 +16,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Mending"]
 
-MOST_PATCHES = 40
+MOST_PATCHES = 16
 DISPLACED = 1  # rings around a triangle
 MOVING = 3  # rings around a triangle, the displaced ones among them
 AROUND = 6  # rings around a triangle; a patch needs no look beyond

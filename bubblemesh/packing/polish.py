@@ -49,7 +49,7 @@ class ShapeSteps:
     passes: Annotated[int, Ge(0)] = 3
     shape_steps: Annotated[int, Gt(0)] = 10
     shape_step: Annotated[float, Gt(0), Le(0.1)] = 0.015
-    spacing_weight: Annotated[float, Ge(0), Le(20)] = 6.0
+    spacing_weight: Annotated[float, Ge(0), Le(20)] = 7.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
         """The net after one pass, connected anew.

@@ -43,8 +43,8 @@ class Shaking:
     effort: Literal["fast", "normal", "best"] = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1)] = 0.5
-    shake_steps: Annotated[int, Gt(0)] = 12
-    fully_shaken: Annotated[int, Gt(0)] = 2000
+    shake_steps: Annotated[int, Gt(0)] = 8
+    fully_shaken: Annotated[int, Gt(0)] = 1500
 
     def __call__(
         self,
