@@ -5,12 +5,16 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from bubblemesh import __version__, compromises
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.conformity import area_error, require_conforming
+from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
+from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import connected
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import prepared
@@ -90,4 +94,20 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
     """The mesh of the last round's bubbles."""
     boundary, bubbles = domain.boundary, last.bubbles
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
-    return Mesh(bubbles.x, sorted_triangles(last.triangles), facets, boundary.label[piece], boundary.labels)
+    return Mesh(
+        bubbles.x,
+        sorted_triangles(last.triangles),
+        facets,
+        boundary.label[piece],
+        boundary.labels,
+        facet_middles=_middles(boundary, bubbles, facets, piece),
+    )
+
+
+def _middles(boundary: Boundary, bubbles: Bubbles, facets: Integers, piece: Integers) -> Floats:
+    """Points (f, 2) on the true curves, halfway by arc length between the ends of the facets (f, 2)."""
+    first, last = facets.T
+    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
+    begin, end = s[first], np.where(last < bubbles.corners, boundary.lengths[piece], s[last])
+    end = np.where(end <= begin, end + boundary.lengths[piece], end)  # past the end of a closed piece
+    return boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2))

@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import options

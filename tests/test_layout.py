@@ -11,14 +11,15 @@ MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "wording": {"arrays"},
-    "mesh": FOUNDATION,
+    "solvers": set(),
+    "meshes": FOUNDATION,
     "quality": FOUNDATION,
     "triangulation": FOUNDATION,
     "geometry": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "spacing", "triangulation"},
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
-    "case": FOUNDATION | {"case", "geometry", "packing", "spacing"},
-    "output": FOUNDATION | {"mesh", "output", "quality"},
+    "case": FOUNDATION | {"case", "geometry", "packing", "solvers", "spacing"},
+    "output": FOUNDATION | {"meshes", "output", "quality", "solvers"},
 }
 LIBRARIES = {
     "yaml": {"case"},

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.output.atomic import transaction
 from bubblemesh.quality import radius_ratios
 
