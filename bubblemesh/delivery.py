@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from bubblemesh import compromises
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError, RequirementError
+from bubblemesh.meshes import Mesh
 from bubblemesh.output import (
     FORMATS,
     HISTORY_FILES,
@@ -59,7 +60,7 @@ class Destination:
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ())]
         return [self.folder / name for name in file_names(self.name, self.formats, tables)]
 
-    def deliver(self, result: Result) -> dict[str, Any]:
+    def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
         Raises

@@ -11,7 +11,7 @@ from bubblemesh.meshes import Mesh
 from bubblemesh.output.cells import Fields, Group, facet_ids, group_names, region_ids, vertex_ids
 from bubblemesh.output.text import lines, numbered, write_text
 
-__all__ = ["Block", "msh_text", "write_msh", "write_msh_ascii"]
+__all__ = ["Block", "as_meshio", "msh_text", "write_msh", "write_msh_ascii"]
 
 # Gmsh's numbers of the kinds of cells, by meshio's names.
 KINDS = {"line": 1, "triangle": 2, "quad": 3, "wedge": 6, "line3": 8, "triangle6": 9, "vertex": 15}
@@ -27,18 +27,24 @@ class Block(NamedTuple):
 
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write points, edges and triangles with their physical groups, binary; the format has no place for the fields."""
+    result = as_meshio(mesh)
+    result.points = np.pad(mesh.points, ((0, 0), (0, 1)))
+    result.write(path, file_format="gmsh22", binary=True)
+
+
+def as_meshio(mesh: Mesh) -> Any:
+    """Return a `meshio.Mesh` of points, edges and triangles, with Gmsh's ids and names of the groups."""
     import meshio
 
     blocks = _blocks(mesh)
     # One elementary entity for each physical group: readers want both tags, and none of them 0.
     ids = [block.ids.astype(np.int32) for block in blocks]
-    field_data: dict[str, Any] = {name: np.array(group) for name, group in group_names(mesh).items()}
-    meshio.Mesh(
-        np.pad(mesh.points, ((0, 0), (0, 1))),
+    return meshio.Mesh(
+        mesh.points,
         [(block.kind, block.cells) for block in blocks],
         cell_data={"gmsh:physical": ids, "gmsh:geometrical": ids},
-        field_data=field_data,
-    ).write(path, file_format="gmsh22", binary=True)
+        field_data={name: np.array(group) for name, group in group_names(mesh).items()},
+    )
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
