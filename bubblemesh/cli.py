@@ -80,7 +80,10 @@ def run(
         typer.Option("--output", "-o", metavar="PATH", help="A folder, a mesh file, or - for the standard output."),
     ] = None,
     format_name: Annotated[
-        str | None, typer.Option("--format", help="Write this format only: msh, vtu, vtk or xdmf.")
+        str | None, typer.Option("--format", help="Write this format only: msh, vtu, xdmf, mesh, inp, su2 ...")
+    ] = None,
+    solver: Annotated[
+        str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
     ] = None,
     settings: Settings = None,
     method: MethodName = None,
@@ -100,7 +103,7 @@ def run(
         loaded = read_case(case, settings, method, seed)
         if as_json and output == "-":
             raise CaseError("--json and -o - would both write to the standard output: drop one of them")
-        place = delivery.destination(loaded, case, output, format_name, history=history)
+        place = delivery.destination(loaded, case, output, format_name, solver, history=history)
         if dry_run:
             show_estimate(loaded, case, as_json, quiet)
             return
@@ -111,8 +114,8 @@ def run(
             write_output(dump(report))
         if not quiet:
             console.show_quality(report)
-            if place.path is not None:
-                console.show_files(str(place.path.parent if place.is_file else place.path), report["files"])
+            if place.folder is not None:
+                console.show_files(str(place.folder), report["files"])
         console.warn(report["warnings"])
         delivery.require_quality(loaded, report)
 

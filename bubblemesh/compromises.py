@@ -14,7 +14,14 @@ from bubblemesh.spacing.refinement import GROWTH, Sources
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wording import place
 
-__all__ = ["graded_jumps", "narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
+__all__ = [
+    "graded_jumps",
+    "narrow_walls",
+    "poor_result",
+    "refined_boundary",
+    "sharp_angles",
+    "straight_facets",
+]
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 ROUNDING = 1e-6
@@ -105,6 +112,14 @@ def graded_jumps(steps: Sources) -> list[str]:
         f"the spacing jumps, at {place(steps.points[k])} from {steps.sizes[k]:.3g}: it is made to grow by "
         f"{GROWTH:g} per length there"
     ]
+
+
+def straight_facets(count: int) -> list[str]:
+    """Boundary edges of second order that could not follow their curve."""
+    if count == 0:
+        return []
+    edges = "1 boundary edge keeps" if count == 1 else f"{count} boundary edges keep"
+    return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:

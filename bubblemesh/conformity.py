@@ -4,7 +4,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import BubblemeshError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.quality import edges, signed_areas
 from bubblemesh.wording import place
 
@@ -17,7 +17,8 @@ ROUNDING = 1e-15  # of the squared extent, which a thin domain's area may be far
 def area_error(mesh: Mesh) -> float:
     """Relative difference between the triangles' area and that of the polygon of the boundary edges."""
     origin = mesh.points[0]
-    (ax, ay), (bx, by) = (mesh.points[mesh.facets[:, k]].T - origin[:, None] for k in range(2))
+    ends = mesh.facets[mesh.outer]
+    (ax, ay), (bx, by) = (mesh.points[ends[:, k]].T - origin[:, None] for k in range(2))
     polygon = float(np.sum(ax * by - bx * ay)) / 2
     return float(signed_areas(mesh.points, mesh.triangles).sum()) / polygon - 1
 
@@ -28,8 +29,9 @@ def require_conforming(mesh: Mesh) -> None:
     Raises
     ------
     BubblemeshError
-        If a triangle is not counter-clockwise, a node unused, a boundary edge missing or an inner edge without a
-        partner, or the area wrong; the text names the first place. It is an error of the program, not of the case.
+        If a triangle is not counter-clockwise, a node unused, a boundary edge missing, an edge labelled that is none
+        or labelled twice, or the area wrong; the text names the first place. It is an error of the program, not of
+        the case.
     """
     areas = signed_areas(mesh.points, mesh.triangles)
     if areas.min() <= 0:
@@ -38,10 +40,12 @@ def require_conforming(mesh: Mesh) -> None:
     if unused.any():
         raise _fault("a node belongs to no triangle", mesh.points[unused][0])
     sides, count = edges(mesh.triangles)
-    outer = _as_set(sides[count == 1])
-    wanted = _as_set(np.sort(mesh.facets, axis=1))
-    if odd := outer ^ wanted:
+    free, wanted = _as_set(sides[count == 1]), _as_set(np.sort(mesh.facets, axis=1))
+    inner = wanted & _as_set(sides[count == 2])
+    if odd := free ^ (wanted - inner):
         raise _fault("the boundary is not met", mesh.points[list(odd.pop())].mean(axis=0))
+    if len(wanted) < len(mesh.facets):
+        raise _fault("an edge is labelled twice", mesh.points[0])
     rounding = ROUNDING * float(np.ptp(mesh.points, axis=0).max()) ** 2 / float(areas.sum())
     if abs(area_error(mesh)) > AREA_TOLERANCE + rounding:
         raise _fault(f"the area is off by {area_error(mesh):.1e}", mesh.points[0])

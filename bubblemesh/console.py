@@ -91,7 +91,7 @@ def show_problem(problem: "Problem") -> None:
         "spacing": f"{survey.minimum:.4g} at {_place(survey.minimum_at)} to "
         f"{survey.maximum:.4g} at {_place(survey.maximum_at)}",
         "nodes": f"about {problem.expected_nodes:.0f}",
-        "method": problem.case.method,
+        "method": problem.task.method_name,
     }
     _show(rows)
 

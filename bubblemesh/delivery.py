@@ -3,15 +3,30 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from bubblemesh import compromises
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError, RequirementError
-from bubblemesh.output import FORMATS, HISTORY_FILES, file_names, history_tables, write_file, write_files, write_stream
+from bubblemesh.meshes import Mesh
+from bubblemesh.output import (
+    FORMATS,
+    HISTORY_FILES,
+    LABELS_FILE,
+    file_names,
+    formats_by_ending,
+    history_tables,
+    require_order,
+    write_files,
+    write_stream,
+)
 from bubblemesh.pipeline import Result
+from bubblemesh.solvers import FORMATS_FOR, FormatName
 from bubblemesh.streams import output_stream
 
 __all__ = ["Destination", "destination", "require_quality"]
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -20,33 +35,32 @@ class Destination:
 
     Attributes
     ----------
-    path : Path or None
-        A mesh file, or a folder for the whole set of files; None for the standard output.
-    is_file : bool
-        Whether the path is that of one mesh file.
+    folder : Path or None
+        Folder of the files; None for the standard output.
     name : str
-        Stem of the files in a folder.
+        Stem of the files' names.
     formats : tuple of str
+    order : int
+        Order of the triangles, 1 or 2.
     history : bool
         Whether tables of all rounds and steps are written too.
     """
 
-    path: Path | None
-    is_file: bool
+    folder: Path | None
     name: str
     formats: tuple[str, ...]
+    order: int
     history: bool
 
     @property
     def files(self) -> list[Path]:
-        """All files to write."""
-        if self.path is None:
+        """All files that may be written."""
+        if self.folder is None:
             return []
-        folder, stem = (self.path.parent, self.path.stem) if self.is_file else (self.path, self.name)
-        formats = (self.path.suffix.removeprefix("."),) if self.is_file else self.formats
-        return [folder / name for name in file_names(stem, formats, HISTORY_FILES if self.history else ())]
+        tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ())]
+        return [self.folder / name for name in file_names(self.name, self.formats, tables)]
 
-    def deliver(self, result: Result) -> dict[str, Any]:
+    def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
         Raises
@@ -54,19 +68,27 @@ class Destination:
         FileError
             If a file cannot be written; then none is, and old ones stay.
         """
-        if self.path is None:
-            write_stream(result.mesh, result.fields, self.formats[0], output_stream())
-            return {**result.report, "files": []}
-        tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
-        if self.is_file:
-            return write_file(result.mesh, result.fields, result.report, self.path, tables)
-        return write_files(result.mesh, result.fields, result.report, self.path, self.name, self.formats, tables)
+        mesh, report = result.mesh, result.report
+        if self.order == 2:
+            mesh, straight = mesh.second_order()
+            report = {**report, "warnings": [*report["warnings"], *compromises.straight_facets(straight)]}
+        if self.folder is None:
+            write_stream(mesh, result.fields, self.formats[0], output_stream())
+            return {**report, "files": []}
+        tables = history_tables(report["rounds"], result.speeds) if self.history else {}
+        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables)
 
 
 def destination(
-    case: Case, source: str, output: str | None, format_name: str | None, *, history: bool = False
+    case: Case,
+    source: str,
+    output: str | None,
+    format_name: str | None,
+    solver: str | None = None,
+    *,
+    history: bool = False,
 ) -> Destination:
-    """What the options ``-o`` and ``--format`` and the case say together.
+    """What the options ``-o``, ``--format`` and ``--for`` and the case say together.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending.
@@ -74,11 +96,14 @@ def destination(
     Raises
     ------
     CaseError
-        If the format is unknown, or is not that of the file's ending.
+        If the format or the solver is unknown, or the format is not that of the file's ending or has no form for the
+        order of the triangles.
     FileError
         If a file would be written twice, the case file overwritten, or a mesh go to a terminal.
     """
-    formats = _formats(case, format_name)
+    asked = _asked(format_name, solver)
+    formats = _distinct(asked or case.output.formats)
+    folder: Path | None = _own_folder(case, source)
     name = str(case.name)
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
@@ -87,15 +112,14 @@ def destination(
             raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
         if history:
             raise CaseError("--history: there is no place for its files with -o -: drop one of them")
-        return Destination(None, False, name, formats, history)
-    if output is None:
-        place = Destination(_own_folder(case, source), False, name, formats, history)
-    else:
-        path = Path(output)
-        is_file = (path.suffix != "" or path.name.startswith(".")) and not output.endswith("/") and not path.is_dir()
-        if is_file:
-            _check_ending(path, format_name)
-        place = Destination(path, is_file, name, formats, history)
+        folder, formats = None, formats[:1]
+    elif output is not None:
+        folder = Path(output)
+        if _is_file(output):
+            formats = (_format_of(folder, asked, case.output.formats),)
+            folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
+    require_order(formats, case.output.order)
+    place = Destination(folder, name, formats, case.output.order, history)
     if source != "-" and Path(source).resolve() in [path.resolve() for path in place.files]:
         raise FileError(f"{source}: the results would overwrite the case file: give another name")
     return place
@@ -122,14 +146,32 @@ def require_quality(case: Case, report: Mapping[str, Any]) -> None:
         raise RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
 
 
-def _formats(case: Case, format_name: str | None) -> tuple[str, ...]:
-    """The formats of the case, or the one of the option."""
-    if format_name is not None and format_name not in FORMATS:
-        raise CaseError(f"--format: unknown format {format_name!r}: choose one of {', '.join(FORMATS)}")
-    formats = case.output.formats if format_name is None else (format_name,)
-    for name in formats:
+def _asked(format_name: str | None, solver: str | None) -> tuple[FormatName, ...]:
+    """The formats that the options ask for, if any."""
+    if format_name is not None and solver is not None:
+        raise CaseError("--format and --for exclude each other: drop one of them")
+    if solver is not None:
+        return _looked_up(FORMATS_FOR, solver, "--for: unknown solver")
+    if format_name is not None:
+        return (_looked_up({name: name for name in FORMATS}, format_name, "--format: unknown format"),)
+    return ()
+
+
+def _looked_up(table: Mapping[Any, T], name: str, problem: str) -> T:
+    if name not in table:
+        raise CaseError(f"{problem} {name!r}: choose one of {', '.join(table)}")
+    return table[name]
+
+
+def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:
+    """The same formats, if no two of them would be the same file."""
+    mains = [FORMATS[name].files[0] for name in formats]
+    for name, main in zip(formats, mains, strict=True):
         if formats.count(name) > 1:
             raise FileError(f"output.formats: {name} is named twice, and both would be the same file: name it once")
+        if mains.count(main) > 1:
+            both = " and ".join(other for other in formats if FORMATS[other].files[0] == main)
+            raise FileError(f"output.formats: {both} would be the same file: name one of them")
     return formats
 
 
@@ -140,12 +182,23 @@ def _own_folder(case: Case, source: str) -> Path:
     return (Path() if source == "-" else Path(source).parent) / case.output.directory
 
 
-def _check_ending(path: Path, format_name: str | None) -> None:
-    ending = path.suffix.removeprefix(".")
-    if ending not in FORMATS:
-        known = ", ".join(f".{name}" for name in FORMATS)
+def _is_file(output: str) -> bool:
+    path = Path(output)
+    return (path.suffix != "" or path.name.startswith(".")) and not output.endswith("/") and not path.is_dir()
+
+
+def _format_of(path: Path, asked: tuple[FormatName, ...], liked: tuple[FormatName, ...]) -> FormatName:
+    """The format of a file by its ending: one of those asked for, else one that the case names, else any."""
+    fitting = formats_by_ending(path.name)
+    if not fitting:
+        ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
         raise CaseError(
-            f"-o {path}: unknown ending for a mesh file: choose one of {known}; the name of a folder ends with a slash"
+            f"-o {path}: unknown ending for a mesh file: choose one of {ends}; the name of a folder ends with a slash"
         )
-    if format_name not in (None, ending):
-        raise CaseError(f"-o {path}: its ending asks for {ending}, --format for {format_name}: drop one of them")
+    if asked:
+        both = [name for name in fitting if name in asked]
+        if not both:
+            option = f"--format or --for asks for {' or '.join(asked)}"
+            raise CaseError(f"-o {path}: its ending asks for {fitting[0]}, {option}: drop one of them")
+        return both[0]
+    return next((name for name in fitting if name in liked), fitting[0])

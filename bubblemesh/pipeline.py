@@ -3,35 +3,42 @@
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import Any
+from typing import Any, Generic, TypeVar
+
+import numpy as np
 
 from bubblemesh import __version__, compromises
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.conformity import area_error, require_conforming
+from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
+from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import connected
 from bubblemesh.packing.rounds import Round, rounds
-from bubblemesh.problem import prepared
+from bubblemesh.problem import Problem, prepared
 from bubblemesh.resources import peak_memory_mb, timed
-from bubblemesh.summary import RoundRow, initial_row, mesh_figures, resolved_case, round_row, triangle_fields
+from bubblemesh.summary import RoundRow, initial_row, mesh_figures, round_row, triangle_fields
 from bubblemesh.triangulation import sorted_triangles
 
-__all__ = ["Result", "mesh_case"]
+__all__ = ["Result", "mesh_case", "meshed"]
+
+
+M = TypeVar("M", bound=Mesh, covariant=True)
 
 
 @dataclass(frozen=True)
-class Result:
+class Result(Generic[M]):
     """A mesh, data (t,) for its triangles, the report, and the mean speeds (iterations,) in each round."""
 
-    mesh: Mesh
+    mesh: M
     fields: dict[str, Floats]
     report: dict[str, Any]
     speeds: tuple[Floats, ...]
 
 
-def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result:
+def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result[Mesh]:
     """Mesh a case; ``on_round`` is told of each round as it ends.
 
     Raises
@@ -39,12 +46,17 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
-    problem = prepared(case)
+    return meshed(prepared(case), on_round)
+
+
+def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result[Mesh]:
+    """Mesh a problem; else as `mesh_case`."""
+    task = problem.task
     domain, spacing, method, seconds = problem.domain, problem.spacing, problem.method, dict(problem.seconds)
     ideal_nodes = problem.survey.ideal_nodes
     with timed(seconds, "placement"):
         levels = method.levels(domain, spacing, problem.expected_nodes)
-        start = method.placement(domain, levels[0], case.limits.max_nodes)
+        start = method.placement(domain, levels[0], task.max_nodes)
         initial = initial_row(start, connected(start, domain).triangles)
     with timed(seconds, "packing"):
         last, rows, speeds = _packed(rounds(start, domain, levels, method), on_round)
@@ -53,11 +65,11 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
         require_conforming(mesh)
         figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
     report = {
-        "case": case.name,
-        "method": case.method,
+        "case": task.name,
+        "method": task.method_name,
         "version": __version__,
         "seed": method.perturbation.seed,
-        "parameters": resolved_case(case, method),
+        "parameters": task.parameters,
         "initial": initial,
         "rounds": [asdict(row) for row in rows],
         "stop_reason": last.stop_reason,
@@ -90,4 +102,20 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
     """The mesh of the last round's bubbles."""
     boundary, bubbles = domain.boundary, last.bubbles
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
-    return Mesh(bubbles.x, sorted_triangles(last.triangles), facets, boundary.label[piece], boundary.labels)
+    return Mesh(
+        bubbles.x,
+        sorted_triangles(last.triangles),
+        facets,
+        boundary.label[piece],
+        boundary.labels,
+        facet_middles=_middles(boundary, bubbles, facets, piece),
+    )
+
+
+def _middles(boundary: Boundary, bubbles: Bubbles, facets: Integers, piece: Integers) -> Floats:
+    """Points (f, 2) on the true curves, halfway by arc length between the ends of the facets (f, 2)."""
+    first, last = facets.T
+    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
+    begin, end = s[first], np.where(last < bubbles.corners, boundary.lengths[piece], s[last])
+    end = np.where(end <= begin, end + boundary.lengths[piece], end)  # past the end of a closed piece
+    return boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2))

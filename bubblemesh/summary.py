@@ -6,11 +6,8 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.case import Case
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.methods import Method
-from bubblemesh.packing.options import options
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem import Problem
 from bubblemesh.quality import (
@@ -23,7 +20,7 @@ from bubblemesh.quality import (
 )
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["RoundRow", "estimate", "initial_row", "mesh_figures", "resolved_case", "round_row", "triangle_fields"]
+__all__ = ["RoundRow", "estimate", "initial_row", "mesh_figures", "round_row", "triangle_fields"]
 
 WORST = 5
 
@@ -94,12 +91,6 @@ def mesh_figures(points: Floats, triangles: Integers, wanted: Spacing | None) ->
     return figures
 
 
-def resolved_case(case: Case, method: Method) -> dict[str, Any]:
-    """All parameters of the run, defaults included."""
-    given = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True)
-    return given | options(method)
-
-
 def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
     return {
@@ -112,9 +103,9 @@ def estimate(problem: Problem) -> dict[str, Any]:
     """What a case asks for, before any packing."""
     domain, survey = problem.domain, problem.survey
     return {
-        "case": problem.case.name,
-        "method": problem.case.method,
-        "parameters": resolved_case(problem.case, problem.method),
+        "case": problem.task.name,
+        "method": problem.task.method_name,
+        "parameters": problem.task.parameters,
         "bounds": domain.bounds,
         "area": domain.polygon.area,
         "holes": domain.hole_count,

@@ -23,6 +23,7 @@ schedule: {iterations: 20, rounds: 2}
 """
 SET_OF_FILES = [
     "plate.h5",
+    "plate.labels.json",
     "plate.msh",
     "plate.report.json",
     "plate.vtu",
@@ -86,7 +87,7 @@ def test_the_files_go_to_the_folder_that_the_case_names_beside_it(tmp_path):
     process = bubblemesh("run", "cases/square.yaml", "-q", folder=tmp_path)
     assert process.returncode == 0, process.stderr
     assert process.stderr == b""
-    assert names(tmp_path / "cases/meshes") == ["square.report.json", "square.vtk"]
+    assert names(tmp_path / "cases/meshes") == ["square.labels.json", "square.report.json", "square.vtk"]
 
 
 @pytest.mark.parametrize("ending", ["msh", "vtu", "vtk", "xdmf"])

@@ -5,7 +5,7 @@ import pytest
 
 from bubblemesh.conformity import area_error, require_conforming
 from bubblemesh.errors import BubblemeshError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 
 GRID = np.arange(5)
 
@@ -76,11 +76,30 @@ def test_missing_boundary_edge_is_found():
         require_conforming(replace(mesh, facets=mesh.facets[1:]))
 
 
-def test_inner_edge_among_the_boundary_is_found():
+def labelled(mesh, *pairs):
+    facets = np.vstack([mesh.facets, *pairs])
+    return replace(mesh, facets=facets, facet_labels=np.zeros(len(facets), int), facet_middles=np.zeros((0, 2)))
+
+
+def test_an_inner_edge_may_be_labelled():
+    mesh = plate()
+    with_line = labelled(mesh, mesh.triangles[0][[0, 2]])
+    assert with_line.outer.tolist() == [True] * len(mesh.facets) + [False]
+    assert area_error(with_line) == 0
+    require_conforming(with_line)
+
+
+def test_a_label_on_what_is_no_edge_is_found():
+    mesh = plate()
+    with pytest.raises(BubblemeshError, match="the boundary is not met"):
+        require_conforming(labelled(mesh, [0, len(mesh.points) - 1]))
+
+
+def test_an_edge_labelled_twice_is_found():
     mesh = plate()
     inner = mesh.triangles[0][[0, 2]]
-    with pytest.raises(BubblemeshError, match="the boundary is not met"):
-        require_conforming(replace(mesh, facets=np.vstack([mesh.facets, inner])))
+    with pytest.raises(BubblemeshError, match="labelled twice"):
+        require_conforming(labelled(mesh, inner, inner[::-1]))
 
 
 def test_boundary_run_the_wrong_way_has_the_wrong_area():

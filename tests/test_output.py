@@ -12,16 +12,18 @@ import numpy as np
 import pytest
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.output import FORMATS, dump, plain, write_file, write_files, write_stream
 from bubblemesh.output.atomic import transaction
 from bubblemesh.output.cells import facet_ids, group_names, region_ids
 from bubblemesh.quality import radius_ratios
 
-ALL = tuple(FORMATS)
+# Those that share an ending with an earlier one cannot stand beside it.
+ALL = tuple(name for name in FORMATS if name not in {"msh-ascii", "inp-strain", "openfoam"})
 ALL_FILES = [
-    *("plate.msh", "plate.vtu", "plate.vtk", "plate.xdmf", "plate.h5"),
-    *("plate_facets.xdmf", "plate_facets.h5", "plate.report.json"),
+    *("plate.msh", "plate.vtu", "plate.vtk", "plate.xdmf", "plate.h5", "plate_facets.xdmf", "plate_facets.h5"),
+    *("plate.mesh", "plate.inp", "plate.su2", "plate.med", "plate.dat", "plate.nodes.csv", "plate.nodes.npz"),
+    *("plate.labels.json", "plate.report.json"),
 ]
 
 
@@ -146,6 +148,7 @@ def test_a_dot_in_the_name_is_part_of_it(mesh, fields, tmp_path):
         "plate.v2.h5",
         "plate.v2_facets.xdmf",
         "plate.v2_facets.h5",
+        "plate.v2.labels.json",
         "plate.v2.report.json",
     ]
     assert sorted(contents(tmp_path)) == sorted(files)
@@ -348,7 +351,7 @@ import h5py, meshio
 
 mesh, folder = holed_square(60), Path(sys.argv[2])
 fields = fields_of(mesh)
-resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
 for ending in ALL:
     try:
         write_files(mesh, fields, {}, folder, "plate", [ending])
@@ -376,7 +379,7 @@ def test_a_disk_that_fills_up(tmp_path):
 # Streams
 
 
-@pytest.mark.parametrize("ending", ["msh", "vtu", "vtk"])
+@pytest.mark.parametrize("ending", [name for name in ALL if name != "xdmf"])
 def test_a_stream_gets_the_bytes_of_the_file(mesh, fields, tmp_path, ending, capfd):
     stream = io.BytesIO()
     write_stream(mesh, fields, ending, stream)

@@ -11,8 +11,9 @@ import pytest
 import skfem
 from test_output import fields_of, holed_square
 
-from bubblemesh.output import FORMATS, write_files, write_stream
+from bubblemesh.output import write_files, write_stream
 
+FORMATS = ("msh", "vtu", "vtk", "xdmf")
 NAMES = {
     "plain": ("bottom", "right", "top", "left", "hole"),
     "odd": ("on", "no", "äußere Wand", "1", "a'b & <c>"),
@@ -98,18 +99,6 @@ def test_scikit_fem_integrates_over_the_boundary_of_the_hole(mesh, folder):
     read = skfem.MeshTri.load(folder / "plate.msh")
     basis = skfem.FacetBasis(read, skfem.ElementTriP1(), facets=mesh.labels[4])
     assert skfem.Functional(lambda w: 1 + 0 * w.x[0]).assemble(basis) == pytest.approx(4)
-
-
-@pytest.fixture(scope="module")
-def gmsh():
-    try:
-        import gmsh
-    except (ImportError, OSError) as error:
-        pytest.skip(f"Gmsh cannot be imported, so that its own reader is not tested: {error}")
-    gmsh.initialize(["gmsh", "-noenv"], interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 0)
-    yield gmsh
-    gmsh.finalize()
 
 
 def elements_of_group(gmsh, dimension, tag):

@@ -2,17 +2,16 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Count, FileName, Fraction, Number, Positive, Strict
 from bubblemesh.case.rings import Ring
 from bubblemesh.errors import CaseError
+from bubblemesh.solvers import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
 
 __all__ = ["Case", "Domain", "Limits", "Output", "Requirements"]
-
-Format = Literal["msh", "vtu", "vtk", "xdmf"]
 
 
 def _parameter_name(name: str) -> str:
@@ -39,12 +38,31 @@ class Domain(Strict):
 class Output(Strict):
     """What to write, and where."""
 
-    formats: tuple[Format, ...] = Field(
+    # `for` is no name in Python.
+    model_config = ConfigDict(serialize_by_alias=True)
+
+    formats: tuple[FormatName, ...] = Field(
         default=("msh", "vtu", "xdmf"), min_length=1, description="Mesh formats to write."
+    )
+    solver: Solver | None = Field(
+        default=None, alias="for", description="Solver that reads the mesh, in place of its formats."
+    )
+    order: Literal[1, 2] = Field(
+        default=1, description="Order of the triangles: 2 adds a node on each edge, on the boundary's true curve."
     )
     directory: Annotated[str, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _formats_of_solver(cls, data: Any) -> Any:
+        formats = FORMATS_FOR.get(str(data.get("for"))) if isinstance(data, dict) else None
+        if formats is None:
+            return data
+        if "formats" in data and tuple(data["formats"] or ()) != formats:
+            raise PydanticCustomError("excluding", "formats and for exclude each other: give one of the two")
+        return data | {"formats": formats}
 
 
 class Limits(Strict):

@@ -34,7 +34,7 @@ MESSAGES = {
 }
 
 # Those that are not about a value.
-WITHOUT_VALUE = {"missing", "extra_forbidden", "labels", "parameter", "start"}
+WITHOUT_VALUE = {"missing", "excluding", "extra_forbidden", "labels", "parameter", "start"}
 
 Path = tuple[str | int, ...]
 
@@ -95,7 +95,7 @@ def _fields(model: type[BaseModel], loc: list[str | int]) -> list[str]:
             models = [one for one in models if str(part)[1:-1] in one.model_fields]
         elif isinstance(part, str):
             models = _models(models[0].model_fields[part].annotation)
-    return list(models[0].model_fields)
+    return [field.alias or name for name, field in models[0].model_fields.items()]
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:

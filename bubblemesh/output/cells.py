@@ -1,52 +1,66 @@
 """What the formats store with the cells: ids, names of the groups, fields."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 
-__all__ = ["Fields", "facet_ids", "group_names", "region_id", "region_ids"]
+__all__ = ["Fields", "Group", "facet_ids", "group_names", "region_ids", "vertex_ids"]
 
 Fields = Mapping[str, Floats]
 """Values for each triangle, (t,) arrays by name."""
 
 
+class Group(NamedTuple):
+    """Id of a label, a region or a labelled point, from 1, and the dimension of its cells."""
+
+    id: int
+    dimension: int
+
+
 def facet_ids(mesh: Mesh) -> Integers:
-    """Return the (f,) ids of the boundary edges' labels: 1 for the first label."""
+    """Return the (f,) ids of the facets' labels: 1 for the first label."""
     return mesh.facet_labels.astype(np.int64) + 1
 
 
-def region_id(mesh: Mesh) -> int:
-    """Return the region's id: the one after the labels', as some readers tell groups apart by the id alone."""
-    return len(mesh.labels) + 1
-
-
 def region_ids(mesh: Mesh) -> Integers:
-    """Return the (t,) region ids of the triangles."""
-    return np.full(len(mesh.triangles), region_id(mesh), dtype=np.int64)
+    """Return the (t,) region ids of the triangles: those after the labels', as some readers know groups by id alone."""
+    return mesh.triangle_regions.astype(np.int64) + 1 + len(mesh.labels)
 
 
-def group_names(mesh: Mesh) -> dict[str, tuple[int, int]]:
-    """Return id and dimension for the name of each label and of the region.
+def vertex_ids(mesh: Mesh) -> Integers:
+    """Return the (v,) ids of the labelled points: those after the regions'."""
+    return mesh.vertex_labels.astype(np.int64) + 1 + len(mesh.labels) + len(mesh.regions)
 
-    Readers keep one group for each name, so that a region which shares its name with a label gets a longer one.
+
+def group_names(mesh: Mesh) -> dict[str, Group]:
+    """Return the group of each label, each region and each labelled point by its name, in the order of the ids.
+
+    Readers keep one group for each name, so that a region or a point which shares its name with an earlier group gets
+    a longer one.
 
     Raises
     ------
     CaseError
         If a name holds a character that XML has no form for, or that ends or escapes a quoted name in a msh file.
     """
-    region = mesh.region
-    while region in mesh.labels:
-        region += "_region"
-    names = {label: (index + 1, 1) for index, label in enumerate(mesh.labels)}
-    names[region] = (region_id(mesh), 2)
-    for name in names:
-        _check_name(name)
-    return names
+    kinds = [(mesh.labels, 1, ""), (mesh.regions, 2, "_region"), (mesh.point_labels, 0, "_point")]
+    found: dict[str, Group] = {}
+    for names, dimension, suffix in kinds:
+        for name in names:
+            _check_name(name)
+            found[_unused(name, suffix, {*found, *names} - ({name} - {*found}))] = Group(len(found) + 1, dimension)
+    return found
+
+
+def _unused(name: str, suffix: str, taken: Iterable[str]) -> str:
+    while name in taken:
+        name += suffix
+    return name
 
 
 def _check_name(name: str) -> None:

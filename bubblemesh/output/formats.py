@@ -1,19 +1,29 @@
 """The table of mesh formats."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from bubblemesh.errors import CaseError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
+from bubblemesh.output.abaqus import set_names, write_plane_strain, write_plane_stress
 from bubblemesh.output.cells import Fields
-from bubblemesh.output.gmsh import write_msh
+from bubblemesh.output.gmsh import write_msh, write_msh_ascii
+from bubblemesh.output.medit import write_medit
+from bubblemesh.output.names import as_they_are, plain_words
+from bubblemesh.output.nodes import write_csv, write_npz
+from bubblemesh.output.openfoam import patch_names, write_openfoam
+from bubblemesh.output.salome import write_med
+from bubblemesh.output.su2 import write_su2
+from bubblemesh.output.tecplot import write_tecplot
 from bubblemesh.output.vtk import write_vtk, write_vtu
 from bubblemesh.output.xdmf import write_inline_xdmf, write_xdmf
+from bubblemesh.solvers import FormatName
 
-__all__ = ["FORMATS", "Format", "format_named"]
+__all__ = ["FORMATS", "Format", "format_named", "formats_by_ending", "require_order"]
 
 Writer = Callable[[Mesh, Fields, Path], None]
+BOTH = (1, 2)
 
 
 @dataclass(frozen=True)
@@ -26,25 +36,55 @@ class Format:
         Ends of the names of the files that ``write`` makes, the main one first.
     write : callable
         Writes the mesh to the main file's path, and the other files beside it.
-    write_alone : callable
-        Writes the mesh to one file that needs no other.
+    names : callable or None
+        Gives the names of all groups as the files spell them; None where solvers find ids only.
+    orders : tuple of int
+        Orders of the triangles that it has a form for.
+    write_alone : callable, optional
+        Writes the mesh to one file that needs no other; as ``write`` unless given.
     """
 
     files: tuple[str, ...]
     write: Writer
-    write_alone: Writer
+    names: Callable[[Mesh], dict[str, str]] | None
+    orders: tuple[int, ...] = (1,)
+    write_alone: Writer | None = None
 
 
-FORMATS = {
-    "msh": Format((".msh",), write_msh, write_msh),
-    "vtu": Format((".vtu",), write_vtu, write_vtu),
-    "vtk": Format((".vtk",), write_vtk, write_vtk),
-    "xdmf": Format((".xdmf", ".h5", "_facets.xdmf", "_facets.h5"), write_xdmf, write_inline_xdmf),
+FORMATS: dict[FormatName, Format] = {
+    "msh": Format((".msh",), write_msh, as_they_are, BOTH),
+    "vtu": Format((".vtu",), write_vtu, None, BOTH),
+    "vtk": Format((".vtk",), write_vtk, None, BOTH),
+    "xdmf": Format((".xdmf", ".h5", "_facets.xdmf", "_facets.h5"), write_xdmf, None, BOTH, write_inline_xdmf),
+    "msh-ascii": Format((".msh",), write_msh_ascii, as_they_are, BOTH),
+    "mesh": Format((".mesh",), write_medit, None),
+    "inp": Format((".inp",), write_plane_stress, set_names, BOTH),
+    "inp-strain": Format((".inp",), write_plane_strain, set_names, BOTH),
+    "su2": Format((".su2",), write_su2, plain_words),
+    "med": Format((".med",), write_med, plain_words, BOTH),
+    "dat": Format((".dat",), write_tecplot, None),
+    "openfoam": Format((".msh",), write_openfoam, patch_names),
+    "nodes.csv": Format((".nodes.csv",), write_csv, as_they_are),
+    "nodes.npz": Format((".nodes.npz",), write_npz, as_they_are),
 }
 
 
 def format_named(name: str) -> Format:
-    """Look up a format by its ending, without the dot; an unknown one is a CaseError."""
-    if name not in FORMATS:
-        raise CaseError(f"unknown mesh format {name!r}: choose one of {', '.join(FORMATS)}")
-    return FORMATS[name]
+    """Look up a format by its name; an unknown one is a CaseError."""
+    for known, form in FORMATS.items():
+        if name == known:
+            return form
+    raise CaseError(f"unknown mesh format {name!r}: choose one of {', '.join(FORMATS)}")
+
+
+def formats_by_ending(file: str) -> list[FormatName]:
+    """Return the formats whose files end like the given file name, which has to have a stem before that."""
+    return [name for name, form in FORMATS.items() if file.endswith(form.files[0]) and file != form.files[0]]
+
+
+def require_order(formats: Iterable[str], order: int) -> None:
+    """Check that all formats have a form for triangles of an order; else it is a CaseError."""
+    for name in formats:
+        if order not in format_named(name).orders:
+            able = ", ".join(known for known, form in FORMATS.items() if order in form.orders)
+            raise CaseError(f"{name} has no form for triangles of order {order}: choose among {able}, or order 1")

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.output.atomic import transaction
 from bubblemesh.quality import radius_ratios
 
-__all__ = ["draw_mesh"]
+__all__ = ["draw_mesh", "mesh_figure"]
 
 _ENDINGS = (".png", ".svg")
 _MAX_LEGEND = 8
@@ -55,14 +55,15 @@ def draw_mesh(
     """
     if path.suffix not in _ENDINGS:
         raise CaseError(f"{path}: unknown ending {path.suffix!r} for a picture: choose one of {', '.join(_ENDINGS)}")
-    figure = _figure(mesh, color, title)
+    figure = mesh_figure(mesh, color=color, title=title)
     # Without a date and with fixed ids the same mesh gives the same bytes.
     metadata = {"Date": None} if path.suffix == ".svg" else {}
     with mpl.rc_context({"svg.hashsalt": "bubblemesh"}), transaction(path.parent) as staging:
         figure.savefig(staging / path.name, dpi=120, metadata=metadata, bbox_inches="tight", pad_inches=0.12)
 
 
-def _figure(mesh: Mesh, color: str, title: str | None) -> Figure:
+def mesh_figure(mesh: Mesh, *, color: Literal["quality", "plain"] = "quality", title: str | None = None) -> Figure:
+    """Picture of a mesh, as `draw_mesh` writes it."""
     width, height = np.ptp(mesh.points, axis=0)
     inches_per_unit = _LONG_SIDE / max(width, height)
     # Room for colour bar and legend; what stays empty is cut off on saving.
@@ -84,14 +85,14 @@ def _typical_edge(mesh: Mesh) -> float:
 
 def _add_triangles(figure: Figure, axes: Axes, mesh: Mesh, color: str, line_width: float) -> None:
     # An array is drawn much faster than a list of arrays, but matplotlib's annotations do not know it.
-    corners: Any = mesh.points[mesh.triangles]
+    corners: Any = mesh.points[mesh.triangles[:, :3]]
     triangles = PolyCollection(corners, edgecolors=_INK, linewidths=line_width)
     triangles.set_rasterized(len(mesh.triangles) > _MAX_VECTORS)
     axes.add_collection(triangles)
     if color == "plain":
         triangles.set_facecolor(_PLAIN)
         return
-    ratios = radius_ratios(mesh.points, mesh.triangles)
+    ratios = radius_ratios(mesh.points, mesh.triangles[:, :3])
     triangles.set(array=ratios, cmap=_QUALITIES, norm=Normalize(_lowest_shown(ratios), 1))
     below = bool(ratios.min() < _lowest_shown(ratios))
     width, height = np.ptp(mesh.points, axis=0)
@@ -117,8 +118,9 @@ def _lowest_shown(ratios: Floats) -> float:
 def _add_boundary(axes: Axes, mesh: Mesh, line_width: float) -> None:
     told_apart = len(mesh.labels) <= _MAX_LEGEND
     for index, label in enumerate(mesh.labels):
+        sides: Any = mesh.points[mesh.facets[mesh.facet_labels == index, :2]]
         lines = LineCollection(
-            mesh.points[mesh.facets[mesh.facet_labels == index]],
+            sides,
             colors=_LABELS[index] if told_apart else _INK,
             linewidths=line_width,
             capstyle="round",

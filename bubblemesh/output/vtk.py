@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.output.cells import Fields, region_ids
 
 __all__ = ["write_vtk", "write_vtu"]
@@ -26,4 +26,5 @@ def _grid(mesh: Mesh, fields: Fields) -> Any:
 
     # int64 on purpose: VTK 9 loses int32 cell data of legacy files.
     data = {"material": [region_ids(mesh)], **{name: [np.asarray(values, float)] for name, values in fields.items()}}
-    return meshio.Mesh(np.pad(mesh.points, ((0, 0), (0, 1))), [("triangle", mesh.triangles)], cell_data=data)
+    kind = {1: "triangle", 2: "triangle6"}[mesh.order]
+    return meshio.Mesh(np.pad(mesh.points, ((0, 0), (0, 1))), [(kind, mesh.triangles)], cell_data=data)

@@ -9,10 +9,11 @@ from time import perf_counter
 from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.output.atomic import reason, transaction
 from bubblemesh.output.cells import Fields
-from bubblemesh.output.formats import FORMATS, format_named
+from bubblemesh.output.formats import FORMATS, format_named, formats_by_ending, require_order
+from bubblemesh.output.names import LABELS_FILE, labels_text
 from bubblemesh.output.report import dump
 
 __all__ = ["file_names", "write_file", "write_files", "write_stream"]
@@ -31,6 +32,8 @@ def write_files(
     tables: Mapping[str, str] = NO_TABLES,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
+
+    NAME.labels.json tells the ids of all names where a format cannot, or spells them otherwise.
 
     Parameters
     ----------
@@ -57,16 +60,19 @@ def write_files(
     Raises
     ------
     CaseError
-        If a format is unknown or the name is no file name.
+        If a format is unknown or has no form for the order of the triangles, or the name is no file name.
     FileError
         If a file cannot be written, or two of them would have the same name.
     """
+    require_order(formats, mesh.order)
+    labels = _labels(mesh, formats)
+    tables = tables if labels is None else {**tables, LABELS_FILE: labels}
     files = file_names(name, formats, tables)
     _check_distinct(files, folder)
     begun = perf_counter()
     with transaction(folder) as staging:
-        for ending in formats:
-            FORMATS[ending].write(mesh, fields, staging / f"{name}.{ending}")
+        for form in map(format_named, formats):
+            form.write(mesh, fields, staging / f"{name}{form.files[0]}")
         for end, text in tables.items():
             (staging / f"{name}{end}").write_text(text, encoding="utf-8")
         written = _completed(report, files, perf_counter() - begun)
@@ -77,7 +83,7 @@ def write_files(
 def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) -> list[str]:
     """Names of all files of a run, the report last; an impossible name or format is a CaseError."""
     _check_name(name)
-    ends = [end for ending in formats for end in format_named(ending).files]
+    ends = [end for form in formats for end in format_named(form).files]
     return [name + end for end in (*ends, *tables, _REPORT)]
 
 
@@ -85,10 +91,12 @@ def write_file(
     mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path, tables: Mapping[str, str] = NO_TABLES
 ) -> dict[str, Any]:
     """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
-    if path.suffix.removeprefix(".") not in FORMATS:
-        known = ", ".join(f".{ending}" for ending in FORMATS)
-        raise CaseError(f"{path}: unknown ending {path.suffix!r} for a mesh file: choose one of {known}")
-    return write_files(mesh, fields, report, path.parent, path.stem, [path.suffix.removeprefix(".")], tables)
+    formats = formats_by_ending(path.name)
+    if not formats:
+        ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
+        raise CaseError(f"{path}: unknown ending for a mesh file: choose one of {ends}")
+    stem = path.name.removesuffix(FORMATS[formats[0]].files[0])
+    return write_files(mesh, fields, report, path.parent, stem, formats[:1], tables)
 
 
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:
@@ -97,16 +105,18 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
     Raises
     ------
     CaseError
-        If the format is unknown.
+        If the format is unknown, or has no form for the order of the triangles.
     FileError
         If the temporary file or the stream cannot be written.
     BrokenPipeError
         If the reader of the stream has gone.
     """
-    write = format_named(format).write_alone
+    form = format_named(format)
+    require_order([format], mesh.order)
+    write = form.write_alone or form.write
     try:
         with TemporaryDirectory() as folder:
-            path = Path(folder, f"mesh.{format}")
+            path = Path(folder, f"mesh{form.files[0]}")
             write(mesh, fields, path)
             with path.open("rb") as source:
                 shutil.copyfileobj(source, stream)
@@ -115,6 +125,12 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
         raise
     except OSError as error:
         raise FileError(f"cannot write the mesh to the output stream: {reason(error)}") from error
+
+
+def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:
+    """Text of the sidecar with the ids of all names, if a format needs it."""
+    names = {form: format_named(form).names for form in formats}
+    return labels_text(mesh, {form: None if spell is None else spell(mesh) for form, spell in names.items()})
 
 
 def _completed(report: Mapping[str, Any], files: Sequence[str], writing: float) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.mesh import Mesh
+from bubblemesh.meshes import Mesh
 from bubblemesh.output.cells import Fields, facet_ids, group_names, region_ids
 
 __all__ = ["write_inline_xdmf", "write_xdmf"]
@@ -19,6 +19,8 @@ _Data = Mapping[str, NDArray[Any]]
 _Store = Callable[[NDArray[Any]], tuple[str, str]]
 """Keeps an array and returns the format and the text by which the XML refers to it."""
 
+_TRIANGLE = {1: "Triangle", 2: "Triangle_6"}
+_EDGE = {1: "Polyline", 2: "Edge_3"}
 _DATA_TYPES = {"f": "Float", "i": "Int"}
 
 
@@ -34,11 +36,11 @@ def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """
     if ":" in path.name:
         raise CaseError(f"{path.name}: the name of an XDMF file cannot hold a colon; choose another name")
-    _write_pair(path, mesh, "Triangle", mesh.triangles, _triangle_data(mesh, fields))
+    _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields))
     _write_pair(
         path.with_name(f"{path.stem}_facets{path.suffix}"),
         mesh,
-        "Polyline",
+        _EDGE[mesh.order],
         mesh.facets,
         {"label": facet_ids(mesh).astype(np.int32)},
     )
@@ -46,7 +48,7 @@ def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 def write_inline_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write one file with the triangles and the numbers as text, without the boundary edges."""
-    _grid(mesh, "Triangle", mesh.triangles, _triangle_data(mesh, fields), _inline).write(path)
+    _grid(mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields), _inline).write(path)
 
 
 def _triangle_data(mesh: Mesh, fields: Fields) -> _Data:

@@ -1,0 +1,209 @@
+"""What Python programs use: cases, meshes, and meshing without a case file."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+import shapely
+
+from bubblemesh import meshes, pipeline
+from bubblemesh.arrays import Floats
+from bubblemesh.case import Case, load_case
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.output import write_file
+from bubblemesh.output.gmsh import as_meshio
+from bubblemesh.packing.options import OptionError, configured, options
+from bubblemesh.pipeline import Result
+from bubblemesh.problem import Task, posed
+from bubblemesh.quality import Shape, radius_ratios, shape_quality
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.summary import RoundRow
+
+__all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case"]
+
+MAX_NODES = 2_000_000
+
+
+class Mesh(meshes.Mesh):
+    """A triangle mesh, with what a program may want to do with it.
+
+    Its arrays are ``points``, ``triangles``, ``facets`` with ``facet_labels`` and ``labels``, ``triangle_regions`` with
+    ``regions``, and ``vertices`` with ``vertex_labels`` and ``point_labels``; see `bubblemesh.meshes.Mesh`.
+    """
+
+    def __repr__(self) -> str:
+        return f"<Mesh: {len(self.points)} nodes, {len(self.triangles)} triangles, labels {', '.join(self.labels)}>"
+
+    @classmethod
+    def of(cls, mesh: meshes.Mesh) -> Self:
+        """The mesh of a run."""
+        return cls(**{field.name: getattr(mesh, field.name) for field in fields(mesh)})
+
+    def quality(self) -> Shape:
+        """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
+        return shape_quality(self.points, self.triangles[:, :3])
+
+    def to_meshio(self) -> Any:
+        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids."""
+        result = as_meshio(self)
+        ids = result.cell_data["gmsh:physical"]
+        for name, (tag, _) in result.field_data.items():
+            result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
+        return result
+
+    def plot(
+        self,
+        path: Path | str | None = None,
+        *,
+        color: Literal["quality", "plain"] = "quality",
+        title: str | None = None,
+    ) -> Any:
+        """Draw the mesh, and write the picture if a path (.png, .svg) is given.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from bubblemesh.output.plots import draw_mesh, mesh_figure
+
+        if path is not None:
+            draw_mesh(self, Path(path), color=color, title=title)
+        return mesh_figure(self, color=color, title=title)
+
+    def write(self, path: Path | str) -> list[str]:
+        """Write the mesh in the format of the path's ending, with STEM.report.json, and return the files' names.
+
+        Raises
+        ------
+        CaseError
+            If the ending is unknown, or its format has no form for the order of the triangles.
+        FileError
+            If a file cannot be written; then none is.
+        """
+        ratios = radius_ratios(self.points, self.triangles[:, :3])
+        figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
+        return list(write_file(self, {"quality": ratios}, figures, Path(path))["files"])
+
+
+def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result[Mesh]:
+    """Mesh a case; ``on_round`` is told of each round as it ends.
+
+    Returns
+    -------
+    Result
+        ``mesh``, ``report`` and data for each triangle in ``fields``.
+
+    Raises
+    ------
+    BubblemeshError
+        One of its subclasses for a mistake of the user's, with the place and what to do.
+    """
+    return _public(pipeline.mesh_case(case, on_round))
+
+
+def mesh(
+    geometry: shapely.Polygon | Domain,
+    spacing: float | str | Callable[[Floats, Floats], Any],
+    *,
+    labels: Sequence[str] | None = None,
+    method: str = "multilevel",
+    packing: Mapping[str, Any] | None = None,
+    schedule: Mapping[str, Any] | None = None,
+    max_nodes: int = MAX_NODES,
+) -> Mesh:
+    """Mesh a domain.
+
+    Parameters
+    ----------
+    geometry : shapely.Polygon or Domain
+        The holes of a polygon are kept, and each of its vertices becomes a node.
+    spacing : float, str or callable
+        Wanted edge length in the unit of the geometry: a number, an expression in x and y, or a function of the
+        coordinates x (n,) and y (n,) of many points that returns the (n,) values there.
+    labels : sequence of str, optional
+        Names of the polygon's rings, the outer one first; else ``outer``, ``hole-1`` and so on.
+    method, packing, schedule
+        As in a case file.
+    max_nodes : int
+
+    Raises
+    ------
+    CaseError
+        If the spacing is not positive and finite everywhere, or an option is wrong.
+    GeometryError
+        If the polygon is empty, invalid or several polygons.
+    LimitError
+        If the mesh would need more than ``max_nodes`` nodes.
+    """
+    try:
+        bound = configured(method, dict(packing or {}), dict(schedule or {}))
+    except OptionError as error:
+        raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
+    domain, function = _domain(geometry, labels), _spacing(spacing)
+    parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
+    problem = posed(domain, Spacing(function), Task("mesh", method, bound, max_nodes, parameters), {})
+    return _public(pipeline.meshed(problem)).mesh
+
+
+def _public(result: Result[meshes.Mesh]) -> Result[Mesh]:
+    return Result(Mesh.of(result.mesh), result.fields, result.report, result.speeds)
+
+
+def _domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
+    if isinstance(geometry, Domain):
+        if labels is not None:
+            raise CaseError("labels: a Domain has labels of its own: name its rings where they are made")
+        return geometry
+    if isinstance(geometry, shapely.MultiPolygon):
+        raise GeometryError(f"{len(geometry.geoms)} polygons: mesh one of them, or join them to one first")
+    if not isinstance(geometry, shapely.Polygon):
+        raise CaseError(f"geometry: must be a shapely.Polygon or a Domain (found {type(geometry).__name__})")
+    if geometry.is_empty:
+        raise GeometryError("the polygon is empty")
+    outlines = [geometry.exterior, *geometry.interiors]
+    names: Sequence[str | None] = labels if labels is not None else [None] * len(outlines)
+    if len(names) != len(outlines):
+        raise CaseError(f"labels: must be one for each ring: {len(names)} labels for {len(outlines)} rings")
+    corners = [shapely.get_coordinates(outline) for outline in outlines]
+    if not all(np.isfinite(points).all() for points in corners):
+        raise CaseError("geometry: has a coordinate that is no number")
+    outer, *holes = (rings.polygon(points.tolist(), label=name) for points, name in zip(corners, names, strict=True))
+    return Domain.of(outer, holes)
+
+
+def _spacing(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
+    """The spacing as a function of coordinates (n,), whose values are checked."""
+    if callable(spacing):
+        return _Checked(spacing)
+    if isinstance(spacing, bool) or not isinstance(spacing, int | float | str | np.integer | np.floating):
+        raise CaseError("spacing: must be a number, an expression in x and y, or a function of x and y")
+    return Expression.parse(spacing if isinstance(spacing, str) else repr(float(spacing)))
+
+
+class _Checked:
+    """A function of the user's that has to take and return arrays."""
+
+    def __init__(self, function: Callable[[Floats, Floats], Any]) -> None:
+        self.function = function
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        try:
+            with np.errstate(all="ignore"):
+                values = np.asarray(self.function(x, y))
+        except TypeError as error:
+            raise CaseError(
+                f"spacing: the function does not take arrays of coordinates ({error}): use NumPy's functions"
+            ) from error
+        if values.dtype.kind not in "iuf":
+            raise CaseError(f"spacing: the function gives values of type {values.dtype}: they have to be real numbers")
+        if values.shape not in ((), x.shape):
+            raise CaseError(
+                f"spacing: the function gives an array of shape {values.shape} for {len(x)} points: it has to give one "
+                "value for each"
+            )
+        return np.broadcast_to(values, x.shape).astype(float)

@@ -1,0 +1,135 @@
+"""The product: a triangle mesh with labelled edges, regions and points."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+
+__all__ = ["Mesh"]
+
+
+def _nothing() -> Integers:
+    return np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A conforming triangle mesh of a plane domain.
+
+    Attributes
+    ----------
+    points : (n, 2)
+        Node coordinates, boundary nodes first; every node belongs to a triangle.
+    triangles : (t, 3) or (t, 6)
+        Counter-clockwise node indices; in a mesh of second order also the nodes on edges 0-1, 1-2 and 2-0.
+    facets : (f, 2) or (f, 3)
+        Node indices of labelled edges: all boundary edges, with the domain on their left, and inner ones (interfaces
+        of regions, embedded lines); in a mesh of second order also the node on the edge.
+    facet_labels : (f,)
+        Index into ``labels`` for each facet.
+    labels : tuple of str
+        Names of the facets' labels; each is used by at least one facet.
+    regions : tuple of str
+        Names of the regions; each has at least one triangle.
+    triangle_regions : (t,)
+        Index into ``regions`` for each triangle; all 0 unless given.
+    vertices : (v,)
+        Nodes that have a label of their own; none unless given.
+    vertex_labels : (v,)
+        Index into ``point_labels`` for each of them.
+    point_labels : tuple of str
+        Names of the labelled points.
+    facet_middles : (f, 2)
+        Point halfway along the true curve that each facet follows; the middle of the facet itself unless given.
+    """
+
+    points: Floats
+    triangles: Integers
+    facets: Integers
+    facet_labels: Integers
+    labels: tuple[str, ...]
+    regions: tuple[str, ...] = ("domain",)
+    triangle_regions: Integers = field(default_factory=_nothing)
+    vertices: Integers = field(default_factory=_nothing)
+    vertex_labels: Integers = field(default_factory=_nothing)
+    point_labels: tuple[str, ...] = ()
+    facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def __post_init__(self) -> None:
+        if len(self.triangle_regions) == 0:
+            object.__setattr__(self, "triangle_regions", np.zeros(len(self.triangles), np.int64))
+        if len(self.facet_middles) == 0:
+            object.__setattr__(self, "facet_middles", self.points[self.facets[:, :2]].mean(axis=1))
+
+    @property
+    def order(self) -> int:
+        """1 for triangles with straight edges, 2 for those with a node on each edge."""
+        return 1 if self.triangles.shape[1] == 3 else 2
+
+    @cached_property
+    def sides(self) -> Integers:
+        """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
+        order, keys = np.argsort(self._side_keys), self._keys(self.facets)
+        side, triangle = np.divmod(
+            order[np.searchsorted(self._side_keys, keys, sorter=order)], np.int64(len(self.triangles))
+        )
+        return np.column_stack([triangle, side])
+
+    @cached_property
+    def outer(self) -> Booleans:
+        """Which facets (f,) are boundary edges: those with a triangle on one side only."""
+        left = np.isin(self._keys(self.facets), self._side_keys)
+        return left != np.isin(self._keys(self.facets[:, 1::-1]), self._side_keys)
+
+    @cached_property
+    def _side_keys(self) -> Integers:
+        """One number (3 t,) for each directed side of the triangles: all sides 0, then all sides 1 and 2."""
+        corners = self.triangles[:, :3]
+        return np.concatenate([self._keys(corners[:, [k, (k + 1) % 3]]) for k in range(3)])
+
+    def _keys(self, pairs: Integers) -> Integers:
+        return pairs[:, 0].astype(np.int64) * len(self.points) + pairs[:, 1]
+
+    def second_order(self) -> tuple[Self, int]:
+        """The mesh with a node on each edge, those of the facets on the true curves; and how many of them are not.
+
+        A curve may bulge farther than a flat triangle can follow without folding over; its facet then stays straight.
+        """
+        corners, n = self.triangles[:, :3], len(self.points)
+        pairs = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+        keys, edge = np.unique(self._keys(pairs), return_inverse=True)
+        middles = self.points[np.stack(np.divmod(keys, n), axis=1)].mean(axis=1)
+        mine = np.searchsorted(keys, self._keys(np.sort(self.facets[:, :2], axis=1)))
+        straight = middles[mine].copy()
+        middles[mine] = self.facet_middles
+        of_triangle = edge.reshape(3, -1).T
+        folded = np.zeros(len(keys), bool)
+        folded[of_triangle[_folded(self.points[corners], middles[of_triangle])]] = True
+        kept_straight = folded[mine]
+        middles[mine[kept_straight]] = straight[kept_straight]
+        curved = replace(
+            self,
+            points=np.vstack([self.points, middles]),
+            triangles=np.hstack([corners, n + of_triangle]),
+            facets=np.column_stack([self.facets[:, :2], n + mine]),
+        )
+        bulging = (self.facet_middles != straight).any(axis=1)
+        return curved, int((kept_straight & bulging).sum())
+
+
+def _folded(corners: Floats, middles: Floats) -> Booleans:
+    """Which curved triangles (t,) with corners (t, 3, 2) and edge nodes (t, 3, 2) do not map one to one.
+
+    The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
+    """
+    # Twice the derivatives along edges 0-1 and 0-2 as linear functions, by their values at the three corners.
+    a, b, c = np.moveaxis(corners, 1, 0)
+    ab, bc, ca = np.moveaxis(middles, 1, 0)
+    u = np.stack([4 * ab - 3 * a - b, a + 3 * b - 4 * ab, 4 * bc - 4 * ca - b + a], axis=1)
+    v = np.stack([4 * ca - 3 * a - c, 4 * bc - 4 * ab - c + a, a + 3 * c - 4 * ca], axis=1)
+    product = u[:, :, None, 0] * v[:, None, :, 1] - u[:, :, None, 1] * v[:, None, :, 0]
+    coefficients = (product + product.swapaxes(1, 2)) / 2
+    return (coefficients <= 0).any(axis=(1, 2))

@@ -1,0 +1,60 @@
+"""Names of groups in formats that know plain words only, and the sidecar that tells the names of all groups."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+
+from bubblemesh.meshes import Mesh
+from bubblemesh.output.cells import group_names
+
+__all__ = ["LABELS_FILE", "as_they_are", "labels_text", "plain_words"]
+
+LABELS_FILE = ".labels.json"
+LONGEST = 60  # characters; CalculiX and Abaqus allow 80
+
+
+def as_they_are(mesh: Mesh) -> dict[str, str]:
+    """Return the names of all groups, each as its own spelling."""
+    return {name: name for name in group_names(mesh)}
+
+
+def plain_words(mesh: Mesh, reserved: Iterable[str] = ()) -> dict[str, str]:
+    """Return for each group's name a word of letters, digits, ``_`` and ``-`` that begins with a letter.
+
+    The words differ in more than upper and lower case, as some readers know one of them only; none is a reserved one,
+    which are given in upper case.
+    """
+    words: dict[str, str] = {}
+    taken = set(reserved)
+    for name, group in group_names(mesh).items():
+        word = re.sub(r"[^A-Za-z0-9_-]", "_", name)[:LONGEST]
+        if not re.match(r"[A-Za-z]", word):
+            word = f"group_{word}"
+        while word.upper() in taken:
+            word = f"{word}_{group.id}"
+        words[name] = word
+        taken.add(word.upper())
+    return words
+
+
+def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None]) -> str | None:
+    """Text of the sidecar: id and dimension of each group by name, and its name in a format that spells it otherwise.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    spellings : mapping of str to mapping or None
+        For each format that is written, the spelling of each name, or None if it holds ids only.
+
+    Returns
+    -------
+    str or None
+        JSON text; None if every format holds the names as they are.
+    """
+    entries = {}
+    for name, group in group_names(mesh).items():
+        other = {form: words[name] for form, words in spellings.items() if words is not None and words[name] != name}
+        entries[name] = group._asdict() | ({"written": other} if other else {})
+    if None not in spellings.values() and not any("written" in entry for entry in entries.values()):
+        return None
+    return json.dumps(entries, indent=2, ensure_ascii=False) + "\n"

@@ -1,0 +1,85 @@
+"""The nodes alone, for codes that need no triangles: places, boundary flags, labels and outward normals."""
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.meshes import Mesh
+from bubblemesh.output.cells import Fields
+
+__all__ = ["Nodes", "nodes_of", "write_csv", "write_npz"]
+
+
+OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the contact of two rings: there is no normal
+
+
+class Nodes(NamedTuple):
+    """What is known of n nodes.
+
+    Attributes
+    ----------
+    x, y : (n,)
+    boundary : (n,)
+        Which are on the boundary of the domain.
+    label : (n,)
+        The node's own label, else that of the facet which starts there, else the empty text.
+    nx, ny : (n,)
+        Unit normal that points out of the domain; 0 inside, and where two rings touch with normals that point apart.
+    """
+
+    x: Floats
+    y: Floats
+    boundary: Booleans
+    label: NDArray[np.str_]
+    nx: Floats
+    ny: Floats
+
+
+def nodes_of(mesh: Mesh) -> Nodes:
+    """Return the nodes of a mesh.
+
+    The normal of a corner is the mean of those of its two edges, of unit length.
+    """
+    boundary = np.zeros(len(mesh.points), bool)
+    boundary[mesh.facets[mesh.outer].ravel()] = True
+    label = np.full(len(mesh.points), "", dtype=object)
+    names, point_names = np.array(mesh.labels, object), np.array(mesh.point_labels, object)
+    # The last one stands: that of the boundary before that of inner lines, the start's before the end's.
+    for facets in (~mesh.outer, mesh.outer):
+        for ends in mesh.facets[facets].T[::-1]:
+            label[ends] = names[mesh.facet_labels[facets]]
+    label[mesh.vertices] = point_names[mesh.vertex_labels]
+    (x, y), (nx, ny) = mesh.points.T, _normals(mesh).T
+    return Nodes(x, y, boundary, label.astype(str), nx, ny)
+
+
+def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write a table with one row for each node."""
+    nodes = nodes_of(mesh)
+    columns = [nodes.x, nodes.y, nodes.boundary.astype(int), nodes.label, nodes.nx, nodes.ny]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Nodes._fields)
+        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write one NumPy array for each column."""
+    with path.open("wb") as file:
+        np.savez_compressed(file, **nodes_of(mesh)._asdict())
+
+
+def _normals(mesh: Mesh) -> Floats:
+    """Outward normals (n, 2), from the tangents at the ends of the parabola that each boundary facet follows."""
+    facets, middle = mesh.facets[mesh.outer], mesh.facet_middles[mesh.outer]
+    start, end = mesh.points[facets[:, 0]], mesh.points[facets[:, 1]]
+    total = np.zeros_like(mesh.points)
+    for node, tangent in ((facets[:, 0], 4 * middle - 3 * start - end), (facets[:, 1], 3 * end + start - 4 * middle)):
+        unit = tangent / np.hypot(*tangent.T)[:, None]
+        np.add.at(total, node, np.column_stack([unit[:, 1], -unit[:, 0]]))
+    length = np.hypot(*total.T)
+    return np.where(length > OPPOSITE, 1 / np.maximum(length, OPPOSITE), 0.0)[:, None] * total

@@ -1,0 +1,19 @@
+import signal
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def gmsh():
+    """Gmsh's own Python module, ready to open files."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        pytest.skip(f"Gmsh cannot be imported, so that its own reader is not tested: {error}")
+    gmsh.initialize(["gmsh", "-noenv"], interruptible=False)
+    # Gmsh lets a broken pipe end the process, which Python does not.
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    gmsh.option.setNumber("General.Terminal", 0)
+    yield gmsh
+    gmsh.finalize()

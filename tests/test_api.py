@@ -1,0 +1,290 @@
+"""The programming interface, and the page that shows it."""
+
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import shapely
+import skfem
+from invariants import check_mesh
+from skfem.io.meshio import from_meshio
+
+import bubblemesh
+from bubblemesh.errors import CaseError, GeometryError, LimitError
+from bubblemesh.geometry import rings
+
+PAGE = Path(__file__).parent.parent / "docs" / "api.md"
+with np.errstate(invalid="ignore"):
+    BROKEN = shapely.Polygon([(0, 0), (1, math.nan), (1, 1)])
+PLATE = shapely.box(0, 0, 2, 1).difference(shapely.box(0.5, 0.25, 1, 0.75))
+DISC = bubblemesh.Domain.of(rings.circle((0, 0), 1, "rim"), [rings.circle((0.3, 0), 0.3, "bore")])
+
+
+@pytest.fixture(scope="module")
+def disc():
+    return bubblemesh.mesh(DISC, 0.2)
+
+
+# The page
+
+
+def test_the_blocks_of_the_page_run_one_after_the_other(tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), flags=re.DOTALL)
+    assert len(blocks) >= 8
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", "\n".join(blocks)], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""
+    assert "<Mesh: " in run.stdout
+    assert "spacing: is -0.7 at (0.3, 0.5): it has to be positive" in run.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("disc.msh", "disc.report.json", "disc.png", "square.yaml"),
+    }
+
+
+def test_all_public_names_are_there_and_loaded_when_used():
+    for name in bubblemesh.__all__:
+        assert getattr(bubblemesh, name) is not None
+        assert name in dir(bubblemesh)
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = bubblemesh.nothing
+    code = "import bubblemesh, sys; print(sorted({'numpy', 'shapely', 'pydantic'} & set(sys.modules)))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "[]\n"
+
+
+# Geometry
+
+
+def test_a_polygon_keeps_its_holes_vertices_and_labels():
+    mesh = bubblemesh.mesh(PLATE, 0.2, labels=["outside", "window"])
+    check_mesh(mesh)
+    assert mesh.labels == ("outside", "window")
+    corners = {tuple(point) for point in shapely.get_coordinates(PLATE).tolist()}
+    assert corners <= {tuple(point) for point in mesh.points.tolist()}
+    x, y = mesh.points[mesh.triangles].mean(axis=1).T
+    assert not ((abs(x - 0.75) < 0.25) & (abs(y - 0.5) < 0.25)).any()
+
+
+def test_labels_without_names_are_those_of_the_case_file():
+    assert bubblemesh.mesh(PLATE, 0.3).labels == ("outer", "hole-1")
+
+
+def test_a_polygon_may_turn_either_way_and_have_heights():
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    flat = bubblemesh.mesh(shapely.Polygon(square), 0.3)
+    raised = bubblemesh.mesh(shapely.Polygon([(x, y, 7) for x, y in square]), 0.3)
+    check_mesh(bubblemesh.mesh(shapely.Polygon(square[::-1]), 0.3))
+    np.testing.assert_array_equal(flat.points, raised.points)
+
+
+def test_a_domain_keeps_its_curves(disc):
+    check_mesh(disc)
+    rim, bore = (disc.points[disc.facets[disc.facet_labels == k, 0]] for k in (0, 1))
+    np.testing.assert_allclose(np.hypot(*rim.T), 1, rtol=1e-14)
+    np.testing.assert_allclose(np.hypot(*(bore - [0.3, 0]).T), 0.3, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("geometry", "error", "text"),
+    [
+        (shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)]), GeometryError, "2 polygons"),
+        (shapely.Polygon(), GeometryError, "empty"),
+        (shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), GeometryError, r"\(0.5, 0.5\)"),
+        (BROKEN, CaseError, "no number"),
+        (shapely.Point(0, 0), CaseError, "found Point"),
+        ([(0, 0), (1, 0), (0, 1)], CaseError, "found list"),
+    ],
+)
+def test_what_is_no_domain(geometry, error, text):
+    with pytest.raises(error, match=text):
+        bubblemesh.mesh(geometry, 0.1)
+
+
+def test_labels_have_to_fit():
+    with pytest.raises(CaseError, match="1 labels for 2 rings"):
+        bubblemesh.mesh(PLATE, 0.3, labels=["a"])
+    with pytest.raises(CaseError, match="labels of its own"):
+        bubblemesh.mesh(DISC, 0.3, labels=["a", "b"])
+
+
+# Spacing
+
+
+@pytest.mark.parametrize(
+    "spacing", ["0.2", np.float64(0.2), lambda x, y: 0.2, lambda x, y: 0.2 + 0 * x, lambda x, y: np.full(x.shape, 0.2)]
+)
+def test_all_forms_of_a_constant_give_the_same_mesh(spacing, disc):
+    mesh = bubblemesh.mesh(DISC, spacing)
+    np.testing.assert_array_equal(mesh.points, disc.points)
+    np.testing.assert_array_equal(mesh.triangles, disc.triangles)
+
+
+def test_an_expression_and_the_same_function_give_the_same_mesh():
+    by_text = bubblemesh.mesh(PLATE, "0.05 + 0.1*x")
+    by_function = bubblemesh.mesh(PLATE, lambda x, y: 0.05 + 0.1 * x)
+    np.testing.assert_array_equal(by_text.points, by_function.points)
+    lengths = np.hypot(*(by_text.points[by_text.triangles[:, 1]] - by_text.points[by_text.triangles[:, 0]]).T)
+    x = by_text.points[by_text.triangles[:, :2], 0].mean(axis=1)
+    assert np.corrcoef(lengths, x)[0, 1] > 0.8
+
+
+@pytest.mark.parametrize(
+    ("spacing", "text"),
+    [
+        (0, "is 0 at"),
+        (-1.0, "is -1 at"),
+        (math.nan, "nan"),
+        (lambda x, y: x - 1, r"is -0\.\d+ at \("),
+        (lambda x, y: 0.1 + 0j * x, "complex128"),
+        (lambda x, y: [0.1, 0.2], r"shape \(2,\)"),
+        (lambda x, y: np.full((len(x), 1), 0.1), "shape"),
+        (lambda x, y: math.sqrt(x) + 1, "NumPy's functions"),
+        (lambda x, y: None, "type object"),
+        ("0.1 + z", "unknown name 'z'"),
+        (None, "must be a number"),
+        (True, "must be a number"),
+    ],
+)
+def test_a_spacing_that_is_none(spacing, text):
+    with pytest.raises(CaseError, match=text):
+        bubblemesh.mesh(PLATE, spacing)
+
+
+def test_an_error_of_the_function_itself_is_passed_on():
+    def broken(x, y):
+        raise RuntimeError("no data")
+
+    with pytest.raises(RuntimeError, match="no data"):
+        bubblemesh.mesh(PLATE, broken)
+
+
+# Options
+
+
+def test_options_are_those_of_a_case_file():
+    assert len(bubblemesh.mesh(PLATE, 0.2, method="accelerated").points) > 20
+    with pytest.raises(CaseError, match=r"packing\.sed"):
+        bubblemesh.mesh(PLATE, 0.2, packing={"sed": 1})
+    with pytest.raises(CaseError, match="method"):
+        bubblemesh.mesh(PLATE, 0.2, method="magic")
+    with pytest.raises(LimitError):
+        bubblemesh.mesh(PLATE, 0.001, max_nodes=1000)
+
+
+def test_a_case_gives_the_same_mesh_as_the_function(tmp_path, disc):
+    (tmp_path / "disc.yaml").write_text(
+        """
+domain:
+  outer: {circle: {center: [0, 0], radius: 1}, label: rim}
+  holes: [{circle: {center: [0.3, 0], radius: 0.3}, label: bore}]
+spacing: 0.2
+"""
+    )
+    rounds = []
+    result = bubblemesh.mesh_case(bubblemesh.load_case(tmp_path / "disc.yaml"), rounds.append)
+    assert isinstance(result, bubblemesh.Result)
+    assert isinstance(result.mesh, bubblemesh.Mesh)
+    assert len(rounds) == len(result.report["rounds"])
+    np.testing.assert_array_equal(result.mesh.points, disc.points)
+    assert result.report["case"] == "disc"
+
+
+# What a mesh does
+
+
+def test_repr_is_short(disc):
+    assert repr(disc) == f"<Mesh: {len(disc.points)} nodes, {len(disc.triangles)} triangles, labels rim, bore>"
+
+
+def test_quality(disc):
+    quality = disc.quality()
+    assert 0.9 < quality.mean <= 1
+    assert disc.second_order()[0].quality() == quality
+
+
+def test_to_meshio_has_cell_sets_that_scikit_fem_knows(disc):
+    data = disc.to_meshio()
+    np.testing.assert_array_equal(data.points, disc.points)
+    for k, name in enumerate(disc.labels):
+        np.testing.assert_array_equal(data.cell_sets_dict[name]["line"], np.flatnonzero(disc.facet_labels == k))
+    np.testing.assert_array_equal(data.cell_sets_dict["domain"]["triangle"], np.arange(len(disc.triangles)))
+    read = from_meshio(data)
+    assert set(read.boundaries) == {"rim", "bore"}
+    for name in read.boundaries:
+        assert set(read.boundaries[name]) <= set(read.boundary_facets())
+
+
+@pytest.mark.parametrize("name", ["disc.msh", "disc.vtu", "disc.inp", "disc.mesh"])
+def test_write(disc, tmp_path, name):
+    files = disc.write(tmp_path / name)
+    assert files[0] == name
+    assert sorted(files) == sorted(path.name for path in tmp_path.iterdir())
+    read = meshio.read(tmp_path / name, file_format="gmsh" if name.endswith("msh") else None)
+    np.testing.assert_array_equal(read.points[:, :2], disc.points)
+
+
+def test_write_an_unknown_format(disc, tmp_path):
+    with pytest.raises(CaseError, match="unknown ending"):
+        disc.write(tmp_path / "disc.stl")
+    with pytest.raises(CaseError, match="order 2"):
+        disc.second_order()[0].write(tmp_path / "disc.su2")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_plot(disc, tmp_path, order):
+    mesh = disc if order == 1 else disc.second_order()[0]
+    figure = mesh.plot(tmp_path / "disc.png", color="plain", title="disc")
+    assert (tmp_path / "disc.png").read_bytes().startswith(b"\x89PNG")
+    assert len(figure.axes) == 1
+    assert mesh.plot().axes[0].get_title() == ""
+
+
+# Second order on true curves
+
+
+def area(mesh):
+    """Area of second-order triangles, by the exact integral of the Jacobian of their map."""
+    read = skfem.MeshTri2(mesh.points.T, mesh.triangles.T)
+    basis = skfem.Basis(read, skfem.ElementTriP1(), intorder=4)
+    return skfem.Functional(lambda w: 1 + 0 * w.x[0]).assemble(basis)
+
+
+def test_edge_nodes_lie_on_the_curves_and_the_area_converges_with_fourth_order():
+    exact, errors, sizes = math.pi * (1 - 0.3**2), [], [0.3, 0.15, 0.075]
+    for size in sizes:
+        mesh = bubblemesh.mesh(DISC, size)
+        curved, straight = mesh.second_order()
+        assert straight == 0
+        for k, (center, radius) in enumerate((((0, 0), 1), ((0.3, 0), 0.3))):
+            middle = curved.points[curved.facets[curved.facet_labels == k, 2]]
+            np.testing.assert_allclose(np.hypot(*(middle - center).T), radius, rtol=1e-13)
+        errors.append(abs(area(curved) / exact - 1))
+    order = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert 3.5 < order < 4.6
+    assert errors[-1] < 1e-5
+
+
+def test_edge_nodes_are_halfway_along_every_kind_of_piece():
+    half = rings.path(
+        (1, 0),
+        [
+            rings.ArcTo((-1, 0), (0, 0), True, "arc"),
+            rings.SplineTo([(-0.5, -0.4), (0.2, -0.1), (0.6, -0.5), (1, 0)], "spline"),
+        ],
+    )
+    domain = bubblemesh.Domain.of(half, [rings.ellipse((0, 0.45), (0.5, 0.2), 20, "ellipse")])
+    mesh = bubblemesh.mesh(domain, 0.12)
+    nearest = domain.nearest(mesh.facet_middles)
+    np.testing.assert_allclose(nearest.distance, 0, atol=1e-8)
+    a, b = mesh.points[mesh.facets[:, 0]], mesh.points[mesh.facets[:, 1]]
+    first, second = (np.hypot(*(mesh.facet_middles - end).T) for end in (a, b))
+    np.testing.assert_allclose(first, second, rtol=0.02)
+    assert (first + second < 1.1 * np.hypot(*(b - a).T)).all()
