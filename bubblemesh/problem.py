@@ -7,6 +7,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.rings import Ring as RingModel
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.partition import Parts, Region
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import ring_name
 from bubblemesh.packing.methods import Method
@@ -14,7 +15,7 @@ from bubblemesh.packing.options import configured
 from bubblemesh.resources import timed
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
-from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.spacing import Spacing, by_region
 from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
 
 __all__ = ["Problem", "prepared"]
@@ -69,9 +70,9 @@ def prepared(case: Case) -> Problem:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         outer, *holes = (_ring(model, k) for k, model in enumerate([case.domain.outer, *case.domain.holes]))
-        domain = Domain.of(outer, holes)
+        domain = Domain.of(outer, holes, _parts(case))
     with timed(seconds, "spacing"):
-        wanted = Spacing(Expression.parse(str(case.spacing), case.parameters))
+        wanted = _spacing(case, domain.parts)
         survey = surveyed(domain, wanted, case.limits.max_nodes)
         wanted = wanted.floored(survey.minimum / 2)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
@@ -95,3 +96,33 @@ def _ring(model: RingModel, number: int) -> Ring:
         return model.ring()
     except GeometryError as error:
         raise GeometryError(f"{ring_name(number)}: {error}") from None
+
+
+def _parts(case: Case) -> Parts:
+    """Regions and what is embedded; errors tell which one it is."""
+    regions = []
+    for model in case.domain.regions:
+        try:
+            regions.append(Region(model.ring.ring(), model.name, label=model.name))
+        except GeometryError as error:
+            raise GeometryError(f"region {model.name!r}: {error}") from None
+    strands = []
+    for number, line in enumerate(case.domain.lines, start=1):
+        try:
+            strands.append(line.strand(default=f"line-{number}"))
+        except GeometryError as error:
+            raise GeometryError(f"line {number}: {error}") from None
+    points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(case.domain.points, start=1)]
+    return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points))
+
+
+def _spacing(case: Case, parts: Parts) -> Spacing:
+    """The wanted spacing: the case's own, and those of its regions within these."""
+    rest = Spacing(Expression.parse(str(case.spacing), case.parameters))
+    own = [
+        (region, Spacing(Expression.parse(str(model.spacing), case.parameters)))
+        for region, model in zip(parts.regions, case.domain.regions, strict=True)
+        if model.spacing is not None
+    ]
+    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
+    return by_region(rest, [(region.core, region.reach, spacing) for region, spacing in own]) if own else rest

@@ -12,6 +12,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.partition import Parts, partitioned
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
@@ -40,14 +41,17 @@ class Domain:
         Smooth pieces with the domain on their left.
     notes : tuple of str
         What was changed on reading the rings.
+    parts : Parts
+        Regions and embedded lines and points, which are pieces and corners of the boundary too.
     """
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
+    parts: Parts = Parts()
 
     @classmethod
-    def of(cls, outer: Ring, holes: Sequence[Ring] = ()) -> "Domain":
-        """The domain that the rings bound, whichever way they turn.
+    def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
+        """The domain that the rings bound, whichever way they turn, with its inner parts.
 
         Raises
         ------
@@ -59,7 +63,11 @@ class Domain:
         boundary = joined(Boundary.of(rings))
         polyline = boundary.polyline()
         require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))])
-        return cls(boundary, tuple(note for ring in rings for note in ring.notes))
+        notes = tuple(note for ring in rings for note in ring.notes)
+        simple = cls(boundary, notes)
+        if not parts:
+            return simple
+        return cls(partitioned(boundary, parts, simple.polygon), notes, parts)
 
     @cached_property
     def polyline(self) -> Polyline:
