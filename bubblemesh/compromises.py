@@ -10,11 +10,11 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import gaps
-from bubblemesh.spacing.refinement import Sources
+from bubblemesh.spacing.refinement import GROWTH, Sources
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wording import place
 
-__all__ = ["narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
+__all__ = ["graded_jumps", "narrow_walls", "poor_result", "refined_boundary", "sharp_angles"]
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 ROUNDING = 1e-6
@@ -94,6 +94,17 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
             f"{coarse.sizes[k]:.3g} there"
         )
     return warnings
+
+
+def graded_jumps(steps: Sources) -> list[str]:
+    """Where the spacing jumps, so that it was made to grow from the finer side."""
+    if len(steps) == 0:
+        return []
+    k = int(steps.sizes.argmin())
+    return [
+        f"the spacing jumps, at {place(steps.points[k])} from {steps.sizes[k]:.3g}: it is made to grow by "
+        f"{GROWTH:g} per length there"
+    ]
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:

@@ -14,6 +14,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured
 from bubblemesh.resources import timed
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.jumps import jumps
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing, by_region
 from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
@@ -76,7 +77,8 @@ def prepared(case: Case) -> Problem:
         survey = surveyed(domain, wanted, case.limits.max_nodes)
         wanted = wanted.floored(survey.minimum / 2)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        spacing = short.joined(coarse).limited(wanted)
+        steps = jumps(domain, wanted)
+        spacing = short.joined(coarse).joined(steps).limited(wanted)
         expected = survey.ideal_nodes
         if spacing is not wanted:
             expected = ideal_nodes(domain, spacing, case.limits.max_nodes, ESTIMATE)
@@ -84,6 +86,7 @@ def prepared(case: Case) -> Problem:
             *domain.notes,
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
+            *compromises.graded_jumps(steps),
             *compromises.narrow_walls(domain, spacing),
         )
     method = configured(case.method, case.packing, case.schedule)

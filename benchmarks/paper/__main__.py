@@ -5,9 +5,9 @@ from pathlib import Path
 import matplotlib as mpl
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from benchmarks.paper.figures import CAPTIONS, NEEDED, draw
+from benchmarks.paper.figures import CAPTIONS, draw
 from benchmarks.paper.page import page
-from benchmarks.paper.published import TABLES
+from benchmarks.paper.published import CASES
 from benchmarks.paper.runs import SEEDS, measured, profiled
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -16,7 +16,6 @@ DOCS = Path(__file__).parents[2] / "docs"
 def main() -> None:
     """Measure, draw, write."""
     mpl.rcParams["svg.hashsalt"] = "bubblemesh"
-    names = [row.case for table in TABLES for row in table.rows] + NEEDED
     columns = (TextColumn("{task.description:32}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
         task = progress.add_task("", total=None)
@@ -24,7 +23,7 @@ def main() -> None:
         def on_run(name: str, seed: int) -> None:
             progress.update(task, description=f"{name}, seed {seed}", advance=1)
 
-        runs = measured(names, on_run)
+        runs = measured(CASES, on_run)
         progress.update(task, description="profile and figures")
         shares = profiled("table-1")
         draw(runs, DOCS / "figures")

@@ -12,11 +12,10 @@ from benchmarks.paper.runs import Runs
 from bubblemesh.packing.viscosity import OddBubbles, SawTooth
 from bubblemesh.problem import prepared
 
-__all__ = ["CAPTIONS", "NEEDED", "draw"]
+__all__ = ["CAPTIONS", "draw"]
 
 INK, ACCENT, PALE = "#22303c", "#d1495b", "#d8e6ec"
 EXAMPLES = [f"table-5/example-{number}" for number in (1, 2, 3, 4)]
-NEEDED = ["dense", "table-1", "table-4", *(f"{name}-{kind}" for name in EXAMPLES for kind in ("fnpbs", "accelerated"))]
 
 CAPTIONS = {
     "fig-02.svg": "Fig. 2: viscosity of a normal bubble, and of one that is odd in rounds 2 and 4",
@@ -35,7 +34,7 @@ def draw(runs: Mapping[str, Runs], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, figure in {
         "fig-02.svg": _viscosity(),
-        "fig-03.png": _dense(runs["table-5/example-3-accelerated"], runs["dense"]),
+        "fig-03.png": _dense(runs["section-2.2/coarse-with"], runs["section-2.2/dense-with"]),
         "fig-05.png": _start_and_end(runs["table-4"]),
         "fig-07.svg": _quality(runs["table-5/example-3-fnpbs"]),
         "fig-09.svg": _quality(runs["table-5/example-1-fnpbs"]),

@@ -21,9 +21,9 @@ SEEDS = (0, 1, 2)
 # Functions whose time makes up a stage of Table 1, by the end of their file's name and their own name.
 STAGES = {
     "initialization": [("placement.py", "__call__")],
-    "adjacency": [("adjacency.py", "of"), ("adjacency.py", "incidence")],
+    "adjacency": [("adjacency.py", "of")],
     "forces": [("forces.py", "__call__")],
-    "new positions": [("rounds.py", "_relaxed")],  # with the two before, which are taken off
+    "new positions": [("relaxation.py", "__call__")],  # with the two before, which are taken off
     "population control": [("population.py", "__call__")],
 }
 
@@ -44,6 +44,11 @@ class Runs:
     def figures(self, key: Callable[[Mapping[str, Any]], float]) -> list[float]:
         """A figure of the reports, for each seed."""
         return [key(result.report) for result in self.results]
+
+    def by_round(self, key: str) -> list[list[float]]:
+        """A figure after each round, for each seed, where all seeds have as many rounds."""
+        reports = [result.report["rounds"] for result in self.results]
+        return [[row[key] for row in rows] for rows in zip(*reports, strict=True)]
 
     @property
     def cost(self) -> float:

@@ -13,7 +13,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.chords import parted
 from bubblemesh.packing.equidistribution import equidistributed
 from bubblemesh.packing.placement import require_at_most
-from bubblemesh.packing.quadtree import leaves
+from bubblemesh.spacing.quadtree import leaves
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["ErrorDiffusion", "distance_to_facets", "on_boundary"]

@@ -13,8 +13,9 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net
 from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
 from bubblemesh.packing.equidistribution import panels
-from bubblemesh.packing.hilbert import along_hilbert_curve
-from bubblemesh.packing.quadtree import Leaves, leaves
+from bubblemesh.spacing.hilbert import along_hilbert_curve
+from bubblemesh.spacing.jumps import jumps
+from bubblemesh.spacing.quadtree import Leaves, leaves
 from bubblemesh.spacing.refinement import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -23,7 +24,7 @@ __all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
 SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
 STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level
 ACROSS = 3.0  # bubbles of a coarse level across the narrowest parts of the domain
-SPLIT = np.sqrt(2)  # edges longer than this, in units of the finer spacing, are halved
+SPLIT = 1.6  # edges longer than this, in units of the finer spacing, are halved
 NEAREST_TO_BOUNDARY = 0.5  # spacings
 
 
@@ -76,6 +77,8 @@ def steepness(cells: Leaves, spacing: Spacing) -> float:
         for sign in (-1, 1)
     )
     gradient = np.hypot(*((high - low) / (2 * step)))
+    if len(gradient) == 0:  # the domain is thinner than the cells
+        return 0.0
     order = np.argsort(gradient)
     bubbles = np.cumsum((cells.sides / cells.d)[order] ** 2)
     return float(gradient[order][np.searchsorted(bubbles, STEEP_PART * bubbles[-1])])
@@ -88,7 +91,7 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
         return factor * spacing.function(x, y)
 
     loose = Spacing(enlarged, factor * spacing.floor)
-    limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
+    limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose)).joined(jumps(domain, loose))
     piece, begin, length = panels(domain, limits.limited(loose))
     s = begin + length / 2
     places, widths = gaps(domain, piece, s, ACROSS * loose(domain.boundary.points(piece, s)))
@@ -97,8 +100,9 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
         return loose
 
     def function(x: Floats, y: Floats) -> Floats:
-        wanted = spacing.function(x, y)
-        return np.clip(limits.limit(np.column_stack([x, y])), wanted, factor * wanted)
+        wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
+        below = factor * np.max(wanted, initial=0.0, where=np.isfinite(wanted))
+        return np.clip(limits.limit(np.column_stack([x, y]), float(below)), wanted, factor * wanted)
 
     return Spacing(function, spacing.floor)
 

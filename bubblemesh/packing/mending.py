@@ -7,6 +7,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, enmeshed, reconnected
@@ -90,8 +91,11 @@ class Mending:
         """The net after one attempt at each patch."""
         patches = disjoint_patches(net, bad)
         trial = reconnected(net, self._displaced(net, patches, random))
-        for _ in range(PASSES):
-            trial = reconnected(trial, polish.moved(trial, domain, patches.moving >= 0))
+        try:
+            for _ in range(PASSES):
+                trial = reconnected(trial, polish.moved(trial, domain, patches.moving >= 0))
+        except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
+            return net
         better = worst_of(trial, patches) < worst_of(net, patches)
         keep = np.append(better, False)[patches.moving]  # nodes of no patch have the last entry
         if not keep.any():

@@ -7,6 +7,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, enmeshed
@@ -51,8 +52,20 @@ class ShapeSteps:
     spacing_weight: Annotated[float, Ge(0), Le(20)] = 6.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
-        """The net after one pass, connected anew."""
-        return enmeshed(self.moved(net, domain, np.ones(len(net.bubbles), bool)), domain, spacing)
+        """The net after one pass, connected anew.
+
+        Where two walls are near, bubbles that slide may make boundary edges that cross, or next to each other: then
+        the boundary stays as it is.
+        """
+        allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
+        for held in (net.bubbles.corners, net.bubbles.boundary_count):
+            try:
+                polished = enmeshed(self.moved(net, domain, np.arange(len(net.bubbles)) >= held), domain, spacing)
+            except GeometryError:
+                continue
+            if eta(polished.bubbles.x, polished.triangles).max() <= allowed:
+                return polished
+        return net
 
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
         """The bubbles of a net after one pass in which only those that are ``free`` (n,) move."""
@@ -66,7 +79,7 @@ class ShapeSteps:
             gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)
             v = MOMENTUM * v - self.shape_step * rails.along(gradient * scale)
             length = np.sqrt(np.einsum("ij,ij->i", v, v))
-            v *= np.minimum(1, MOST_MOVE * d / np.maximum(length, np.finfo(float).tiny))[:, None]
+            v *= np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
             x, v = rails.settled(x + v, v)
         return rails.ended(x, d)
 

@@ -14,7 +14,7 @@ from bubblemesh.spacing.spacing import Spacing
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["Sources", "coarse_curves", "short_pieces"]
+__all__ = ["GROWTH", "Sources", "coarse_curves", "short_pieces"]
 
 GROWTH = 0.3  # increase of the spacing per length, away from a source
 NEIGHBOURS = 8
@@ -42,12 +42,14 @@ class Sources:
         """Both sets together."""
         return Sources(np.vstack([self.points, other.points]), np.concatenate([self.sizes, other.sizes]))
 
-    def limit(self, points: Floats) -> Floats:
-        """Largest spacing (n,) that the sources next to the points (n, 2) admit."""
+    def limit(self, points: Floats, below: float = np.inf) -> Floats:
+        """Largest spacing (n,) that the sources next to the points (n, 2) admit, or infinity if it is not ``below``."""
         if len(points) == 0:
             return np.zeros(0)
-        distance, near = self._tree.query(points, k=range(1, min(NEIGHBOURS, len(self)) + 1))
-        return (self.sizes[near] + GROWTH * distance).min(axis=1)
+        reach = max(below - float(self.sizes.min()), 0) / GROWTH
+        near = range(1, min(NEIGHBOURS, len(self)) + 1)
+        distance, source = self._tree.query(points, k=near, distance_upper_bound=reach)
+        return (np.append(self.sizes, np.inf)[source] + GROWTH * distance).min(axis=1)
 
     def limited(self, spacing: Spacing) -> Spacing:
         """The spacing, nowhere above the limit."""
@@ -55,8 +57,10 @@ class Sources:
             return spacing
 
         def function(x: Floats, y: Floats) -> Floats:
+            wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
+            below = np.max(wanted, initial=0.0, where=np.isfinite(wanted))
             with np.errstate(invalid="ignore"):
-                return np.minimum(spacing.function(x, y), self.limit(np.column_stack([x, y])))
+                return np.minimum(wanted, self.limit(np.column_stack([x, y]), float(below)))
 
         return Spacing(function, min(spacing.floor, float(self.sizes.min()) / 2))
 

@@ -1,0 +1,79 @@
+"""What is measured of a mesh, in the same way whoever made it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.problem import Problem
+from bubblemesh.quality import edges, shape_quality, signed_areas, spacing_fit
+
+__all__ = ["Figures", "FlawError", "measured"]
+
+
+class FlawError(Exception):
+    """The mesh is none of the domain; the text says why."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Nodes, quality and fit of the spacing.
+
+    Attributes
+    ----------
+    nodes : int
+    mean, p01, least : float
+        Mean, first percentile and minimum of the triangles' radius ratios.
+    irregular : float
+        Share of inner nodes whose valence is not six.
+    edge, spread : float
+        Mean and standard deviation of edge length over wanted spacing.
+    astray : float
+        Largest distance of a boundary node from the true boundary, over the spacing there.
+    """
+
+    nodes: int
+    mean: float
+    p01: float
+    least: float
+    irregular: float
+    edge: float
+    spread: float
+    astray: float
+
+
+def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
+    """The figures of a mesh.
+
+    Raises
+    ------
+    FlawError
+        If triangles are inverted or flat, or do not join to a surface with the domain's number of holes.
+    """
+    sides, count = edges(triangles)
+    _require_surface(points, triangles, sides, count, problem.domain.hole_count)
+    shape = shape_quality(points, triangles)
+    fit = spacing_fit(points, sides, problem.wanted.between(points[sides]))
+    rim = points[np.unique(sides[count == 1])]
+    astray = problem.domain.nearest(rim).distance / problem.wanted.extended(rim)
+    return Figures(
+        nodes=len(points),
+        mean=shape.mean,
+        p01=shape.p01,
+        least=shape.min,
+        irregular=float("nan") if shape.irregular_fraction is None else shape.irregular_fraction,
+        edge=fit.mean,
+        spread=fit.std,
+        astray=float(astray.max()),
+    )
+
+
+def _require_surface(points: Floats, triangles: Integers, sides: Integers, count: Integers, holes: int) -> None:
+    areas = signed_areas(points, triangles)
+    wrong = int((areas * np.sign(areas.sum()) <= 0).sum())
+    if wrong:
+        raise FlawError(f"{wrong} inverted or flat triangles")
+    if count.max() > 2:
+        raise FlawError("more than two triangles at an edge")
+    if len(points) - len(sides) + len(triangles) != 1 - holes:  # Euler's formula
+        raise FlawError("not a surface with the domain's number of holes")

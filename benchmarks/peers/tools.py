@@ -1,0 +1,60 @@
+"""The tools: a table of this project at its three efforts, and of the peers."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from functools import partial
+
+from benchmarks.peers import with_bubblemesh, with_distmesh, with_gmsh, with_jigsaw, with_triangle
+from benchmarks.peers.clock import Clock
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.case import Case
+
+__all__ = ["OURS", "REFERENCE", "RELOCATIONS", "TOOLS", "Tool", "peers"]
+
+OURS, REFERENCE = "bubblemesh", "gmsh-frontal"
+RELOCATIONS = 10  # steps of Relocate2D; more hardly change the mesh
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A mesh generator.
+
+    Attributes
+    ----------
+    label : str
+    mesh : callable
+        From a case to points (n, 2) and triangles (t, 3); it starts and stops the clock.
+    settings : tuple of str
+        Overrides of the case.
+    ours : bool
+        Whether it is this project, which meshes by the method that the command names.
+    most_nodes : float
+        Ideal number of nodes of the largest case it is tried on.
+    """
+
+    label: str
+    mesh: Callable[[Case, Clock], tuple[Floats, Integers]]
+    settings: tuple[str, ...] = ()
+    ours: bool = False
+    most_nodes: float = float("inf")
+
+
+TOOLS = {
+    "bubblemesh-fast": Tool("bubblemesh, fast", with_bubblemesh.mesh, ("packing.effort=fast",), ours=True),
+    OURS: Tool("bubblemesh", with_bubblemesh.mesh, ours=True),
+    "bubblemesh-best": Tool("bubblemesh, best", with_bubblemesh.mesh, ("packing.effort=best",), ours=True),
+    REFERENCE: Tool("Gmsh Frontal-Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL)),
+    "gmsh-relocate": Tool(
+        "Gmsh Frontal-Delaunay + Relocate2D",
+        partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL, relocations=RELOCATIONS),
+    ),
+    "gmsh-delaunay": Tool("Gmsh Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.DELAUNAY)),
+    "jigsaw": Tool("JIGSAW", with_jigsaw.mesh),
+    "triangle": Tool("Triangle", with_triangle.mesh),
+    "distmesh": Tool("DistMesh", with_distmesh.mesh, most_nodes=2000),
+}
+
+
+def peers(names: Collection[str]) -> list[str]:
+    """Those of the tools ``names`` that are not this project."""
+    return [name for name in TOOLS if name in names and not TOOLS[name].ours]
