@@ -1,7 +1,7 @@
 """A plane domain with holes: what is inside, and how far the boundary is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -47,7 +47,7 @@ class Domain:
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
-    parts: Parts = Parts()
+    parts: Parts = field(default_factory=Parts)
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":

@@ -137,8 +137,8 @@ def require_apart(regions: Sequence[shapely.Polygon], names: Sequence[str], poly
         if region.intersection(polygon).area <= COMMON * region.area * COMMON:
             where = place(shapely.get_coordinates(region)[0])
             raise GeometryError(f"region {name!r} at {where} lies outside the domain: move or remove it")
-    tree = shapely.STRtree(regions)
-    for i, j in zip(*tree.query(regions, predicate="intersects"), strict=True):
+    shapes = np.array(regions, dtype=object)
+    for i, j in zip(*shapely.STRtree(shapes).query(shapes, predicate="intersects"), strict=True):
         if i >= j:
             continue
         common = regions[i].intersection(regions[j])
