@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from bubblemesh import compromises
 from bubblemesh.case import Case
 from bubblemesh.case.rings import Ring as RingModel
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.partition import Parts, Region
 from bubblemesh.geometry.rings import Ring
@@ -90,6 +90,10 @@ def prepared(case: Case) -> Problem:
             *compromises.narrow_walls(domain, spacing),
         )
     method = configured(case.method, case.packing, case.schedule)
+    if len(domain.periodic) and not method.relaxation.boundary_stays:
+        raise CaseError(
+            "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
+        )
     return Problem(case, domain, wanted, spacing, survey, expected, method, warnings, seconds)
 
 
@@ -116,7 +120,7 @@ def _parts(case: Case) -> Parts:
         except GeometryError as error:
             raise GeometryError(f"line {number}: {error}") from None
     points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(case.domain.points, start=1)]
-    return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points))
+    return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points), case.domain.periodic)
 
 
 def _spacing(case: Case, parts: Parts) -> Spacing:

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Count, FileName, Fraction, Label, Number, Strict
-from bubblemesh.case.parts import EmbeddedLine, EmbeddedPoint, Region, SpacingValue
+from bubblemesh.case.parts import EmbeddedLine, EmbeddedPoint, Region, SidePair, SpacingValue
 from bubblemesh.case.rings import Ring
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import check_parameter_name
@@ -32,6 +32,7 @@ class Domain(Strict):
     regions: tuple[Region, ...] = Field(default=(), description="Parts of the domain with names of their own.")
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
     lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
+    periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
     points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Label, OneLabel, Point, Positive, Strict
+from bubblemesh.case.fields import Label, OneLabel, Point, Positive, Strict, listed
 from bubblemesh.case.paths import PathLine
 from bubblemesh.case.rings import Ring
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
 
-__all__ = ["EmbeddedLine", "EmbeddedPoint", "Region", "SpacingValue"]
+__all__ = ["EmbeddedLine", "EmbeddedPoint", "Region", "SidePair", "SpacingValue"]
 
 
 def _number_or_text(value: Any) -> Any:
@@ -26,6 +26,9 @@ SpacingValue = Annotated[
     Discriminator(lambda value: "<text>" if isinstance(value, str) else "<number>"),
     BeforeValidator(_number_or_text),
 ]
+
+
+SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
 
 
 class Region(Strict):

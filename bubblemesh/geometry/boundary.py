@@ -116,10 +116,10 @@ class Boundary:
             ends = [corners.setdefault(vertex, len(corners)) for vertex in strand.vertices]
             for k, side in enumerate(strand.sides):
                 group = members.setdefault(type(side.curve), [])
-                label = labels.setdefault(side.label or strand.label, len(labels))
-                kind = len(self.families) + list(members).index(type(side.curve))
-                start, end = (ends[k], ends[k + 1]) if ends else (-1, -1)
-                rows.append((kind, len(group), start, end, label))
+                name = labels.setdefault(side.label or strand.label, len(labels))
+                family_number = len(self.families) + list(members).index(type(side.curve))
+                first, last = (ends[k], ends[k + 1]) if ends else (-1, -1)
+                rows.append((family_number, len(group), first, last, name))
                 group.append(side.curve)
         for point in points:
             corners.setdefault(point, len(corners))

@@ -13,6 +13,7 @@ from bubblemesh.geometry.boundary import Boundary, Polyline
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.partition import Parts, partitioned
+from bubblemesh.geometry.periodic import paired
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
@@ -65,9 +66,27 @@ class Domain:
         require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))])
         notes = tuple(note for ring in rings for note in ring.notes)
         simple = cls(boundary, notes)
-        if not parts:
+        if parts is None:
             return simple
-        return cls(partitioned(boundary, parts, simple.polygon), notes, parts)
+        return cls(partitioned(boundary, parts, simple.polygon) if parts else boundary, notes, parts)
+
+    @cached_property
+    def periodic(self) -> Integers:
+        """Pairs (k, 2) of boundary pieces whose bubbles match.
+
+        Raises
+        ------
+        GeometryError
+            If sides that should match do not; with the place.
+        """
+        return paired(self.boundary, self.parts.periodic)
+
+    @cached_property
+    def tied(self) -> Booleans:
+        """Which boundary pieces (p,) have a counterpart, so that their bubbles must not move one by one."""
+        tied = np.zeros(len(self.boundary.kind), bool)
+        tied[self.periodic] = True
+        return tied
 
     @cached_property
     def polyline(self) -> Polyline:

@@ -82,12 +82,15 @@ class Parts:
         Embedded lines.
     points : tuple of ((x, y), label)
         Embedded points.
+    periodic : tuple of (label, label)
+        Sides whose nodes match.
     """
 
     regions: tuple[Region, ...] = ()
     rest: str = "domain"
     strands: tuple[Strand, ...] = ()
     points: tuple[tuple[tuple[float, float], str], ...] = ()
+    periodic: tuple[tuple[str, str], ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.strands or self.points)
@@ -199,14 +202,17 @@ def _crossings(boundary: Boundary, tolerance: float) -> Cuts:
     inside = [
         boundary.closed[k] | ((at > tolerance) & (at < boundary.lengths[k] - tolerance)) for k, at in ((p, a), (q, b))
     ]
-    cuts = defaultdict(list)
+    cuts: dict[int, list[tuple[float, tuple[float, float]]]] = defaultdict(list)
+    known: list[tuple[float, float]] = []
     for k in np.flatnonzero(met & inside[0] & inside[1]):
-        point = (float(points[k, 0]), float(points[k, 1]))
-        known = [at for _, at in cuts[p[k]] if np.hypot(at[0] - point[0], at[1] - point[1]) <= tolerance]
-        point = known[0] if known else point
-        cuts[int(p[k])].append((float(a[k]), point))
-        cuts[int(q[k])].append((float(b[k]), point))
-    return {number: found for number, found in cuts.items() if found}
+        x, y = float(points[k, 0]), float(points[k, 1])
+        same = [at for at in known if np.hypot(at[0] - x, at[1] - y) <= 2 * tolerance]
+        point = same[0] if same else (x, y)
+        known += [] if same else [point]
+        for number, at in ((int(p[k]), float(a[k])), (int(q[k]), float(b[k]))):
+            if all(point != place for _, place in cuts[number]):
+                cuts[number].append((at, point))
+    return cuts
 
 
 def _corners_on_pieces(boundary: Boundary, size: float) -> Cuts:
@@ -240,7 +246,7 @@ def _corners_on_pieces(boundary: Boundary, size: float) -> Cuts:
             f"the vertex at {place(target[first])} is {gap[first]:.1g} away from the line at {place(along[first])}, "
             "next to it but not on it: give them the same coordinates, or move them apart"
         )
-    cuts = defaultdict(list)
+    cuts: dict[int, list[tuple[float, tuple[float, float]]]] = defaultdict(list)
     for number in np.flatnonzero(found & ~touching_end):
         point = (float(target[number, 0]), float(target[number, 1]))
         if all(point != known for _, known in cuts[int(k[number])]):
