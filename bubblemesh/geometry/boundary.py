@@ -58,7 +58,7 @@ class Boundary:
     start, end : (p,)
         Corners at its ends, or -1 for a closed curve without any.
     label, ring : (p,)
-        Index into ``labels``, and number of the ring (0 is the outer one, -1 stands for inner pieces).
+        Index into ``labels``, and number of the ring (0 is the outer one; inner pieces have a negative one).
     left, right : (p,)
         Number of the region on either side, -1 outside the domain.
     corners : (k, 2)
@@ -107,24 +107,27 @@ class Boundary:
         )
 
     def joined_by(self, strands: Sequence[Strand], points: Sequence[tuple[float, float]] = ()) -> "Boundary":
-        """These pieces, and inner ones along strands, whose vertices may be corners already; and embedded points."""
+        """These pieces, and inner ones along strands, whose vertices may be corners already; and embedded points.
+
+        The pieces of the first strand have the ring number -1, those of the next one -2, and so on.
+        """
         members: dict[type, list[Curve]] = {}
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
         rows = []
-        for strand in strands:
+        for number, strand in enumerate(strands, start=1):
             ends = [corners.setdefault(vertex, len(corners)) for vertex in strand.vertices]
             for k, side in enumerate(strand.sides):
                 group = members.setdefault(type(side.curve), [])
                 name = labels.setdefault(side.label or strand.label, len(labels))
                 family_number = len(self.families) + list(members).index(type(side.curve))
                 first, last = (ends[k], ends[k + 1]) if ends else (-1, -1)
-                rows.append((family_number, len(group), first, last, name))
+                rows.append((family_number, len(group), first, last, name, -number))
                 group.append(side.curve)
         for point in points:
             corners.setdefault(point, len(corners))
         added = tuple(family(group) for group in members.values())
-        kind, index, start, end, label = np.array(rows, np.int64).reshape(-1, 5).T
+        kind, index, start, end, label, ring = np.array(rows, np.int64).reshape(-1, 6).T
         lengths = np.zeros(len(rows))
         for k, f in enumerate(added, start=len(self.families)):
             lengths[kind == k] = f.lengths
@@ -136,7 +139,7 @@ class Boundary:
             "start": start,
             "end": end,
             "label": label,
-            "ring": np.full(len(rows), -1),
+            "ring": ring,
             "left": np.zeros(len(rows), np.int64),
             "right": np.zeros(len(rows), np.int64),
         }
@@ -242,10 +245,11 @@ class Boundary:
 
         Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
         """
-        corner_and_ring = np.unique(np.column_stack([self.start, self.ring])[~self.closed], axis=0)
+        open_ring = ~self.closed & ~self.inner
+        corner_and_ring = np.unique(np.column_stack([self.start, self.ring])[open_ring], axis=0)
         rings_at = np.bincount(corner_and_ring[:, 0], minlength=len(self.corners))
         contact = np.append(rings_at > 1, False)  # the last entry answers for start = -1
-        curved = self._chords > 1
+        curved = (self._chords > 1) & ~self.inner
         forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)
         touching = np.union1d(forward, backward)
         # Equal lengths on both curves: the sharper curve's chords then turn away faster.
@@ -285,19 +289,36 @@ class Boundary:
         same = np.flatnonzero((self.corners == point).all(axis=1))
         corner = int(same[0]) if len(same) else len(self.corners)
         corners = self.corners if len(same) else np.vstack([self.corners, point])
-        if self.closed[piece]:
-            ends = self.start.copy()
-            ends[piece] = corner
-            offset = self.offset.copy()
-            offset[piece] = s
-            return replace(self, offset=offset, start=ends, end=np.where(self.closed, ends, self.end), corners=corners)
-        order = np.insert(np.arange(len(self.kind)), piece + 1, piece)
-        columns = {name: getattr(self, name)[order] for name in COLUMNS}
-        columns["offset"][piece + 1] += s
-        columns["lengths"][piece + 1] -= s
-        columns["lengths"][piece] = s
-        columns["start"][piece + 1] = columns["end"][piece] = corner
-        return replace(self, **columns, corners=corners)
+        return replace(self, corners=corners).cut(np.array([piece]), np.array([s]), np.array([corner]))
+
+    def cut(self, piece: Integers, s: Floats, corner: Integers) -> "Boundary":
+        """The boundary with its pieces (m,) cut at the arc lengths s (m,), where the corners (m,) stand.
+
+        A closed piece is opened by its first cut. Pieces keep their order, and parts of one come in its direction.
+        """
+        order = np.lexsort((s, piece))
+        piece, s, corner = piece[order], s[order], corner[order]
+        first = np.flatnonzero(np.diff(piece, prepend=-1))
+        first = first[self.closed[piece[first]]]
+        opened = piece[first]
+        columns = {name: getattr(self, name).copy() for name in COLUMNS}
+        columns["start"][opened] = columns["end"][opened] = corner[first]
+        columns["offset"][opened] += s[first]
+        shift = np.zeros(len(self.kind))
+        shift[opened] = s[first]
+        s = np.delete(s - shift[piece], first)
+        piece, corner = np.delete(piece, first), np.delete(corner, first)
+        order = np.sort(np.concatenate([np.arange(len(self.kind)), piece]))
+        columns = {name: column[order] for name, column in columns.items()}
+        begins = np.diff(order, prepend=-1) == 0
+        ends = np.append(begins[1:], False)
+        begin = np.zeros(len(order))
+        begin[begins] = s
+        columns["lengths"][ends] = s
+        columns["lengths"] -= begin
+        columns["offset"] += begin
+        columns["start"][begins] = columns["end"][ends] = corner
+        return replace(self, **columns)
 
 
 def default_label(ring: int) -> str:

@@ -1,9 +1,10 @@
 """Regions, interfaces and embedded lines: inner pieces, cut where they meet and named by what lies beside them."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -12,19 +13,16 @@ from shapely.validation import explain_validity
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.noding import NEARLY, TOUCHING, noded
 from bubblemesh.geometry.rings import Line, Ring, Strand
 from bubblemesh.wording import place
 
 __all__ = ["Parts", "Region", "partitioned", "region_at"]
 
-TOUCHING = 1e-9  # of the domain's size: nearer is the same
-NEARLY = 1e-6  # of the domain's size: nearer, but not the same, is a slip of the user's
-NEWTON_STEPS = 12
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
-PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
-SAGITTA = 0.01  # of a chord's length, which the curve stays closer to
 ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
-COMMON = 1e-3  # part of a region's area that two polygonal copies of one curve may have in common
+BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve
+NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     """The boundary with inner pieces, noded, and with the regions on either side of all pieces.
 
     Rings of regions and embedded lines end at the boundary of the domain; what of them follows it, or another one
-    of them, is one piece.
+    of them, is one piece: of the ring if it can be, else of an embedded line, else of the first region.
 
     Parameters
     ----------
@@ -113,198 +111,167 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     Raises
     ------
     GeometryError
-        If regions overlap or lie outside, or a vertex is next to a line but not on it, with the coordinates.
+        If regions overlap or lie outside, if nothing is left of a line or a point is not in the domain, or if a
+        vertex is next to a line but not on it; with the coordinates.
     """
-    regions = [region.polygon for region in parts.regions]
-    require_apart(regions, [region.name for region in parts.regions], polygon)
     x0, y0, x1, y1 = polygon.bounds
     size = max(x1 - x0, y1 - y0)
-    strands = [*(Strand.around(region.ring, region.label) for region in parts.regions), *parts.strands]
+    outlines = [region.polygon for region in parts.regions]
+    _require_inside(parts, outlines, polygon)
+    strands = [*parts.strands, *(Strand.around(region.ring, region.label) for region in parts.regions)]
     whole = boundary.joined_by(strands, [point for point, _ in parts.points])
-    whole = _cut(whole, _crossings(whole, TOUCHING * size))
-    whole = _cut(whole, _corners_on_pieces(whole, size))
+    whole = noded(whole, size, fixed=len(boundary.corners))
+    areas = _areas(whole, len(parts.strands), outlines)
+    require_apart(areas, [region.name for region in parts.regions], _slack(whole, len(parts.strands), outlines, size))
     whole = _without_doubles(whole, TOUCHING * size)
-    whole = _clipped(whole, polygon)
-    return _sided(whole, regions)
+    whole = _clipped(whole, parts.points, TOUCHING * size)
+    _require_lines(whole, parts.strands)
+    whole = _sided(whole, areas)
+    _require_seen(whole, parts.regions)
+    return replace(whole, ring=np.maximum(whole.ring, -1))
 
 
-def require_apart(regions: Sequence[shapely.Polygon], names: Sequence[str], polygon: shapely.Polygon) -> None:
-    """Check that no two regions overlap but by one being inside the other, and that each has a part in the domain.
+def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:
+    for region, outline in zip(parts.regions, outlines, strict=True):
+        if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
+            where = place(shapely.get_coordinates(outline)[0])
+            raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
+
+
+def _areas(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
+    """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
+    piece, s, _ = boundary.panels()
+    points = boundary.points(piece, s)
+    at_corner = (s == 0) & ~boundary.closed[piece]
+    points[at_corner] = boundary.corners[boundary.start[piece[at_corner]]]
+    number = -boundary.ring[piece] - lines
+    order = np.argsort(number, kind="stable")
+    bounds = np.searchsorted(number[order], np.arange(1, len(outlines) + 2))
+    areas = [shapely.Polygon(points[order[a:b]]) for a, b in pairwise(bounds)]
+    for area in areas:
+        shapely.prepare(area)
+    return areas
+
+
+def _slack(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon], size: float) -> Floats:
+    """Area (r,) that the polygon of each region may be off along its rim."""
+    piece, _, step = boundary.panels()
+    off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
+    number = -boundary.ring[piece] - lines
+    return np.bincount(np.maximum(number, 0), off, minlength=len(outlines) + 1)[1:]
+
+
+def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
+    """Check that regions overlap only by one being inside the other.
 
     Raises
     ------
     GeometryError
         With the names and a place.
     """
-    for name, region in zip(names, regions, strict=True):
-        if region.intersection(polygon).area <= COMMON * region.area * COMMON:
-            where = place(shapely.get_coordinates(region)[0])
-            raise GeometryError(f"region {name!r} at {where} lies outside the domain: move or remove it")
-    shapes = np.array(regions, dtype=object)
-    for i, j in zip(*shapely.STRtree(shapes).query(shapes, predicate="intersects"), strict=True):
-        if i >= j:
-            continue
-        common = regions[i].intersection(regions[j])
-        smaller = min(regions[i].area, regions[j].area)
-        if COMMON * smaller < common.area < (1 - COMMON) * smaller:
-            where = place(shapely.get_coordinates(common.representative_point())[0])
-            raise GeometryError(f"regions {names[i]!r} and {names[j]!r} overlap at {where}: give them a common side")
-        if common.area >= (1 - COMMON) * max(regions[i].area, regions[j].area):
-            where = place(shapely.get_coordinates(regions[i])[0])
-            raise GeometryError(f"regions {names[i]!r} and {names[j]!r} at {where} are the same: remove one of them")
+    shapes = np.array(areas, dtype=object)
+    i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    i, j = i[i < j], j[i < j]
+    common = shapely.intersection(shapes[i], shapes[j])
+    off, shared, size = slack[i] + slack[j], shapely.area(common), shapely.area(shapes)
+    overlapping = (shared > off) & (shared < np.minimum(size[i], size[j]) - off)
+    same = shared >= np.maximum(size[i], size[j]) - off
+    for k in np.flatnonzero(overlapping | same):
+        names_of_both = f"regions {names[i[k]]!r} and {names[j[k]]!r}"
+        where = place(shapely.get_coordinates(shapely.point_on_surface(common[k]))[0])
+        if same[k]:
+            raise GeometryError(f"{names_of_both} at {where} are the same: remove one of them")
+        raise GeometryError(f"{names_of_both} overlap at {where}: give them a common side")
 
 
-Cuts = Mapping[int, Sequence[tuple[float, tuple[float, float]]]]  # arc lengths and points, by piece
+def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
+    """The boundary without inner pieces that follow another piece, nor such as have no length."""
+    low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
+    numbers = np.arange(len(boundary.kind))
+    middle = boundary.points(numbers, boundary.lengths / 2)
+    keep = ~boundary.inner | (low != high) | (boundary.lengths > 10 * tolerance)
+    seen: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for number in np.lexsort((numbers, np.where(boundary.inner, -boundary.ring, 0))).tolist():
+        known = seen[int(low[number]), int(high[number])]
+        same = [k for k in known if np.hypot(*(middle[k] - middle[number])) <= 10 * tolerance]
+        if same and boundary.inner[number]:
+            keep[number] = False
+        else:
+            known.append(number)
+    return boundary.kept(np.flatnonzero(keep))
 
 
-def _cut(boundary: Boundary, cuts: Cuts) -> Boundary:
-    """The boundary with corners at the cuts."""
-    for piece in sorted(cuts, reverse=True):  # a cut renumbers the pieces after it
-        here = sorted(set(cuts[piece]), reverse=True)
-        if boundary.closed[piece]:
-            (first, point), *rest = here
-            boundary = boundary.split(piece, first, np.array(point))
-            length = boundary.lengths[piece]
-            here = sorted([((s - first) % length, at) for s, at in rest], reverse=True)
-        for s, point in here:
-            boundary = boundary.split(piece, s, np.array(point))
-    return boundary
-
-
-def _chords(boundary: Boundary) -> tuple[Integers, Floats, Floats, Floats]:
-    """Piece, arc length, length (m,) and ends (m, 2, 2) of the chords of a fine polygonal copy."""
-    piece, s, step = boundary.panels()
-    ends = np.stack([boundary.points(piece, s), boundary.points(piece, s + step)], axis=1)
-    return piece, s, step, ends
-
-
-def _crossings(boundary: Boundary, tolerance: float) -> Cuts:
-    """Where inner pieces cross others, or each other, between their ends."""
-    piece, s, step, ends = _chords(boundary)
-    lines = shapely.linestrings(ends)
-    mine = np.flatnonzero(boundary.inner[piece])
-    i, j = shapely.STRtree(lines).query(lines[mine], predicate="intersects")
-    i = mine[i]
-    other = (piece[i] != piece[j]) & ((i < j) | ~boundary.inner[piece[j]])
-    i, j = i[other], j[other]
-    p, q = piece[i], piece[j]
-    a, b = s[i] + step[i] / 2, s[j] + step[j] / 2
-    for _ in range(NEWTON_STEPS):
-        # Both curves as their tangents: where these meet.
-        (ux, uy), (vx, vy) = boundary.tangents(p, a).T, boundary.tangents(q, b).T
-        gx, gy = (boundary.points(q, b) - boundary.points(p, a)).T
-        across = ux * vy - uy * vx
-        with np.errstate(divide="ignore", invalid="ignore"):
-            a = boundary.wrapped(p, a + np.where(across == 0, 0, (gx * vy - gy * vx) / across))
-            b = boundary.wrapped(q, b + np.where(across == 0, 0, (gx * uy - gy * ux) / across))
-    points = boundary.points(p, a)
-    met = (np.hypot(*(points - boundary.points(q, b)).T) <= tolerance) & (np.abs(across) > PARALLEL)
-    inside = [
-        boundary.closed[k] | ((at > tolerance) & (at < boundary.lengths[k] - tolerance)) for k, at in ((p, a), (q, b))
-    ]
-    cuts: dict[int, list[tuple[float, tuple[float, float]]]] = defaultdict(list)
-    known: list[tuple[float, float]] = []
-    for k in np.flatnonzero(met & inside[0] & inside[1]):
-        x, y = float(points[k, 0]), float(points[k, 1])
-        same = [at for at in known if np.hypot(at[0] - x, at[1] - y) <= 2 * tolerance]
-        point = same[0] if same else (x, y)
-        known += [] if same else [point]
-        for number, at in ((int(p[k]), float(a[k])), (int(q[k]), float(b[k]))):
-            if all(point != place for _, place in cuts[number]):
-                cuts[number].append((at, point))
-    return cuts
-
-
-def _corners_on_pieces(boundary: Boundary, size: float) -> Cuts:
-    """Corners that lie on pieces between their ends, where one of the two is inner.
+def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str]], tolerance: float) -> Boundary:
+    """The boundary without inner pieces outside the domain, and without the corners that only these had.
 
     Raises
     ------
     GeometryError
-        If one lies next to a piece but not on it.
+        If an embedded point is outside.
     """
-    piece, s, step, ends = _chords(boundary)
-    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-    reach = SAGITTA * float(length[boundary.curved[piece]].max(initial=0)) + NEARLY * size
-    corners = shapely.points(boundary.corners)
-    corner, chord = shapely.STRtree(shapely.linestrings(ends)).query(corners, predicate="dwithin", distance=reach)
-    k = piece[chord]
-    along = boundary.points(k, s[chord] + step[chord] / 2)
-    at = s[chord] + step[chord] / 2
-    target = boundary.corners[corner]
-    for _ in range(NEWTON_STEPS):
-        at = boundary.wrapped(k, at + np.einsum("ij,ij->i", target - along, boundary.tangents(k, at)))
-        along = boundary.points(k, at)
-    gap = np.hypot(*(target - along).T)
-    own = (corner == boundary.start[k]) | (corner == boundary.end[k])
-    touching_end = ~boundary.closed[k] & ((at <= TOUCHING * size) | (at >= boundary.lengths[k] - TOUCHING * size))
-    found = ~own & (gap <= NEARLY * size) & _concerned(boundary, corner, k)
-    near = np.flatnonzero(found & (gap > TOUCHING * size))
-    if len(near):
-        first = near[0]
-        raise GeometryError(
-            f"the vertex at {place(target[first])} is {gap[first]:.1g} away from the line at {place(along[first])}, "
-            "next to it but not on it: give them the same coordinates, or move them apart"
-        )
-    cuts: dict[int, list[tuple[float, tuple[float, float]]]] = defaultdict(list)
-    for number in np.flatnonzero(found & ~touching_end):
-        point = (float(target[number, 0]), float(target[number, 1]))
-        if all(point != known for _, known in cuts[int(k[number])]):
-            cuts[int(k[number])].append((float(at[number]), point))
-    return {number: places for number, places in cuts.items() if places}
-
-
-def _concerned(boundary: Boundary, corner: Integers, piece: Integers) -> Booleans:
-    """Whether the corners (m,) or the pieces (m,) belong to something inner: the rings are noded already."""
-    of_ring = np.zeros(len(boundary.corners), bool)
-    rings = np.flatnonzero(~boundary.inner & ~boundary.closed)
-    of_ring[boundary.start[rings]] = True
-    return boundary.inner[piece] | ~of_ring[corner]
-
-
-def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
-    """The boundary without inner pieces that follow another piece, one of a ring or an earlier one."""
-    low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
-    numbers = np.arange(len(boundary.kind))
-    middle = boundary.points(numbers, boundary.lengths / 2)
-    keep = np.ones(len(numbers), bool)
-    seen: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for number in np.lexsort((numbers, boundary.inner)):
-        key = (int(low[number]), int(high[number]))
-        same = [k for k in seen[key] if np.hypot(*(middle[k] - middle[number])) <= 10 * tolerance]
-        if same and boundary.inner[number]:
-            keep[number] = False
-        else:
-            seen[key].append(int(number))
-    return boundary.kept(np.flatnonzero(keep))
-
-
-def _clipped(boundary: Boundary, polygon: shapely.Polygon) -> Boundary:
-    """The boundary without inner pieces outside the domain, and without the corners that only these had."""
+    line = boundary.polyline()
+    rings = [line.points[line.ring == number] for number in range(int(line.ring.max()) + 1)]
+    domain = shapely.Polygon(rings[0], rings[1:])
+    shapely.prepare(domain)
     middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
-    kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(polygon, middle)))
-    used = shapely.contains_xy(polygon, boundary.corners)
+    kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
     open_ = ~kept.closed
+    used = np.zeros(len(kept.corners), bool)
     used[kept.start[open_]] = used[kept.end[open_]] = True
-    ends = [np.where(open_, (np.cumsum(used) - 1)[end], -1) for end in (kept.start, kept.end)]
+    for at, label in points:
+        there = np.hypot(*(kept.corners - at).T) <= tolerance
+        if not (used[there].any() or shapely.contains_xy(domain, *at)):
+            raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
+        used |= there
+    number = np.cumsum(used) - 1
+    ends = [np.where(open_, number[end], -1) for end in (kept.start, kept.end)]
     return replace(kept, start=ends[0], end=ends[1], corners=kept.corners[used])
 
 
-def _sided(boundary: Boundary, regions: Sequence[shapely.Polygon]) -> Boundary:
+def _require_lines(boundary: Boundary, strands: Sequence[Strand]) -> None:
+    left = set(boundary.ring.tolist())
+    for number, strand in enumerate(strands, start=1):
+        if -number not in left:
+            curve = Boundary.of([Ring(strand.sides, strand.vertices[:-1])])
+            where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
+            raise GeometryError(
+                f"the line {strand.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
+                "move or remove it"
+            )
+
+
+def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
     """The boundary with the numbers of the regions on both sides of its pieces."""
     numbers = np.arange(len(boundary.kind))
-    at = boundary.lengths / 2
-    middle, (tx, ty) = boundary.points(numbers, at), boundary.tangents(numbers, at).T
-    piece, _, step = boundary.panels()
-    aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[np.searchsorted(piece, numbers)]
+    piece, s, step = boundary.panels()
+    # The middle of a chord is in the middle between the corners of the regions' polygons.
+    first = np.searchsorted(piece, numbers)
+    chord = first + np.bincount(piece) // 2
+    at = s[chord] + step[chord] / 2
+    middle = (boundary.points(numbers, s[chord]) + boundary.points(numbers, s[chord] + step[chord])) / 2
+    tx, ty = boundary.tangents(numbers, at).T
+    aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[chord]
     normal = aside[:, None] * np.column_stack([-ty, tx])
-    left, right = (region_at(points, regions) for points in (middle + normal, middle - normal))
+    left, right = (region_at(points, areas) for points in (middle + normal, middle - normal))
     return replace(boundary, left=left, right=np.where(boundary.inner, right, -1))
 
 
-def region_at(points: Floats, regions: Sequence[shapely.Polygon]) -> Integers:
+def region_at(points: Floats, areas: Sequence[shapely.Polygon]) -> Integers:
     """Number (n,) of the innermost region at points (n, 2); 0 where there is none."""
     found = np.zeros(len(points), np.int64)
-    for number in sorted(range(len(regions)), key=lambda k: -regions[k].area):
-        found[shapely.contains_xy(regions[number], points)] = number + 1
+    if len(areas) == 0:
+        return found
+    number, point = shapely.STRtree(shapely.points(points)).query(np.array(areas, dtype=object), predicate="contains")
+    order = np.argsort(-shapely.area(areas)[number], kind="stable")  # the last one written stays
+    found[point[order]] = number[order] + 1
     return found
+
+
+def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:
+    seen = {*boundary.left.tolist(), *boundary.right.tolist()}
+    for number, region in enumerate(regions, start=1):
+        if number not in seen:
+            where = place(shapely.get_coordinates(region.polygon)[0])
+            raise GeometryError(
+                f"nothing is left of region {region.name!r} at {where} beside the regions within it: remove one of them"
+            )
