@@ -20,7 +20,7 @@ from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import Problem, prepared
 from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, round_row, triangle_fields
-from bubblemesh.triangulation import sorted_triangles
+from bubblemesh.triangulation import regions, sorted_triangles
 
 __all__ = ["Result", "mesh_case", "meshed"]
 
@@ -100,16 +100,34 @@ def _packed(
 
 def _mesh(last: Round, domain: Domain) -> Mesh:
     """The mesh of the last round's bubbles."""
-    boundary, bubbles = domain.boundary, last.bubbles
+    boundary, bubbles, parts = domain.boundary, last.bubbles, domain.parts
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
+    triangles = sorted_triangles(last.triangles)
+    region = np.zeros(len(triangles), np.int64)
+    if parts.regions:
+        region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
+    numbers, region = np.unique(region, return_inverse=True)
+    names = (parts.rest, *(part.name for part in parts.regions))
+    labels, label = np.unique(boundary.label[piece], return_inverse=True)
+    vertices = [_node_at(point, bubbles) for point, _ in parts.points]
     return Mesh(
         bubbles.x,
-        sorted_triangles(last.triangles),
+        triangles,
         facets,
-        boundary.label[piece],
-        boundary.labels,
+        label,
+        tuple(boundary.labels[k] for k in labels),
+        regions=tuple(names[k] for k in numbers),
+        triangle_regions=region,
+        vertices=np.array(vertices, np.int64),
+        vertex_labels=np.arange(len(vertices)),
+        point_labels=tuple(name for _, name in parts.points),
         facet_middles=_middles(boundary, bubbles, facets, piece),
     )
+
+
+def _node_at(point: tuple[float, float], bubbles: Bubbles) -> int:
+    """The corner that is an embedded point."""
+    return int(np.hypot(*(bubbles.x[: bubbles.corners] - point).T).argmin())
 
 
 def _middles(boundary: Boundary, bubbles: Bubbles, facets: Integers, piece: Integers) -> Floats:

@@ -6,8 +6,9 @@ from typing import Any
 from bubblemesh import compromises
 from bubblemesh.case import Case
 from bubblemesh.case.rings import Ring as RingModel
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.partition import Parts, Region
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import ring_name
 from bubblemesh.packing.methods import Method
@@ -16,7 +17,7 @@ from bubblemesh.resources import timed
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.jumps import jumps
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
-from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.spacing import Spacing, by_region
 from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
 
 __all__ = ["Problem", "Task", "posed", "prepared"]
@@ -97,8 +98,8 @@ def prepared(case: Case) -> Problem:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         outer, *holes = (_ring(model, k) for k, model in enumerate([case.domain.outer, *case.domain.holes]))
-        domain = Domain.of(outer, holes)
-    wanted = Spacing(Expression.parse(str(case.spacing), case.parameters))
+        domain = Domain.of(outer, holes, _parts(case))
+    wanted = _spacing(case, domain.parts)
     method = configured(case.method, case.packing, case.schedule)
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
     task = Task(str(case.name), case.method, method, case.limits.max_nodes, parameters)
@@ -114,6 +115,10 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         With the place and what to do.
     """
     max_nodes = task.max_nodes
+    if len(domain.periodic) and not task.method.relaxation.boundary_stays:
+        raise CaseError(
+            "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
+        )
     with timed(seconds, "spacing"):
         survey = surveyed(domain, wanted, max_nodes)
         wanted = wanted.floored(survey.minimum / 2)
@@ -139,3 +144,33 @@ def _ring(model: RingModel, number: int) -> Ring:
         return model.ring()
     except GeometryError as error:
         raise GeometryError(f"{ring_name(number)}: {error}") from None
+
+
+def _parts(case: Case) -> Parts:
+    """Regions and what is embedded; errors tell which one it is."""
+    regions = []
+    for model in case.domain.regions:
+        try:
+            regions.append(Region(model.ring.ring(), model.name, label=model.name))
+        except GeometryError as error:
+            raise GeometryError(f"region {model.name!r}: {error}") from None
+    strands = []
+    for number, line in enumerate(case.domain.lines, start=1):
+        try:
+            strands.append(line.strand(default=f"line-{number}"))
+        except GeometryError as error:
+            raise GeometryError(f"line {number}: {error}") from None
+    points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(case.domain.points, start=1)]
+    return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points), case.domain.periodic)
+
+
+def _spacing(case: Case, parts: Parts) -> Spacing:
+    """The wanted spacing: the case's own, and those of its regions within these."""
+    rest = Spacing(Expression.parse(str(case.spacing), case.parameters))
+    own = [
+        (region, Spacing(Expression.parse(str(model.spacing), case.parameters)))
+        for region, model in zip(parts.regions, case.domain.regions, strict=True)
+        if model.spacing is not None
+    ]
+    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
+    return by_region(rest, [(region.core, region.reach, spacing) for region, spacing in own]) if own else rest

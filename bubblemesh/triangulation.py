@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pythoncdt as cdt
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.wording import place
 
-__all__ = ["circumcircles", "linked", "sorted_triangles", "triangulated"]
+__all__ = ["circumcircles", "linked", "regions", "sorted_triangles", "triangulated"]
 
 
 def triangulated(points: Floats, constraints: Integers) -> Integers:
@@ -17,7 +17,7 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
     return sorted_triangles(linked(points, constraints)[0])
 
 
-def linked(points: Floats, constraints: Integers) -> tuple[Integers, Integers]:
+def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = None) -> tuple[Integers, Integers]:
     """Constrained Delaunay triangulation of the region that the constraints enclose.
 
     Parameters
@@ -26,6 +26,8 @@ def linked(points: Floats, constraints: Integers) -> tuple[Integers, Integers]:
         Finite and all different.
     constraints : (e, 2)
         Edges that form closed rings without crossings; the region is what an odd number of rings encloses.
+    two_sided : (e,), optional
+        Which of the edges lie inside the region and bound nothing.
 
     Returns
     -------
@@ -44,7 +46,9 @@ def linked(points: Floats, constraints: Integers) -> tuple[Integers, Integers]:
     mesh = cdt.Triangulation(cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0)
     try:
         mesh.insert_vertices(np.ascontiguousarray(points))  # type: ignore[call-overload]
-        mesh.insert_edges(np.ascontiguousarray(constraints, dtype=np.uint32))  # type: ignore[call-overload]
+        # An edge that comes twice is passed without leaving the region.
+        twice = constraints[:0] if two_sided is None else constraints[two_sided]
+        mesh.insert_edges(np.concatenate([constraints, twice]).astype(np.uint32))  # type: ignore[call-overload]
     except RuntimeError as error:
         raise GeometryError(_explained(str(error), points)) from error
     mesh.erase_outer_triangles_and_holes()
@@ -61,6 +65,44 @@ def sorted_triangles(triangles: Integers) -> Integers:
     first = triangles.argmin(axis=1)
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     return turned[np.lexsort(turned.T[::-1])]
+
+
+def regions(triangles: Integers, facets: Integers, left: Integers, right: Integers) -> Integers:
+    """Region (t,) of each triangle: what lies between the facets is all of one region.
+
+    Parameters
+    ----------
+    triangles : (t, 3)
+        Counter-clockwise.
+    facets : (e, 2)
+        Edges of triangles.
+    left, right : (e,)
+        Regions on either side of the facets.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n, t = int(triangles.max()) + 1, len(triangles)
+    sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
+    order = np.argsort(forth)
+    owner = np.tile(np.arange(t), 3)
+
+    def across(keys: Integers) -> tuple[Booleans, Integers]:
+        """Which directed edges (k,) are sides of triangles, and of which."""
+        place = order[np.minimum(np.searchsorted(forth, keys, sorter=order), len(order) - 1)]
+        return forth[place] == keys, owner[place]
+
+    walls = np.concatenate([facets[:, 0] * n + facets[:, 1], facets[:, 1] * n + facets[:, 0]])
+    passed, other = across(back)
+    passed &= ~np.isin(forth, walls)
+    links = coo_array((np.ones(int(passed.sum())), (owner[passed], other[passed])), shape=(t, t))
+    count, part = connected_components(links, directed=False)
+    region = np.zeros(count, np.int64)
+    for keys, side in ((walls[: len(facets)], left), (walls[len(facets) :], right)):
+        found, triangle = across(keys)
+        region[part[triangle[found]]] = side[found]
+    return region[part]
 
 
 def _explained(fault: str, points: Floats) -> str:

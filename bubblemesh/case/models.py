@@ -2,10 +2,11 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Count, FileName, Fraction, Number, Positive, Strict
+from bubblemesh.case.fields import Count, FileName, Fraction, Label, Number, Strict
+from bubblemesh.case.parts import EmbeddedLine, EmbeddedPoint, Region, SidePair, SpacingValue
 from bubblemesh.case.rings import Ring
 from bubblemesh.errors import CaseError
 from bubblemesh.solvers import FORMATS_FOR, FormatName, Solver
@@ -22,17 +23,16 @@ def _parameter_name(name: str) -> str:
     return name
 
 
-def _number_or_text(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise PydanticCustomError("spacing", "must be a number or an expression in x and y")
-    return value
-
-
 class Domain(Strict):
-    """The domain: one outer ring with holes."""
+    """The domain: one outer ring with holes, regions, and what is embedded."""
 
     outer: Ring = Field(description="The ring around the domain.")
     holes: tuple[Ring, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
+    regions: tuple[Region, ...] = Field(default=(), description="Parts of the domain with names of their own.")
+    region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
+    lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
+    periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
+    points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
 class Output(Strict):
@@ -94,11 +94,9 @@ class Case(Strict):
         default={}, description="Constants that the spacing expression may name."
     )
     domain: Domain = Field(description="The domain to mesh.")
-    spacing: Annotated[
-        Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")],
-        Discriminator(lambda value: "<text>" if isinstance(value, str) else "<number>"),
-        BeforeValidator(_number_or_text),
-    ] = Field(description="Wanted edge length, as a number or as an expression in x, y and the parameters.")
+    spacing: SpacingValue = Field(
+        description="Wanted edge length, as a number or as an expression in x, y and the parameters."
+    )
     method: str = Field(default="multilevel", description="Name of the packing method.")
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")

@@ -10,7 +10,7 @@ from bubblemesh.case.fields import Choice, OneLabel, Point, Strict, described, f
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
 
-__all__ = ["PathRing"]
+__all__ = ["PathLine", "PathRing"]
 
 
 class LinePiece(Strict):
@@ -96,20 +96,29 @@ Entry = Annotated[
 ]
 
 
-class PathRing(Strict):
-    """A ring of lines and curves."""
+class PathLine(Strict):
+    """A line of straight and curved pieces."""
 
     path: Annotated[tuple[Entry, ...], BeforeValidator(_starting_at_point), BeforeValidator(filled)] = Field(
-        description="A point, then points, lines, arcs and splines; the ring closes by itself.",
+        description="A point, then points, lines, arcs and splines; a ring closes by itself.",
         json_schema_extra={"minItems": 1},
     )
     label: OneLabel = None
+
+    def pieces(self) -> "tuple[tuple[float, float], list[rings.LineTo | rings.ArcTo | rings.SplineTo]]":
+        """The first point, and the geometry of the pieces from there."""
+        from bubblemesh.geometry import rings
+
+        start, *rest = self.path
+        assert isinstance(start, tuple)
+        return start, [rings.LineTo(entry) if isinstance(entry, tuple) else entry.piece() for entry in rest]
+
+
+class PathRing(PathLine):
+    """A ring of lines and curves."""
 
     def ring(self) -> "rings.Ring":
         """The ring's geometry."""
         from bubblemesh.geometry import rings
 
-        start, *rest = self.path
-        assert isinstance(start, tuple)
-        pieces = [rings.LineTo(entry) if isinstance(entry, tuple) else entry.piece() for entry in rest]
-        return rings.path(start, pieces, self.label)
+        return rings.path(*self.pieces(), self.label)

@@ -1,4 +1,4 @@
-"""The boundary of a domain: smooth pieces between corners, addressed by piece and arc length."""
+"""The lines of a domain: smooth pieces between corners, addressed by piece and arc length."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,10 +8,11 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family
-from bubblemesh.geometry.rings import Curve, Ring, family
+from bubblemesh.geometry.rings import Curve, Ring, Strand, family
 
 __all__ = ["Boundary", "Polyline"]
 
+COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 CONTACT_GRADING = 0.8 ** np.arange(1, 25) * 0.999  # from four steps down to where the curves are a tolerance apart
 
 
@@ -41,7 +42,10 @@ class Polyline:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Smooth pieces with the domain on their left, each between two corners or closed in itself.
+    """Smooth pieces, each between two corners or closed in itself.
+
+    The rings have the domain on their left. Inner pieces have it on both sides: interfaces of two regions, and lines
+    that are embedded in one.
 
     Attributes
     ----------
@@ -54,8 +58,11 @@ class Boundary:
     start, end : (p,)
         Corners at its ends, or -1 for a closed curve without any.
     label, ring : (p,)
-        Index into ``labels``, and number of the ring (0 is the outer one).
+        Index into ``labels``, and number of the ring (0 is the outer one; inner pieces have a negative one).
+    left, right : (p,)
+        Number of the region on either side, -1 outside the domain.
     corners : (k, 2)
+        Fixed nodes; one that is no piece's end is an embedded point.
     """
 
     families: tuple[Family, ...]
@@ -67,6 +74,8 @@ class Boundary:
     end: Integers
     label: Integers
     ring: Integers
+    left: Integers
+    right: Integers
     corners: Floats
     labels: tuple[str, ...]
 
@@ -92,7 +101,67 @@ class Boundary:
             lengths[kind == k] = f.lengths
         vertices = np.array(list(corners), float).reshape(-1, 2)
         offset = np.zeros(len(kind))
-        return cls(families, kind, index, offset, lengths, start, end, label, ring_number, vertices, tuple(labels))
+        sides = np.zeros(len(kind), np.int64), np.full(len(kind), -1)
+        return cls(
+            families, kind, index, offset, lengths, start, end, label, ring_number, *sides, vertices, tuple(labels)
+        )
+
+    def joined_by(self, strands: Sequence[Strand], points: Sequence[tuple[float, float]] = ()) -> "Boundary":
+        """These pieces, and inner ones along strands, whose vertices may be corners already; and embedded points.
+
+        The pieces of the first strand have the ring number -1, those of the next one -2, and so on.
+        """
+        members: dict[type, list[Curve]] = {}
+        corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
+        labels = {name: number for number, name in enumerate(self.labels)}
+        rows = []
+        for number, strand in enumerate(strands, start=1):
+            ends = [corners.setdefault(vertex, len(corners)) for vertex in strand.vertices]
+            for k, side in enumerate(strand.sides):
+                group = members.setdefault(type(side.curve), [])
+                name = labels.setdefault(side.label or strand.label, len(labels))
+                family_number = len(self.families) + list(members).index(type(side.curve))
+                first, last = (ends[k], ends[k + 1]) if ends else (-1, -1)
+                rows.append((family_number, len(group), first, last, name, -number))
+                group.append(side.curve)
+        for point in points:
+            corners.setdefault(point, len(corners))
+        added = tuple(family(group) for group in members.values())
+        kind, index, start, end, label, ring = np.array(rows, np.int64).reshape(-1, 6).T
+        lengths = np.zeros(len(rows))
+        for k, f in enumerate(added, start=len(self.families)):
+            lengths[kind == k] = f.lengths
+        new = {
+            "kind": kind,
+            "index": index,
+            "offset": np.zeros(len(rows)),
+            "lengths": lengths,
+            "start": start,
+            "end": end,
+            "label": label,
+            "ring": ring,
+            "left": np.zeros(len(rows), np.int64),
+            "right": np.zeros(len(rows), np.int64),
+        }
+        columns = {name: np.concatenate([getattr(self, name), column]) for name, column in new.items()}
+        vertices = np.array(list(corners), float).reshape(-1, 2)
+        return replace(self, **columns, families=self.families + added, corners=vertices, labels=tuple(labels))
+
+    def kept(self, pieces: Integers) -> "Boundary":
+        """The boundary with these pieces (k,) only; corners and labels stay."""
+        return replace(self, **{name: getattr(self, name)[pieces] for name in COLUMNS})
+
+    @cached_property
+    def inner(self) -> Booleans:
+        """Which pieces (p,) have the domain on both sides."""
+        return self.ring < 0
+
+    def panels(self) -> tuple[Integers, Floats, Floats]:
+        """Piece, arc length and length (m,) of the chords of a fine polygonal copy of all pieces."""
+        piece = np.repeat(np.arange(len(self.kind)), self._chords)
+        first = np.cumsum(self._chords) - self._chords
+        step = (self.lengths / self._chords)[piece]
+        return piece, (np.arange(len(piece)) - first[piece]) * step, step
 
     @cached_property
     def closed(self) -> Booleans:
@@ -152,12 +221,12 @@ class Boundary:
         return np.where(self.closed[piece], np.mod(s, length), np.clip(s, 0, length))
 
     def polyline(self) -> Polyline:
-        """The boundary as chords, about 256 for a full turn, one for a straight piece."""
-        piece = np.repeat(np.arange(len(self.kind)), self._chords)
-        first = np.cumsum(self._chords) - self._chords
-        s = (np.arange(len(piece)) - first[piece]) * (self.lengths / self._chords)[piece]
+        """The rings as chords, about 256 for a full turn, one for a straight piece."""
+        piece, s, _ = self.panels()
         more_piece, more_s = self._graded_to_contacts()
         piece, s = np.concatenate([piece, more_piece]), np.concatenate([s, more_s])
+        mine = ~self.inner[piece]
+        piece, s = piece[mine], s[mine]
         order = np.lexsort((s, piece))
         piece, s = piece[order], s[order]
         last = np.diff(piece, append=-1) != 0
@@ -177,10 +246,10 @@ class Boundary:
         Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
         """
         rings = int(self.ring.max()) + 1
-        corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed])
+        corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed & ~self.inner])
         rings_at = np.bincount(corner_and_ring // rings, minlength=len(self.corners))
         contact = np.append(rings_at > 1, False)  # the last entry answers for start = -1
-        curved = self._chords > 1
+        curved = (self._chords > 1) & ~self.inner
         forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)
         touching = np.union1d(forward, backward)
         # Equal lengths on both curves: the sharper curve's chords then turn away faster.
@@ -220,20 +289,36 @@ class Boundary:
         same = np.flatnonzero((self.corners == point).all(axis=1))
         corner = int(same[0]) if len(same) else len(self.corners)
         corners = self.corners if len(same) else np.vstack([self.corners, point])
-        if self.closed[piece]:
-            ends = self.start.copy()
-            ends[piece] = corner
-            offset = self.offset.copy()
-            offset[piece] = s
-            return replace(self, offset=offset, start=ends, end=np.where(self.closed, ends, self.end), corners=corners)
-        order = np.insert(np.arange(len(self.kind)), piece + 1, piece)
-        names = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring")
-        columns = {name: getattr(self, name)[order] for name in names}
-        columns["offset"][piece + 1] += s
-        columns["lengths"][piece + 1] -= s
-        columns["lengths"][piece] = s
-        columns["start"][piece + 1] = columns["end"][piece] = corner
-        return replace(self, **columns, corners=corners)
+        return replace(self, corners=corners).cut(np.array([piece]), np.array([s]), np.array([corner]))
+
+    def cut(self, piece: Integers, s: Floats, corner: Integers) -> "Boundary":
+        """The boundary with its pieces (m,) cut at the arc lengths s (m,), where the corners (m,) stand.
+
+        A closed piece is opened by its first cut. Pieces keep their order, and parts of one come in its direction.
+        """
+        order = np.lexsort((s, piece))
+        piece, s, corner = piece[order], s[order], corner[order]
+        first = np.flatnonzero(np.diff(piece, prepend=-1))
+        first = first[self.closed[piece[first]]]
+        opened = piece[first]
+        columns = {name: getattr(self, name).copy() for name in COLUMNS}
+        columns["start"][opened] = columns["end"][opened] = corner[first]
+        columns["offset"][opened] += s[first]
+        shift = np.zeros(len(self.kind))
+        shift[opened] = s[first]
+        s = np.delete(s - shift[piece], first)
+        piece, corner = np.delete(piece, first), np.delete(corner, first)
+        order = np.sort(np.concatenate([np.arange(len(self.kind)), piece]))
+        columns = {name: column[order] for name, column in columns.items()}
+        begins = np.diff(order, prepend=-1) == 0
+        ends = np.append(begins[1:], False)
+        begin = np.zeros(len(order))
+        begin[begins] = s
+        columns["lengths"][ends] = s
+        columns["lengths"] -= begin
+        columns["offset"] += begin
+        columns["start"][begins] = columns["end"][ends] = corner
+        return replace(self, **columns)
 
 
 def default_label(ring: int) -> str:

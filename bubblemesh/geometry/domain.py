@@ -1,7 +1,7 @@
 """A plane domain with holes: what is inside, and how far the boundary is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,6 +12,8 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.partition import Parts, partitioned
+from bubblemesh.geometry.periodic import paired
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
@@ -40,14 +42,17 @@ class Domain:
         Smooth pieces with the domain on their left.
     notes : tuple of str
         What was changed on reading the rings.
+    parts : Parts
+        Regions and embedded lines and points, which are pieces and corners of the boundary too.
     """
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
+    parts: Parts = field(default_factory=Parts)
 
     @classmethod
-    def of(cls, outer: Ring, holes: Sequence[Ring] = ()) -> "Domain":
-        """The domain that the rings bound, whichever way they turn.
+    def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
+        """The domain that the rings bound, whichever way they turn, with its inner parts.
 
         Raises
         ------
@@ -59,7 +64,29 @@ class Domain:
         boundary = joined(Boundary.of(rings))
         polyline = boundary.polyline()
         require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))])
-        return cls(boundary, tuple(note for ring in rings for note in ring.notes))
+        notes = tuple(note for ring in rings for note in ring.notes)
+        simple = cls(boundary, notes)
+        if parts is None:
+            return simple
+        return cls(partitioned(boundary, parts, simple.polygon) if parts else boundary, notes, parts)
+
+    @cached_property
+    def periodic(self) -> Integers:
+        """Pairs (k, 2) of boundary pieces whose bubbles match.
+
+        Raises
+        ------
+        GeometryError
+            If sides that should match do not; with the place.
+        """
+        return paired(self.boundary, self.parts.periodic)
+
+    @cached_property
+    def tied(self) -> Booleans:
+        """Which boundary pieces (p,) have a counterpart, so that their bubbles must not move one by one."""
+        tied = np.zeros(len(self.boundary.kind), bool)
+        tied[self.periodic] = True
+        return tied
 
     @cached_property
     def polyline(self) -> Polyline:

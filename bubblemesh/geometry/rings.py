@@ -11,7 +11,20 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import curves
 from bubblemesh.wording import place
 
-__all__ = ["ArcTo", "LineTo", "Ring", "Side", "SplineTo", "circle", "ellipse", "path", "polygon", "rectangle"]
+__all__ = [
+    "ArcTo",
+    "LineTo",
+    "Ring",
+    "Side",
+    "SplineTo",
+    "Strand",
+    "circle",
+    "ellipse",
+    "path",
+    "polygon",
+    "rectangle",
+    "strand",
+]
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
@@ -104,6 +117,29 @@ class Ring:
         return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
 
 
+@dataclass(frozen=True)
+class Strand:
+    """Inner sides one after the other.
+
+    Attributes
+    ----------
+    sides : tuple of Side
+    vertices : tuple of (x, y)
+        Start of each side and end of the last one; empty for a whole circle or ellipse.
+    label : str
+        For sides that have none.
+    """
+
+    sides: tuple[Side, ...]
+    vertices: tuple[Point, ...]
+    label: str
+
+    @classmethod
+    def around(cls, ring: Ring, label: str) -> "Strand":
+        """The sides of a ring."""
+        return cls(ring.sides, ring.vertices + ring.vertices[:1], label)
+
+
 class LineTo(NamedTuple):
     """The straight line to the point ``to``."""
 
@@ -185,6 +221,27 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
         raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
     return Ring(tuple(sides), tuple(vertices), tuple(notes))
+
+
+def strand(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> Strand:
+    """Open line from ``start`` along ``pieces``.
+
+    Raises
+    ------
+    GeometryError
+        If an arc's ends are not equally far from its centre, or the line has no length.
+    """
+    here, sides, vertices = _point(start), [], [_point(start)]
+    for piece in pieces:
+        end = _point(_end(piece))
+        if isinstance(piece, LineTo) and here == end:
+            continue
+        sides.append(Side(_curve(here, piece, end)[0], piece.label))
+        vertices.append(end)
+        here = end
+    if not sides:
+        raise GeometryError(f"the line at {place(here)} has no length: give it two different points")
+    return Strand(tuple(sides), tuple(vertices), label)
 
 
 def _curve(start: Point, piece: LineTo | ArcTo | SplineTo, end: Point) -> tuple[Curve, list[str]]:

@@ -58,7 +58,7 @@ def _cutting(
     hulls = shapely.convex_hull(shapely.linestrings(x))
     chord, offset = x[:, -1] - x[:, 0], x - x[:, :1]
     within = (chord[:, :1] * offset[:, :, 1] < chord[:, 1:] * offset[:, :, 0]).any(axis=1)
-    through = np.flatnonzero(within & domain.boundary.curved[edge_piece])
+    through = np.flatnonzero((within | domain.boundary.inner[edge_piece]) & domain.boundary.curved[edge_piece])
     cutting = np.zeros(len(edges), bool)
     mine, other = shapely.STRtree(hulls).query(hulls[through], predicate="intersects")
     mine = through[mine]
@@ -97,7 +97,7 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
     """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
-    edges, _ = domain.boundary.edges(bubbles.piece, bubbles.s)
+    edges, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
     chords, centres = shapely.linestrings(bubbles.x[edges]), shapely.points(x)
     _, near = shapely.STRtree(chords).query_nearest(centres, all_matches=False)
@@ -105,4 +105,5 @@ def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
     (ax, ay), (bx, by) = (x - bubbles.x[edges[near, 0]]).T, (bubbles.x[edges[near, 1]] - bubbles.x[edges[near, 0]]).T
     along = (ax * bx + ay * by) / (bx * bx + by * by)
     behind = (bx * ay - by * ax <= 0) & (along > 0) & (along < 1)  # else the nearest point is a node, on true curves
+    behind &= ~domain.boundary.inner[piece[near]]
     return ~behind & (distance > NEAREST_TO_CHORD * d)

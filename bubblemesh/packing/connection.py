@@ -22,9 +22,11 @@ class Net:
     ----------
     bubbles : Bubbles
     facets : (b, 2)
-        Boundary edges, with the domain on their left.
+        Edges along the pieces of the boundary; those of its rings have the domain on their left.
     facet_piece : (b,)
         The boundary piece that each of them follows.
+    two_sided : (b,)
+        Which of them have the domain on both sides.
     triangles : (t, 3)
         Counter-clockwise.
     edges : (m, 2)
@@ -34,6 +36,7 @@ class Net:
     bubbles: Bubbles
     facets: Integers
     facet_piece: Integers
+    two_sided: Booleans
     triangles: Integers
     edges: Integers
 
@@ -77,26 +80,35 @@ class Net:
         triangles = self.triangles[marked[self.triangles].all(axis=1)]
         sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
         n = len(self.bubbles)
-        rim = sides[~np.isin(sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0])]
+        forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
+        rim = sides[~np.isin(forth, back)]
         own = self.facets[:, 0] * n + self.facets[:, 1]
         order = np.argsort(own)
         place = order[np.searchsorted(own, rim[:, 0] * n + rim[:, 1], sorter=order) % len(own)]
         piece = np.where((self.facets[place] == rim).all(axis=1), self.facet_piece[place], -1)
+        within = np.isin(own, forth) & np.isin(own, back)
         edges = self.edges[marked[self.edges].all(axis=1)]
         return numbers, Net(
-            self.bubbles.kept(numbers), renumbered[rim], piece, renumbered[triangles], renumbered[edges]
+            bubbles=self.bubbles.kept(numbers),
+            facets=renumbered[np.concatenate([rim, self.facets[within]])],
+            facet_piece=np.concatenate([piece, self.facet_piece[within]]),
+            two_sided=np.arange(len(rim) + int(within.sum())) >= len(rim),
+            triangles=renumbered[triangles],
+            edges=renumbered[edges],
         )
 
 
 def connected(bubbles: Bubbles, domain: Domain) -> Net:
     """The net of the bubbles; those outside the boundary edges belong to no triangle."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-    return Net(bubbles, facets, piece, *linked(bubbles.x, facets))
+    two_sided = domain.boundary.inner[piece]
+    return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
 
 
 def reconnected(net: Net, bubbles: Bubbles) -> Net:
     """The net with its bubbles moved to other places, within the same facets."""
-    return Net(bubbles, net.facets, net.facet_piece, *linked(bubbles.x, net.facets))
+    triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
+    return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
 
 
 def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
@@ -109,4 +121,5 @@ def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
         return replace(net, bubbles=replace(bubbles, d=d))
     number = np.cumsum(kept) - 1
     rest = replace(bubbles, d=d).kept(np.flatnonzero(kept))
-    return Net(rest, number[net.facets], net.facet_piece, number[net.triangles], number[net.edges])
+    renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
+    return replace(net, bubbles=rest, **renumbered)

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from annotated_types import Ge, Le
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.chords import parted
@@ -51,8 +51,7 @@ class ErrorDiffusion:
         """
         shell = on_boundary(domain, spacing)
         cells = leaves(domain, spacing, self.leaf)
-        facets, _ = domain.boundary.edges(shell.piece, shell.s)
-        distance = distance_to_facets(shell.x, facets, cells.centers, cells.d)
+        distance = distance_to_facets(shell, domain, cells.centers, cells.d)
         # A cell that reaches into the strip of the boundary bubbles counts in part.
         share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1)
         passed = np.cumsum(share * cells.sides**2 / (AREA * cells.d**2))
@@ -70,14 +69,18 @@ def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
     return parted(shell, domain, spacing)
 
 
-def distance_to_facets(nodes: Floats, facets: Integers, points: Floats, d: Floats) -> Floats:
-    """Distances (n,) of points (n, 2) to facets that are not much farther than half of d (n,); infinite if farther."""
+def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:
+    """Distances (n,) of points (n, 2) to facets and embedded points not much farther than half of d (n,), else inf."""
+    facets, _ = domain.boundary.edges(shell.piece, shell.s)
+    alone = np.setdiff1d(np.arange(shell.corners), facets)
+    ends = shell.x[np.concatenate([facets, np.column_stack([alone, alone])])]
     result = np.full(len(points), np.inf)
-    tree = shapely.STRtree(shapely.linestrings(nodes[facets]))
-    point, facet = tree.query(shapely.points(points), predicate="dwithin", distance=FARTHEST * d)
-    a, b = nodes[facets[facet, 0]], nodes[facets[facet, 1]]
+    tree = shapely.STRtree(shapely.linestrings(ends))
+    point, line = tree.query(shapely.points(points), predicate="dwithin", distance=FARTHEST * d)
+    a, b = np.moveaxis(ends[line], 1, 0)
     along, offset = b - a, points[point] - a
-    t = np.einsum("ij,ij->i", offset, along) / np.einsum("ij,ij->i", along, along)
+    squared = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
+    t = np.einsum("ij,ij->i", offset, along) / squared
     foot = offset - np.clip(t, 0, 1)[:, None] * along
     np.minimum.at(result, point, np.hypot(*foot.T))
     return result

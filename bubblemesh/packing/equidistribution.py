@@ -21,8 +21,7 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     """
     boundary = domain.boundary
     piece, begin, length = panels(domain, spacing)
-    at = (boundary.points(piece, begin + t * length) for t in GAUSS)
-    weight = length / 2 * sum(1 / spacing(points) for points in at)
+    weight = length / 2 * sum(1 / _finest(domain, spacing, piece, begin + t * length) for t in GAUSS)
     total = np.bincount(piece, weight, minlength=len(boundary.lengths))
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
     intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
@@ -38,7 +37,30 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     share = (wanted - (reached - weight)[panel]) / weight[panel]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
-    return owner, boundary.wrapped(owner, s)
+    return _mirrored(domain, owner, boundary.wrapped(owner, s))
+
+
+def _finest(domain: Domain, spacing: Spacing, piece: Integers, s: Floats) -> Floats:
+    """Spacing (k,) on the boundary, on periodic sides the finer one of both."""
+    d = spacing(domain.boundary.points(piece, s))
+    for first, second in domain.periodic:
+        mine = np.flatnonzero(piece == first)
+        opposite = domain.boundary.points(np.full(len(mine), second), domain.boundary.lengths[second] - s[mine])
+        d[mine] = np.minimum(d[mine], spacing(opposite))
+    return d
+
+
+def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
+    """Pieces and arc lengths with those of periodic sides taken from their counterparts, which run the other way."""
+    pairs = domain.periodic
+    if len(pairs) == 0:
+        return piece, s
+    own = ~np.isin(piece, pairs[:, 1])
+    copied = [(piece[piece == a] * 0 + b, domain.boundary.lengths[b] - s[piece == a]) for a, b in pairs]
+    pieces = np.concatenate([piece[own], *(owner for owner, _ in copied)])
+    places = np.concatenate([s[own], *(at for _, at in copied)])
+    order = np.lexsort((places, pieces))
+    return pieces[order], places[order]
 
 
 def panels(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:

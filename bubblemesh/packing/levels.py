@@ -117,7 +117,6 @@ def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:
     x = np.vstack([x[inside], middles[long]])
     x = x[along_hilbert_curve(x)]
     shell, d = on_boundary(domain, spacing), spacing.extended(x)
-    facets, _ = domain.boundary.edges(shell.piece, shell.s)
-    clear = distance_to_facets(shell.x, facets, x, d) > NEAREST_TO_BOUNDARY * d
+    clear = distance_to_facets(shell, domain, x, d) > NEAREST_TO_BOUNDARY * d
     grown = shell.joined_by(x[clear], d[clear], np.zeros(0, np.int64), np.zeros(0))
     return replace(grown, touched=np.zeros(len(grown), bool))

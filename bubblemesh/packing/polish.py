@@ -74,6 +74,8 @@ class ShapeSteps:
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         wanted = (d[ends[0]] + d[ends[1]]) / 2
+        free = free.copy()
+        free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
             gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, NamedTuple, Protocol
+from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from annotated_types import Gt
@@ -56,6 +56,8 @@ class Relaxed(NamedTuple):
 class Relaxation(Protocol):
     """Which bubbles act on each other, and how the boundary takes part in the motion."""
 
+    boundary_stays: ClassVar[bool]
+
     def __call__(
         self,
         net: Net,
@@ -72,6 +74,8 @@ class Relaxation(Protocol):
 @dataclass(frozen=True)
 class Nearby:
     """Bubbles near by act on each other; those on the boundary slide along it, the others are kept inside."""
+
+    boundary_stays: ClassVar[bool] = False
 
     def __call__(
         self,
@@ -119,6 +123,8 @@ class Connected:
     """
 
     refresh: Annotated[int, Gt(0)] = 20
+
+    boundary_stays: ClassVar[bool] = True
 
     def __call__(
         self,

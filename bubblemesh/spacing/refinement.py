@@ -77,11 +77,12 @@ def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
 
 def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
     """Sources on curves that turn too far over the length of one spacing."""
-    line, boundary = domain.polyline, domain.boundary
-    curved = np.flatnonzero(boundary.curved[line.piece])
-    piece, s, step = line.piece[curved], line.s[curved], line.step[curved]
+    boundary = domain.boundary
+    piece, s, step = boundary.panels()
+    curved = boundary.curved[piece]
+    piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = WIDEST_TURN * step / np.maximum(np.abs(turning(before, after)), 1e-12)
-    points = line.points[curved]
+    points = boundary.points(piece, s)
     coarse = spacing(points) > size
     return Sources(points[coarse], size[coarse])

@@ -1,0 +1,56 @@
+"""Regions and embedded lines and points of a case file."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
+
+from bubblemesh.case.fields import Label, OneLabel, Point, Positive, Strict, listed
+from bubblemesh.case.paths import PathLine
+from bubblemesh.case.rings import Ring
+
+if TYPE_CHECKING:
+    from bubblemesh.geometry import rings
+
+__all__ = ["EmbeddedLine", "EmbeddedPoint", "Region", "SidePair", "SpacingValue"]
+
+
+def _number_or_text(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise PydanticCustomError("spacing", "must be a number or an expression in x and y")
+    return value
+
+
+SpacingValue = Annotated[
+    Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")],
+    Discriminator(lambda value: "<text>" if isinstance(value, str) else "<number>"),
+    BeforeValidator(_number_or_text),
+]
+
+
+SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
+
+
+class Region(Strict):
+    """A part of the domain with a name, and a spacing of its own if it is given one."""
+
+    name: Label = Field(description="Name of the region in the mesh files.")
+    ring: Ring = Field(description="The ring around the region; what of it lies outside the domain is left out.")
+    spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
+
+
+class EmbeddedLine(PathLine):
+    """A line inside the domain that edges of the mesh follow: a crack, a wire."""
+
+    def strand(self, default: str) -> "rings.Strand":
+        """The line's geometry."""
+        from bubblemesh.geometry import rings
+
+        return rings.strand(*self.pieces(), self.label or default)
+
+
+class EmbeddedPoint(Strict):
+    """A point inside the domain that is a node of the mesh: a well, a sensor."""
+
+    at: Point = Field(description="The point [x, y].")
+    label: OneLabel = None

@@ -1,0 +1,67 @@
+"""Periodic sides: pieces that are copies of others, moved across the domain."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.wording import meant, place
+
+__all__ = ["paired"]
+
+SAME = 1e-9  # of the domain's size
+SAMPLES = 9
+
+
+def paired(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
+    """Pairs (k, 2) of pieces, the second being the first one moved and run the other way.
+
+    Parameters
+    ----------
+    boundary : Boundary
+    labels : sequence of (str, str)
+        Labels of sides that match, in any order of their pieces.
+
+    Raises
+    ------
+    GeometryError
+        If there is no such label, or a piece has no counterpart; with the coordinates.
+    """
+    pairs = []
+    for names in labels:
+        first, second = (_pieces(boundary, name) for name in names)
+        shift = _middle(boundary, second) - _middle(boundary, first)
+        for piece in first:
+            match = [other for other in second if _is_copy(boundary, int(piece), int(other), shift)]
+            if not match:
+                at = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
+                raise GeometryError(
+                    f"periodic sides {names[0]!r} and {names[1]!r}: what is at {place(at)} has no counterpart at "
+                    f"{place(at + shift)}: both sides need the same shape and the same vertices"
+                )
+            pairs.append((int(piece), int(match[0])))
+        if len(first) != len(second):
+            raise GeometryError(f"periodic sides {names[0]!r} and {names[1]!r} have different numbers of pieces")
+    return np.array(pairs, np.int64).reshape(-1, 2)
+
+
+def _pieces(boundary: Boundary, name: str) -> Integers:
+    if name not in boundary.labels:
+        raise GeometryError(f"periodic: there is no side {name!r}: {meant(name, boundary.labels)}")
+    return np.flatnonzero((boundary.label == boundary.labels.index(name)) & ~boundary.inner & ~boundary.closed)
+
+
+def _middle(boundary: Boundary, pieces: Integers) -> Floats:
+    """Mean of the pieces' ends."""
+    ends = np.concatenate([boundary.start[pieces], boundary.end[pieces]])
+    return boundary.corners[ends].mean(axis=0)
+
+
+def _is_copy(boundary: Boundary, piece: int, other: int, shift: Floats) -> bool:
+    share = np.linspace(0, 1, SAMPLES)
+    here = boundary.points(np.full(SAMPLES, piece), share * boundary.lengths[piece])
+    there = boundary.points(np.full(SAMPLES, other), (1 - share) * boundary.lengths[other])
+    tolerance = SAME * float(np.ptp(boundary.corners, axis=0).max())
+    return bool(np.abs(here + shift - there).max() <= tolerance)
