@@ -312,7 +312,7 @@ PATHS = [
 class TestLoading:
     def test_defaults(self):
         case = case_of(SQUARE)
-        assert (case.name, case.method, case.spacing) == ("plate", "accelerated", 0.1)
+        assert (case.name, case.method, case.spacing) == ("plate", "multilevel", 0.1)
         assert (case.packing, case.schedule, case.parameters) == ({}, {}, {})
         assert case.output.formats == ("msh", "vtu", "xdmf")
         assert case.limits.max_nodes == 2_000_000
@@ -327,7 +327,7 @@ class TestLoading:
 
     def test_template_loads(self):
         case = case_of(TEMPLATE)
-        assert (case.name, case.method) == ("plate", "accelerated")
+        assert (case.name, case.method) == ("plate", "multilevel")
         assert isinstance(case.spacing, str)
 
     def test_case_survives_json(self):

@@ -15,7 +15,16 @@ import pytest
 CONFIGS = Path(__file__).parent.parent / "configs"
 QUICKSTART = CONFIGS / "quickstart.yaml"
 COARSE = ["--set", "parameters.h=0.2", "--set", "schedule.iterations=30", "--set", "schedule.rounds=2"]
-ENDLESS = ["--set", "schedule.rounds=1000000", "--set", "schedule.tolerance=0", "--set", "spacing=0.02"]
+ENDLESS = [
+    "--set",
+    "method=accelerated",
+    "--set",
+    "schedule.rounds=1000000",
+    "--set",
+    "schedule.tolerance=0",
+    "--set",
+    "spacing=0.02",
+]
 SQUARE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}
 spacing: 0.25
@@ -207,7 +216,9 @@ def test_help_and_version(tmp_path):
         (SQUARE.replace("wall}}", "wall}, holes: [{rectangle: [2, 2, 3, 3]}]}"), 3, ["hole 1", "(2, 2)"]),
         (SQUARE.replace("rectangle: [0, 0, 1, 1]", "polygon: [[0, 0], [2, 2], [2, 0], [0, 2.5]]"), 3, ["outer", "("]),
         (SQUARE + "limits: {max_nodes: 5}\n", 6, ["max_nodes", "5"]),
-        (SQUARE + "packing: {effort: best}\n", 2, ["case.yaml:4", "packing.effort"]),
+        (SQUARE + "packing: {efort: best}\n", 2, ["case.yaml:4", "packing.efort", "effort"]),
+        (SQUARE + "packing: {effort: most}\n", 2, ["case.yaml:4", "packing.effort", "best"]),
+        (SQUARE + "method: bpm\npacking: {effort: best}\n", 2, ["case.yaml:5", "packing.effort", "bpm"]),
         (SQUARE + "method: multilvl\n", 2, ["case.yaml:4", "method"]),
     ],
 )
@@ -358,15 +369,20 @@ def test_quality_tells_what_it_leaves_out_and_counts_used_nodes_only(tmp_path):
     assert json.loads(process.stdout)["nodes"] == 3
 
 
-@pytest.mark.parametrize("schedule", [["schedule.c0=50"], ["schedule.c_in=1"], ["schedule.c_odd=100"]])
-def test_a_large_viscosity_does_no_harm(schedule, square, tmp_path):
-    arguments = [word for setting in schedule for word in ("--set", setting)]
+@pytest.mark.parametrize(
+    ("method", "setting"),
+    [("accelerated", "c0=50"), ("accelerated", "c_in=1"), ("accelerated", "c_odd=100"), ("multilevel", "c=1e6")],
+)
+def test_a_large_viscosity_does_no_harm(method, setting, square, tmp_path):
+    arguments = ["--set", f"method={method}", "--set", f"schedule.{setting}"]
     assert bubblemesh("run", square, "-q", *arguments, folder=tmp_path).returncode == 0
 
 
 @pytest.mark.parametrize("settings", [["packing.dt=1"], ["packing.k0=100"], ["packing.force=plain", "packing.dt=0.5"]])
-def test_a_force_that_the_time_step_does_not_resolve_ends_in_a_mesh_all_the_same(settings, square, tmp_path):
-    arguments = [word for setting in [*settings, "spacing=0.1"] for word in ("--set", setting)]
+@pytest.mark.parametrize("method", ["accelerated", "multilevel"])
+def test_a_force_that_the_time_step_does_not_resolve_ends_in_a_mesh_all_the_same(method, settings, square, tmp_path):
+    settings = [f"method={method}", *settings, "spacing=0.1"]
+    arguments = [word for setting in settings for word in ("--set", setting)]
     assert bubblemesh("run", square, "-q", *arguments, folder=tmp_path).returncode == 0
 
 

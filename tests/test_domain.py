@@ -52,8 +52,8 @@ def glyphs():
 
 @st.composite
 def star_shaped(draw, centre=(0.0, 0.0), least=0.2, most=1.0):
-    count = draw(st.integers(3, 20))
-    gaps = np.array(draw(st.lists(st.floats(0.2, 1), min_size=count, max_size=count)))
+    count = draw(st.integers(4, 20))
+    gaps = np.array(draw(st.lists(st.floats(0.4, 1), min_size=count, max_size=count)))  # none of half a turn
     radii = np.array(draw(st.lists(st.floats(least, most), min_size=count, max_size=count)))
     angles = 2 * np.pi * np.cumsum(gaps) / gaps.sum()
     return np.column_stack([centre[0] + radii * np.cos(angles), centre[1] + radii * np.sin(angles)])
@@ -177,6 +177,7 @@ def test_distance_from_the_origin_does_not_matter():
 
 
 @given(star_shaped())
+@settings(derandomize=True, deadline=None)
 def test_star_shaped_rings_bound_a_domain(points):
     domain = Domain.of(polygon(points))
     assert domain.polygon.area == pytest.approx(shapely.Polygon(points).area, rel=1e-12)
@@ -188,7 +189,7 @@ def test_star_shaped_rings_bound_a_domain(points):
 
 
 @given(star_shaped(least=1.5, most=3), star_shaped(centre=(0.1, -0.2), least=0.1, most=0.3))
-@settings(max_examples=30)
+@settings(derandomize=True, deadline=None, max_examples=30)
 def test_star_shaped_holes_are_cut_out(outer, hole):
     if not shapely.Polygon(outer).contains_properly(shapely.Polygon(hole)):
         return

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from lattices import uniform
@@ -31,7 +33,7 @@ def integral(domain, spacing, piece, begin, end):
         return 1 / float(spacing(point)[0])
 
     cuts = np.linspace(begin, end, 5)
-    return sum(quad(over, a, b, epsrel=1e-7, limit=200)[0] for a, b in zip(cuts[:-1], cuts[1:], strict=True))
+    return sum(quad(over, a, b, epsrel=1e-7, limit=200)[0] for a, b in pairwise(cuts))
 
 
 def placed(domain, piece, s):
@@ -48,7 +50,7 @@ def test_intervals_are_equal_parts_of_the_integral(domain, spacing):
     domain, spacing = DOMAINS[domain], Spacing(SPACINGS[spacing])
     for piece, ends in placed(domain, *equidistributed(domain, spacing)):
         assert (np.diff(ends) > 0).all()
-        parts = [integral(domain, spacing, piece, a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        parts = [integral(domain, spacing, piece, a, b) for a, b in pairwise(ends)]
         np.testing.assert_allclose(parts, np.mean(parts), rtol=0.02)
         assert abs(len(parts) - sum(parts)) < 0.5 + 1e-3 * sum(parts)
 

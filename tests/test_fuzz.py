@@ -15,12 +15,20 @@ from matplotlib.textpath import TextPath
 from bubblemesh.case import load_case
 from bubblemesh.pipeline import mesh_case
 
-QUICK = {"rounds": 2, "iterations": 60}
+QUICK = {
+    "accelerated": {"schedule": {"rounds": 2, "iterations": 60}},
+    "multilevel": {"packing": {"effort": "fast"}},
+}
 UNIT = {"rectangle": [0, 0, 1, 1]}
 
 
-def meshed(domain, spacing, **keys):
-    case = {"domain": domain, "spacing": spacing, "schedule": QUICK} | keys
+@pytest.fixture(scope="module", params=QUICK)
+def method(request):
+    return request.param
+
+
+def meshed(domain, spacing, method):
+    case = {"domain": domain, "spacing": spacing, "method": method} | QUICK[method]
     result = mesh_case(load_case("fuzz.yaml", text=json.dumps(case)))
     check_mesh(result.mesh)
     return result
@@ -58,11 +66,11 @@ def glyph(character, font):
 
 @pytest.mark.parametrize("font", ["DejaVu Sans", "DejaVu Serif"])
 @pytest.mark.parametrize("character", ["8", "g", "&", "@"])
-def test_glyphs(character, font):
+def test_glyphs(character, font, method):
     parts = parts_of(glyph(character, font))
     assert parts
     for part in parts:
-        area = meshed(domain_of(part), size_of(part) / 8).report["area"]
+        area = meshed(domain_of(part), size_of(part) / 8, method).report["area"]
         assert area == pytest.approx(part.area, rel=1e-12)
 
 
@@ -71,48 +79,48 @@ def test_glyphs(character, font):
     parts=st.sampled_from([0.5, 3.0, 10.0]),
 )
 @settings(derandomize=True, deadline=None, max_examples=10)
-def test_star_shaped_rings(radii, parts):
+def test_star_shaped_rings(radii, parts, method):
     angle = 2 * np.pi * np.arange(len(radii)) / len(radii)
     ring = np.column_stack([radii * np.cos(angle), radii * np.sin(angle)])
-    result = meshed({"outer": polygon(ring)}, 1 / parts)
+    result = meshed({"outer": polygon(ring)}, 1 / parts, method)
     assert result.report["area"] == pytest.approx(shapely.Polygon(ring).area, rel=1e-12)
 
 
 @given(boxes=st.lists(st.tuples(*[st.integers(0, 8)] * 2, *[st.integers(1, 6)] * 2), min_size=2, max_size=7))
 @settings(derandomize=True, deadline=None, max_examples=10)
-def test_unions_of_boxes(boxes):
+def test_unions_of_boxes(boxes, method):
     union = shapely.union_all([shapely.box(x, y, x + width, y + height) for x, y, width, height in boxes])
     parts = parts_of(union)
     assume(len(parts) <= 2)
     for part in parts:
-        assert meshed(domain_of(part), 1.5).report["area"] == pytest.approx(part.area, rel=1e-12)
+        assert meshed(domain_of(part), 1.5, method).report["area"] == pytest.approx(part.area, rel=1e-12)
 
 
 @pytest.mark.parametrize("width", [0.1, 1e-3, 1e-6])
-def test_comb_with_thin_slits(width):
+def test_comb_with_thin_slits(width, method):
     comb = shapely.box(0, 0, 3, 1) - shapely.union_all(
         [shapely.box(x - width / 2, 0.2, x + width / 2, 2) for x in (1, 2)]
     )
-    meshed(domain_of(comb), 0.3)
+    meshed(domain_of(comb), 0.3, method)
 
 
-def test_spiral():
+def test_spiral(method):
     turn = np.linspace(0, 5 * np.pi, 50)
     inner, outer = (
         np.column_stack([r * np.cos(turn), r * np.sin(turn)]) for r in (0.3 + 0.05 * turn, 0.4 + 0.05 * turn)
     )
-    meshed({"outer": polygon(np.vstack([inner, outer[::-1]]))}, 0.1)
+    meshed({"outer": polygon(np.vstack([inner, outer[::-1]]))}, 0.1, method)
 
 
-def test_gear():
+def test_gear(method):
     number = np.arange(80)
     radius, angle = np.where(number % 4 < 2, 1, 0.9), number * np.pi / 40
-    meshed({"outer": polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))}, 0.2)
+    meshed({"outer": polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))}, 0.2, method)
 
 
-def test_tiny_holes():
+def test_tiny_holes(method):
     holes = [circle(x / 4 + 1 / 8, y / 4 + 1 / 8, 0.002) for x in range(4) for y in range(4)]
-    result = meshed({"outer": UNIT, "holes": holes}, 0.2)
+    result = meshed({"outer": UNIT, "holes": holes}, 0.2, method)
     assert np.unique(result.mesh.facet_labels).size == 17
 
 
@@ -155,8 +163,8 @@ CURVED = {
 
 
 @pytest.mark.parametrize("name", CURVED)
-def test_curves_and_contacts(name):
-    meshed(*CURVED[name])
+def test_curves_and_contacts(name, method):
+    meshed(*CURVED[name], method)
 
 
 STRAIGHT = {
@@ -173,9 +181,9 @@ STRAIGHT = {
 
 
 @pytest.mark.parametrize("name", STRAIGHT)
-def test_awkward_polygons(name):
+def test_awkward_polygons(name, method):
     points, spacing = STRAIGHT[name]
-    result = meshed({"outer": polygon(points)}, spacing)
+    result = meshed({"outer": polygon(points)}, spacing, method)
     assert set(points) <= {tuple(point) for point in result.mesh.points.tolist()}
 
 
@@ -188,21 +196,21 @@ def test_awkward_polygons(name):
         "0.06 + 0.04*sin(20*x)*cos(15*y)",
     ],
 )
-def test_steep_spacings(spacing):
-    meshed({"outer": UNIT}, spacing)
+def test_steep_spacings(spacing, method):
+    meshed({"outer": UNIT}, spacing, method)
 
 
 @pytest.mark.parametrize("scale", [1e15, 1e-12])
-def test_mesh_does_not_depend_on_the_unit_of_length(scale):
+def test_mesh_does_not_depend_on_the_unit_of_length(scale, method):
     def domain(unit):
         return {"outer": {"rectangle": [0, 0, unit, unit]}, "holes": [circle(unit / 2, unit / 2, unit / 5)]}
 
-    one, other = (meshed(domain(unit), unit / 10).mesh for unit in (1.0, scale))
+    one, other = (meshed(domain(unit), unit / 10, method).mesh for unit in (1.0, scale))
     np.testing.assert_array_equal(one.triangles, other.triangles)
     np.testing.assert_allclose(other.points / scale, one.points, atol=1e-6)
 
 
 @pytest.mark.parametrize("offset", [1e6, 1e9])
-def test_domain_far_from_the_origin(offset):
+def test_domain_far_from_the_origin(offset, method):
     domain = {"outer": {"rectangle": [offset, -offset, offset + 1, 1 - offset]}}
-    meshed(domain, 0.2)
+    meshed(domain, 0.2, method)

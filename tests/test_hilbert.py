@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bubblemesh.packing.hilbert import along_hilbert_curve, hilbert_index
+from bubblemesh.spacing.hilbert import along_hilbert_curve, hilbert_index
 
 
 def grid(bits):

@@ -10,6 +10,7 @@ name: plate
 parameters: {h: 0.1, k: 2}
 domain: {outer: {rectangle: [0, 0, 1, 1]}, holes: [{circle: {center: [0.5, 0.5], radius: 0.2}}]}
 spacing: "h*k"
+method: accelerated
 packing: {w1: 1.5, w2: 0.7}
 """
 
@@ -59,7 +60,7 @@ def test_options_go_over_all_files(folder):
 
 def test_a_problem_is_told_with_the_file_that_has_it(folder):
     (folder / "base.yaml").write_text(BASE.replace("w1: 1.5", "w1: -1"))
-    with pytest.raises(CaseError, match=r"base\.yaml:5: packing\.w1"):
+    with pytest.raises(CaseError, match=r"base\.yaml:6: packing\.w1"):
         case_of(folder, "base: base.yaml\npacking: {w2: 1}\n")
     (folder / "base.yaml").write_text(BASE)
     with pytest.raises(CaseError, match=r"child\.yaml:2: packing\.w2"):

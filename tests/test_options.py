@@ -80,7 +80,7 @@ def test_unknown_method_is_named():
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(("column", "scheme"), [(column, name) for column, known in SCHEMES.items() for name in known])
 def test_each_scheme_replaces_that_of_any_method_and_leaves_the_others(name, column, scheme):
-    section = "packing" if column == "motion" else "schedule"
+    (section,) = (section for section, keys in options(METHODS[name]).items() if column in keys)
     method = configured(name, **({"packing": {}, "schedule": {}} | {section: {column: scheme}}))
     kind = SCHEMES[column][scheme]
     assert getattr(method, column) is None if kind is None else type(getattr(method, column)) is kind
@@ -117,7 +117,6 @@ def test_the_page_on_methods_shows_every_key_with_its_values():
         for section, keys in options(METHODS[name]).items():
             for key, value in keys.items():
                 (row,) = (line for line in page.splitlines() if line.startswith(f"| `{section}.{key}` |"))
-                cells = dict(
-                    zip(["key", "bpm", "fnpbs", "accelerated"], map(str.strip, row.split("|")[1:]), strict=False)
-                )
+                columns = ["key", "bpm", "fnpbs", "accelerated", "multilevel"]
+                cells = dict(zip(columns, map(str.strip, row.split("|")[1:]), strict=False))
                 assert cells[name] == str(value), key

@@ -68,6 +68,7 @@ domain:
   outer: {rectangle: [-1, -1, 1, 1], labels: [bottom, right, top, left]}
   holes: [{circle: {center: [0, 0], radius: 0.4}, label: hole}]
 spacing: h
+method: accelerated
 schedule: {iterations: 60}
 """
 

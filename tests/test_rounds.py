@@ -1,19 +1,24 @@
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 from examples import EXAMPLES
 from invariants import check_mesh
-from lattices import packed_hexagon
+from lattices import hexagon, packed_hexagon, uniform
 
 from bubblemesh.case import load_case
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.adjacency import Neighbours
 from bubblemesh.packing.methods import METHODS
+from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.packing.termination import FixedRounds
 from bubblemesh.pipeline import mesh_case
 from bubblemesh.problem import prepared
+from bubblemesh.spacing.spacing import Spacing
 
 ACCELERATED = METHODS["accelerated"]
 
@@ -60,6 +65,19 @@ def test_counts_of_each_round_add_up(run):
         assert following.number == one.number + 1
 
 
+def test_bubbles_that_keep_chords_apart_count_as_inserted():
+    domain = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 0.995)])
+    spacing = Spacing(lambda x, y: 0.5 + 0.2 * (x + 1))
+    method = replace(ACCELERATED, termination=FixedRounds(rounds=3, iterations=40))
+    start = method.placement(domain, spacing, 10_000)
+    done = list(rounds(start, domain, [spacing], method))
+    assert done[0].before == len(start)
+    for one in done:
+        assert one.before - one.deleted + one.inserted == len(one.bubbles)
+        assert one.deleted >= 0
+    assert sum(one.inserted for one in done) > 0
+
+
 def test_only_the_last_round_has_a_reason_to_stop(run):
     _, done, _ = run
     assert [one.stop_reason is None for one in done] == [True] * (len(done) - 1) + [False]
@@ -72,6 +90,56 @@ def test_last_round_closes_with_a_relaxation(run):
     assert done[-1].iterations >= 2 * steps
     assert done[-1].iterations % steps == 0
     assert all(len(one.speeds) == one.iterations for one in done)
+
+
+@pytest.mark.parametrize(("lost", "relaxations"), [([0, 0], 2), ([0, 1, 0], 3), ([0, 2, 1, 0], 4), ([0] + [1] * 9, 5)])
+def test_closing_relaxation_is_repeated_while_bubbles_are_lost(lost, relaxations):
+    domain, spacing, bubbles = packed_hexagon(4)
+    calls = iter(lost)
+
+    def relaxation(net, domain, spacing, force, motion, damping, steps):
+        return Relaxed(net.bubbles, 0, next(calls), np.zeros(steps), 7)
+
+    method = replace(ACCELERATED, relaxation=relaxation, termination=FixedRounds(rounds=1, iterations=10))
+    (done,) = rounds(bubbles, domain, [spacing], method)
+    assert done.iterations == 10 * relaxations
+    assert done.evaluations == 7 * relaxations
+
+
+@dataclass
+class Recorded:
+    """A scheme that notes when it is called."""
+
+    name: str
+    scheme: Any
+    order: list[str]
+    passes: int = 3
+
+    def __call__(self, *arguments):
+        self.order.append(self.name)
+        return self.scheme(*arguments)
+
+
+def test_polish_takes_turns_with_population_control_and_mending_ends():
+    domain, spacing, bubbles = packed_hexagon(4)
+    order, method = [], replace(METHODS["multilevel"], shaking=None)
+    parts = ("population", "polish", "mending")
+    method = replace(method, **{part: Recorded(part, getattr(method, part), order) for part in parts})
+    *_, last = rounds(bubbles, domain, [spacing], method)
+    assert order[-6:] == ["polish", "population", "polish", "population", "polish", "mending"]
+    assert set(order[:-6]) == {"population"}
+    assert last.stop_reason is not None
+
+
+def test_every_level_but_the_last_of_several_is_shaken_once():
+    domain, spacing, bubbles = packed_hexagon(4)
+    for levels, shaken in ([spacing], 1), ([spacing, uniform(0.5)], 1), ([spacing, uniform(0.5), uniform(0.25)], 2):
+        order = []
+        method = METHODS["multilevel"]
+        shaking = Recorded("shaking", replace(method.shaking, effort="fast"), order)
+        done = list(rounds(bubbles, domain, levels, replace(method, shaking=shaking)))
+        assert len(order) == shaken
+        assert len(done[-1].bubbles) == len(hexagon(4 * 2 ** (len(levels) - 1)))
 
 
 def test_force_evaluations_are_bubbles_times_steps_times_stages(run):

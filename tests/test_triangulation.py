@@ -7,7 +7,7 @@ from scipy.spatial import Delaunay
 
 from bubblemesh.errors import GeometryError
 from bubblemesh.quality import edges, signed_areas
-from bubblemesh.triangulation import circumcircles, triangulated
+from bubblemesh.triangulation import circumcircles, linked, sorted_triangles, triangulated
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 
@@ -35,6 +35,23 @@ def test_triangles_are_counter_clockwise_and_rows_are_sorted():
     assert signed_areas(points, triangles).min() > 0
     assert (triangles.argmin(axis=1) == 0).all()
     assert triangles.tolist() == sorted(triangles.tolist())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_linked_triangles_are_the_same_with_each_edge_once(seed):
+    points = random_square(seed)
+    triangles, sides = linked(points, ring(0, 4))
+    np.testing.assert_array_equal(sorted_triangles(triangles), triangulated(points, ring(0, 4)))
+    expected, count = edges(triangles)
+    assert sorted(map(sorted, sides.tolist())) == expected.tolist()
+    assert np.issubdtype(sides.dtype, np.integer)
+    assert (count == 1).sum() == 4
+
+
+def test_a_single_triangle_has_three_edges():
+    triangles, sides = linked(SQUARE[:3], ring(0, 3))
+    assert sorted_triangles(triangles).tolist() == [[0, 1, 2]]
+    assert sorted(map(sorted, sides.tolist())) == [[0, 1], [0, 2], [1, 2]]
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -82,7 +82,7 @@ def problems(names: Collection[str], most_nodes: float) -> dict[str, Problem]:
 
 def ran(problem: Problem, tools: Collection[str], method: str, repeats: int, tell: Callable[[str], None]) -> CaseRuns:
     """Run the tools on a case in turn, several times, a large one once; ``tell`` hears of each run."""
-    name, ideal = str(problem.case.name), problem.survey.ideal_nodes
+    name, ideal = str(problem.task.name), problem.survey.ideal_nodes
     repeats = repeats if ideal <= LARGE else 1
     found: dict[str, list[Run]] = {tool: [] for tool in tools if ideal <= TOOLS[tool].most_nodes}
     whole = []
@@ -100,7 +100,7 @@ def ran(problem: Problem, tools: Collection[str], method: str, repeats: int, tel
 def _run(problem: Problem, tool: str, method: str) -> Run:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "mesh.npz"
-        arguments = [_path(str(problem.case.name)), tool, method, str(file)]
+        arguments = [_path(str(problem.task.name)), tool, method, str(file)]
         try:
             costs = _printed([sys.executable, "-m", "benchmarks.peers.one", *arguments])
             with np.load(file) as mesh:

@@ -16,11 +16,10 @@ from bubblemesh.packing.placement import require_at_most
 from bubblemesh.spacing.quadtree import leaves
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["ErrorDiffusion", "distance_to_facets", "on_boundary"]
+__all__ = ["ErrorDiffusion", "distance_to_facets", "distance_to_lines", "on_boundary"]
 
 AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
 HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
-FARTHEST = 1.0  # spacings, beyond which no facet matters
 
 
 @dataclass(frozen=True)
@@ -73,10 +72,14 @@ def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats
     """Distances (n,) of points (n, 2) to facets and embedded points not much farther than half of d (n,), else inf."""
     facets, _ = domain.boundary.edges(shell.piece, shell.s)
     alone = np.setdiff1d(np.arange(shell.corners), facets)
-    ends = shell.x[np.concatenate([facets, np.column_stack([alone, alone])])]
+    return distance_to_lines(shell.x[np.concatenate([facets, np.column_stack([alone, alone])])], points, d)
+
+
+def distance_to_lines(ends: Floats, points: Floats, d: Floats) -> Floats:
+    """Distances (n,) of points (n, 2) to straight lines with these ends (k, 2, 2), infinite beyond d (n,)."""
     result = np.full(len(points), np.inf)
     tree = shapely.STRtree(shapely.linestrings(ends))
-    point, line = tree.query(shapely.points(points), predicate="dwithin", distance=FARTHEST * d)
+    point, line = tree.query(shapely.points(points), predicate="dwithin", distance=d)
     a, b = np.moveaxis(ends[line], 1, 0)
     along, offset = b - a, points[point] - a
     squared = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)

@@ -1,0 +1,160 @@
+import numpy as np
+import pytest
+
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.gaps import gaps
+
+U_SHAPE = Domain.of(rings.polygon([(0, 0), (3, 0), (3, 3), (2.6, 3), (2.6, 0.5), (0.4, 0.5), (0.4, 3), (0, 3)]))
+
+
+def found(domain, reach, per_piece=200):
+    """Places and widths of all gaps that many probes along the boundary find."""
+    boundary = domain.boundary
+    count = len(boundary.lengths)
+    piece = np.repeat(np.arange(count), per_piece)
+    s = np.tile((np.arange(per_piece) + 0.5) / per_piece, count) * boundary.lengths[piece]
+    return gaps(domain, piece, s, np.full(len(piece), float(reach)))
+
+
+@pytest.mark.parametrize(("reach", "seen"), [(0.29, False), (0.31, True), (1.5, True)])
+def test_strip_is_as_wide_as_its_short_side(reach, seen):
+    places, widths = found(Domain.of(rings.rectangle(0, 0, 4, 0.3)), reach)
+    assert len(places) == len(widths) == 400 * seen
+    np.testing.assert_allclose(widths, 0.3, rtol=1e-12)
+    if seen:
+        assert set(places[:, 1].round(12).tolist()) == {0.0, 0.3}
+        for y in (0.0, 0.3):
+            x = np.sort(places[np.abs(places[:, 1] - y) < 1e-9, 0])
+            np.testing.assert_allclose(x, (np.arange(200) + 0.5) / 50)
+
+
+def test_a_long_reach_looks_along_the_strip_too():
+    _, widths = found(Domain.of(rings.rectangle(0, 0, 4, 0.3)), 4.1)
+    assert set(widths.round(9).tolist()) == {0.3, 4.0}
+    assert (widths > 1).sum() == 400
+
+
+@pytest.mark.parametrize("scale", [2.0**-40, 2.0**40])
+def test_gaps_do_not_depend_on_the_unit_of_length(scale):
+    _, widths = found(Domain.of(rings.rectangle(0, 0, 4 * scale, 0.3 * scale)), scale)
+    np.testing.assert_allclose(widths, 0.3 * scale, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("reach", "seen"), [(0.2, False), (0.3, True)])
+def test_annulus_has_one_width_on_both_sides(reach, seen):
+    places, widths = found(Domain.of(rings.circle((1, 2), 2), [rings.circle((1, 2), 1.75)]), reach)
+    assert (len(widths) > 0) is seen
+    np.testing.assert_allclose(widths, 0.25, atol=1e-3)
+    if seen:
+        radius = np.hypot(*(places - [1, 2]).T)
+        assert (np.abs(radius - 2) < 1e-9).sum() >= 200
+        assert (np.abs(radius - 1.75) < 1e-9).sum() >= 200
+
+
+def test_eccentric_annulus_is_narrowest_where_the_circles_are_nearest():
+    places, widths = found(Domain.of(rings.circle((0, 0), 2), [rings.circle((0.5, 0), 1.2)]), 0.5)
+    assert widths.min() == pytest.approx(0.3, abs=1e-3)
+    assert places[widths.argmin()] == pytest.approx([2 if places[widths.argmin(), 0] > 1.8 else 1.7, 0], abs=0.05)
+    # From a point of the outer circle the other one is this far, and not much farther along the ray.
+    outer = np.abs(np.hypot(*places.T) - 2) < 1e-9
+    expected = np.hypot(*(places[outer] - [0.5, 0]).T) - 1.2
+    assert (widths[outer] > expected - 1e-3).all()
+    assert (widths[outer] < 1.04 * expected).all()
+    assert (places[:, 0] > 0.5).all()
+
+
+def test_gaps_are_inside_the_domain_and_not_between_its_arms():
+    places, widths = found(U_SHAPE, 1.0)
+    assert set(widths.round(9).tolist()) == {0.4, 0.5}
+    arms = np.abs(widths - 0.4) < 1e-9
+    assert (places[arms, 1] > 0.4).all()
+    assert set(places[arms, 0].round(9).tolist()) == {0.0, 0.4, 2.6, 3.0}
+    assert set(places[~arms, 1].round(9).tolist()) == {0.0, 0.5}
+
+
+def test_wall_between_a_hole_and_the_outer_ring():
+    domain = Domain.of(rings.rectangle(0, 0, 4, 4), [rings.rectangle(1, 0.2, 2, 3)])
+    places, widths = found(domain, 0.5)
+    np.testing.assert_allclose(widths, 0.2, rtol=1e-9)
+    assert set(places[:, 1].round(9).tolist()) == {0.0, 0.2}
+    assert places[:, 0].min() > 0.99
+    assert places[:, 0].max() < 2.01
+
+
+def test_thin_ellipse_is_narrow_across():
+    places, widths = found(Domain.of(rings.ellipse((0, 0), (2, 0.1))), 0.3)
+    assert widths.max() == pytest.approx(0.2, abs=2e-3)
+    assert places[:, 0].max() == pytest.approx(-places[:, 0].min(), abs=0.05)  # where the curve begins is no other end
+    assert places[:, 0].max() < 1.9
+    middle = np.abs(places[:, 0]) < 0.1
+    assert middle.sum() > 5
+    np.testing.assert_allclose(widths[middle], 0.2, atol=2e-3)
+
+
+@pytest.mark.parametrize("reach", [0.1, 0.9, 1.9, 2.1, 5.0])
+def test_circle_is_no_gap(reach):
+    assert len(found(Domain.of(rings.circle((0, 0), 1)), reach)[1]) == 0
+
+
+BENDS = {
+    "square": (Domain.of(rings.rectangle(0, 0, 1, 1)), 0.99),
+    "sharp angle": (Domain.of(rings.polygon([(0, 0), (5, 0), (5, 1)])), 0.9),
+    "reentrant angle": (Domain.of(rings.polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])), 0.9),
+    "lens": (
+        Domain.of(
+            rings.path(
+                (-1, 0),
+                [rings.ArcTo((1, 0), (0, 2), True), rings.ArcTo((-1, 0), (0, -2), True)],
+            )
+        ),
+        0.4,
+    ),
+    "rounded corner": (
+        Domain.of(
+            rings.path(
+                (0, 0),
+                [
+                    rings.LineTo((3, 0)),
+                    rings.LineTo((3, 2.5)),
+                    rings.ArcTo((2.5, 3), (2.5, 2.5), True),
+                    rings.LineTo((0, 3)),
+                ],
+            )
+        ),
+        2.4,
+    ),
+    "waves": (
+        Domain.of(
+            rings.path(
+                (0, 0),
+                [
+                    rings.LineTo((6, 0)),
+                    rings.LineTo((6, 3)),
+                    rings.SplineTo([(5, 3.3), (4, 2.9), (3, 3.3), (2, 2.9), (1, 3.3), (0, 3)]),
+                ],
+            )
+        ),
+        1.0,
+    ),
+}
+
+
+@pytest.mark.parametrize(("domain", "reach"), BENDS.values(), ids=BENDS)
+def test_corners_and_bends_are_no_gaps(domain, reach):
+    _, widths = found(domain, reach)
+    assert len(widths) == 0
+
+
+def test_places_have_reaches_of_their_own():
+    domain = Domain.of(rings.rectangle(0, 0, 4, 0.3))
+    piece, s = np.array([0, 0, 0]), np.array([1.0, 2.0, 3.0])
+    places, widths = gaps(domain, piece, s, np.array([0.2, 0.5, 0.4]))
+    np.testing.assert_allclose(places, [[2, 0], [3, 0]])
+    np.testing.assert_allclose(widths, 0.3)
+
+
+def test_no_places_have_no_gaps():
+    places, widths = gaps(U_SHAPE, np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+    assert places.shape == (0, 2)
+    assert widths.shape == (0,)
