@@ -272,6 +272,14 @@ def test_names_that_input_files_cannot_hold_are_explained(tmp_path):
     assert sidecar["on"] == {"id": 1, "dimension": 1}
 
 
+def test_numbers_of_an_input_file_fit_their_fields(tmp_path):
+    mesh = dataclasses.replace(sandwich(), facet_middles=np.zeros((0, 2)))
+    mesh = dataclasses.replace(mesh, points=-mesh.points * 1.2345678901234567e-5)
+    ((_, _, rows),) = (block for block in keyword_blocks(written(mesh, tmp_path, "inp")) if block[0] == "NODE")
+    assert max(len(number) for row in rows for number in row) == 20
+    np.testing.assert_allclose([[float(x), float(y)] for _, x, y, _ in rows], mesh.points, rtol=1e-13)
+
+
 # SU2
 
 
