@@ -1,6 +1,6 @@
 """The nodes alone, for codes that need no triangles: places, boundary flags, labels and outward normals."""
 
-import csv
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.meshes import Mesh
 from bubblemesh.output.cells import Fields
+from bubblemesh.output.text import lines, write_text
 
 __all__ = ["Nodes", "nodes_of", "write_csv", "write_npz"]
 
@@ -60,11 +61,10 @@ def nodes_of(mesh: Mesh) -> Nodes:
 def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write a table with one row for each node."""
     nodes = nodes_of(mesh)
-    columns = [nodes.x, nodes.y, nodes.boundary.astype(int), nodes.label, nodes.nx, nodes.ny]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Nodes._fields)
-        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    quoted = {label: f'"{label}"' if "," in label else label for label in ("", *mesh.labels, *mesh.point_labels)}
+    labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
+    columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
+    write_text(path, chain([",".join(Nodes._fields) + "\n"], lines("%r,%r,%d,%s,%r,%r", *columns)))
 
 
 def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
