@@ -10,8 +10,10 @@ import meshio
 import numpy as np
 import pytest
 import skfem
+from invariants import check_mesh
 from test_output import fields_of, holed_square
 
+from bubblemesh.conformity import require_conforming
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes import Mesh
 from bubblemesh.output import FORMATS, write_file, write_files
@@ -87,6 +89,11 @@ def test_a_simple_mesh_has_one_region_and_no_points():
     assert len(mesh.vertices) == 0
     np.testing.assert_array_equal(mesh.triangle_regions, np.zeros(len(mesh.triangles)))
     np.testing.assert_array_equal(mesh.facet_middles, mesh.points[mesh.facets].mean(axis=1))
+
+
+def test_a_mesh_with_regions_lines_and_points_is_sound(mesh):
+    check_mesh(mesh)
+    require_conforming(mesh)
 
 
 def test_ids_of_labels_regions_and_points_never_collide():

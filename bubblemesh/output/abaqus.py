@@ -39,9 +39,13 @@ def set_names(mesh: Mesh) -> dict[str, str]:
 
 
 def _short(points: Floats) -> NDArray[np.object_]:
-    """Coordinates (n, 2) as text that fits a field: exact where it can be, else to 14 digits."""
-    texts = [text if len(text := repr(x)) <= FIELD else f"{x:.{FIELD - 6}g}" for x in points.ravel().tolist()]
+    """Coordinates (n, 2) as text that fits a field: exact where it can be, else to 14 digits or more."""
+    texts = [text if len(text := repr(x)) <= FIELD else _cut(x) for x in points.ravel().tolist()]
     return np.array(texts, object).reshape(points.shape)
+
+
+def _cut(x: float) -> str:
+    return next(text for digits in range(16, 0, -1) if len(text := f"{x:.{digits}g}") <= FIELD)
 
 
 def _parts(mesh: Mesh, element: str) -> Iterator[str]:
