@@ -72,23 +72,26 @@ class Mesh:
     @cached_property
     def sides(self) -> Integers:
         """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
-        order, keys = np.argsort(self._side_keys), self._keys(self.facets)
-        side, triangle = np.divmod(
-            order[np.searchsorted(self._side_keys, keys, sorter=order)], np.int64(len(self.triangles))
-        )
-        return np.column_stack([triangle, side])
+        keys, order = self._side_keys
+        number = order[np.searchsorted(keys, self._keys(self.facets))]
+        return np.column_stack([number % len(self.triangles), number // len(self.triangles)])
 
     @cached_property
     def outer(self) -> Booleans:
         """Which facets (f,) are boundary edges: those with a triangle on one side only."""
-        left = np.isin(self._keys(self.facets), self._side_keys)
-        return left != np.isin(self._keys(self.facets[:, 1::-1]), self._side_keys)
+        return self._are_sides(self.facets) != self._are_sides(self.facets[:, 1::-1])
+
+    def _are_sides(self, pairs: Integers) -> Booleans:
+        keys, wanted = self._side_keys[0], self._keys(pairs)
+        return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
 
     @cached_property
-    def _side_keys(self) -> Integers:
-        """One number (3 t,) for each directed side of the triangles: all sides 0, then all sides 1 and 2."""
+    def _side_keys(self) -> tuple[Integers, Integers]:
+        """One number (3 t,) for each directed side of the triangles, ascending, and the side's own number."""
         corners = self.triangles[:, :3]
-        return np.concatenate([self._keys(corners[:, [k, (k + 1) % 3]]) for k in range(3)])
+        keys = np.concatenate([self._keys(corners[:, [k, (k + 1) % 3]]) for k in range(3)])
+        order = np.argsort(keys)
+        return keys[order], order
 
     def _keys(self, pairs: Integers) -> Integers:
         return pairs[:, 0].astype(np.int64) * len(self.points) + pairs[:, 1]

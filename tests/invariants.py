@@ -37,18 +37,30 @@ def check_nodes(mesh):
     nodes = range(len(mesh.points))
     assert {i for triangle in mesh.triangles.tolist() for i in triangle} == set(nodes), "a node is unused"
     assert len({tuple(point) for point in mesh.points.tolist()}) == len(nodes), "two nodes coincide"
-    on_boundary = {i for facet in mesh.facets.tolist() for i in facet}
+    on_boundary = {i for facet in outer_facets(mesh) for i in facet}
     assert on_boundary == set(range(len(on_boundary))), "boundary nodes do not come first"
 
 
+def sides_of(mesh):
+    """How often each directed edge is a side of a triangle."""
+    return Counter(side for i, j, k in mesh.triangles.tolist() for side in pairwise((i, j, k, i)))
+
+
+def outer_facets(mesh):
+    """Facets that no triangle has on its right."""
+    sides = sides_of(mesh)
+    return [(i, j) for i, j in mesh.facets.tolist() if (j, i) not in sides]
+
+
 def check_edges(mesh):
-    """Each inner edge is run through once in each direction, each facet once with the domain on its left."""
-    sides = Counter(side for i, j, k in mesh.triangles.tolist() for side in pairwise((i, j, k, i)))
+    """Each inner edge is run through once in each direction; each facet is there once, a triangle on its left."""
+    sides = sides_of(mesh)
     assert set(sides.values()) == {1}, "an edge has two triangles on one side"
     alone = {(i, j) for i, j in sides if (j, i) not in sides}
     facets = [(i, j) for i, j in mesh.facets.tolist()]
-    assert len(set(facets)) == len(facets), "a facet is listed twice"
-    assert alone == set(facets), "facets are not the triangles' free edges"
+    assert len({frozenset(facet) for facet in facets}) == len(facets), "a facet is listed twice"
+    assert set(facets) <= set(sides), "a facet is no edge of a triangle on its left"
+    assert alone == set(outer_facets(mesh)), "outer facets are not the triangles' free edges"
 
 
 def check_facets_do_not_cross(mesh):
@@ -64,12 +76,18 @@ def check_area(mesh):
 
     areas = [twice_area(*triangle) for triangle in mesh.triangles.tolist()]
     assert min(areas) > 0, "a triangle is not counter-clockwise"
-    polygon = math.fsum(x[i] * y[j] - x[j] * y[i] for i, j in mesh.facets.tolist())
+    polygon = math.fsum(x[i] * y[j] - x[j] * y[i] for i, j in outer_facets(mesh))
     assert abs(math.fsum(areas) / polygon - 1) <= AREA_TOLERANCE, "the triangles do not fill the polygon"
 
 
 def check_labels(mesh):
     assert len(mesh.facet_labels) == len(mesh.facets)
     assert set(mesh.facet_labels.tolist()) == set(range(len(mesh.labels))), "a label is unused or out of range"
-    assert len(set(mesh.labels)) == len(mesh.labels)
-    assert all(isinstance(label, str) and label for label in mesh.labels)
+    assert len(mesh.triangle_regions) == len(mesh.triangles)
+    assert set(mesh.triangle_regions.tolist()) == set(range(len(mesh.regions))), "a region is unused or out of range"
+    assert set(mesh.vertex_labels.tolist()) == set(range(len(mesh.point_labels))), "a label of points is unused"
+    assert len(mesh.vertices) == len(mesh.vertex_labels)
+    assert mesh.facet_middles.shape == mesh.facets.shape
+    for names in (mesh.labels, mesh.regions, mesh.point_labels):
+        assert len(set(names)) == len(names)
+        assert all(isinstance(name, str) and name for name in names)

@@ -99,6 +99,39 @@ def test_the_files_go_to_the_folder_that_the_case_names_beside_it(tmp_path):
     assert names(tmp_path / "cases/meshes") == ["square.labels.json", "square.report.json", "square.vtk"]
 
 
+@pytest.mark.parametrize(
+    ("options", "name", "start"),
+    [
+        (["-o", "a.inp"], "a.inp", b"*HEADING"),
+        (["-o", "a.mesh"], "a.mesh", b"MeshVersionFormatted 2"),
+        (["-o", "a.nodes.csv"], "a.nodes.csv", b"x,y,boundary,label,nx,ny\n"),
+        (["-o", "a.msh", "--format", "msh-ascii"], "a.msh", b"$MeshFormat\n2.2 0 8"),
+        (["-o", "a.msh", "--for", "openfoam"], "a.msh", b"$MeshFormat\n2.2 0 8"),
+        (["--for", "su2"], "square.su2", b"NDIME= 2"),
+        (["--set", "output.for=calculix"], "square.inp", b"*HEADING"),
+        (["--set", "output.for=calculix", "-o", "a.su2"], "a.su2", b"NDIME= 2"),
+        (["--set", "output.formats=[inp-strain]", "-o", "a.inp"], "a.inp", b"*HEADING"),
+        (["--set", "output.order=2", "-o", "a.vtu"], "a.vtu", b"<?xml"),
+    ],
+)
+def test_the_format_is_that_of_the_options_the_case_or_the_ending(options, name, start, square, tmp_path):
+    process = bubblemesh("run", square, "-q", *options, folder=tmp_path)
+    assert (process.returncode, process.stderr) == (0, b"")
+    assert (tmp_path / name).read_bytes().startswith(start)
+    stem = name.split(".")[0]
+    files = json.loads((tmp_path / f"{stem}.report.json").read_text())["files"]
+    assert sorted([*files, "square.yaml"]) == names(tmp_path)
+    if "output.formats=[inp-strain]" in options:
+        assert b"CPE3" in (tmp_path / name).read_bytes()
+
+
+def test_the_report_tells_the_solver_and_the_order(square, tmp_path):
+    process = bubblemesh("run", square, "-q", "--json", "--set", "output={for: calculix, order: 2}", folder=tmp_path)
+    report = json.loads(process.stdout)
+    assert report["parameters"]["output"] == {"formats": ["inp"], "for": "calculix", "order": 2}
+    assert b"CPS6" in (tmp_path / "square.inp").read_bytes()
+
+
 @pytest.mark.parametrize("ending", ["msh", "vtu", "vtk", "xdmf"])
 def test_the_mesh_alone_goes_to_the_standard_output(ending, square, tmp_path):
     process = bubblemesh("run", square, "-o", "-", "--format", ending, folder=tmp_path)
@@ -239,6 +272,12 @@ def test_a_bad_case_ends_with_its_exit_code_and_a_message_that_names_the_place(t
         (["run", "square.yaml", "-o", "mesh.stl"], 2, ".stl"),
         (["run", "square.yaml", "-o", "mesh.msh", "--format", "vtu"], 2, "--format"),
         (["run", "square.yaml", "--format", "stl"], 2, "stl"),
+        (["run", "square.yaml", "--for", "abaqus"], 2, "--for: unknown solver 'abaqus': choose one of fenicsx"),
+        (["run", "square.yaml", "--for", "su2", "--format", "su2"], 2, "--for exclude each other"),
+        (["run", "square.yaml", "--for", "su2", "-o", "mesh.inp"], 2, "asks for inp, --format or --for asks for su2"),
+        (["run", "square.yaml", "-o", "mesh.su2", "--set", "output.order=2"], 2, "su2 has no form for"),
+        (["run", "square.yaml", "--set", "output.for=openfoam", "--set", "output.order=2"], 2, "openfoam has no form"),
+        (["run", "square.yaml", "--set", "output.formats=[inp, inp-strain]"], 5, "inp and inp-strain"),
         (["run", "square.yaml", "-o", "-", "--json"], 2, "--json"),
         (["run", "square.yaml", "-o", "-", "--history"], 2, "--history"),
         (["run", "square.yaml", "--set", "spacing"], 2, "--set"),

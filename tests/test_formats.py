@@ -10,8 +10,10 @@ import meshio
 import numpy as np
 import pytest
 import skfem
+from invariants import check_mesh
 from test_output import fields_of, holed_square
 
+from bubblemesh.conformity import require_conforming
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes import Mesh
 from bubblemesh.output import FORMATS, write_file, write_files
@@ -87,6 +89,11 @@ def test_a_simple_mesh_has_one_region_and_no_points():
     assert len(mesh.vertices) == 0
     np.testing.assert_array_equal(mesh.triangle_regions, np.zeros(len(mesh.triangles)))
     np.testing.assert_array_equal(mesh.facet_middles, mesh.points[mesh.facets].mean(axis=1))
+
+
+def test_a_mesh_with_regions_lines_and_points_is_sound(mesh):
+    check_mesh(mesh)
+    require_conforming(mesh)
 
 
 def test_ids_of_labels_regions_and_points_never_collide():
@@ -270,6 +277,14 @@ def test_names_that_input_files_cannot_hold_are_explained(tmp_path):
     sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
     assert sidecar["äußere Wand"] == {"id": 3, "dimension": 1, "written": {"inp": "group__u_ere_Wand"}}
     assert sidecar["on"] == {"id": 1, "dimension": 1}
+
+
+def test_numbers_of_an_input_file_fit_their_fields(tmp_path):
+    mesh = dataclasses.replace(sandwich(), facet_middles=np.zeros((0, 2)))
+    mesh = dataclasses.replace(mesh, points=-mesh.points * 1.2345678901234567e-5)
+    ((_, _, rows),) = (block for block in keyword_blocks(written(mesh, tmp_path, "inp")) if block[0] == "NODE")
+    assert max(len(number) for row in rows for number in row) == 20
+    np.testing.assert_allclose([[float(x), float(y)] for _, x, y, _ in rows], mesh.points, rtol=1e-13)
 
 
 # SU2

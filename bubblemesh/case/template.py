@@ -49,7 +49,9 @@ packing:
 schedule: {}
 
 output:
-  formats: [msh, vtu, xdmf]              # any of msh, vtu, vtk, xdmf
+  formats: [msh, vtu, xdmf]              # any of msh, vtu, vtk, xdmf, mesh, inp, su2, med, nodes.csv and others
+  # for: calculix                        # in place of formats: fenicsx, scikit-fem, mfem, freefem, su2, openfoam
+  # order: 2                             # six-node triangles, on the true curves
   # directory: out                       # relative to this file
 
 # A case that would need more nodes is refused.

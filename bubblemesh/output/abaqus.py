@@ -5,7 +5,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bubblemesh.arrays import Floats
 from bubblemesh.meshes import Mesh
 from bubblemesh.output.cells import Fields
 from bubblemesh.output.names import plain_words
@@ -14,6 +16,7 @@ from bubblemesh.output.text import lines, listed, numbered, write_text
 __all__ = ["set_names", "write_plane_strain", "write_plane_stress"]
 
 PER_LINE = 16  # numbers in a line of a set, at most
+FIELD = 20  # characters of a number; CalculiX drops the others, be they an exponent
 
 
 def write_inp(mesh: Mesh, fields: Fields, path: Path, *, element: str) -> None:
@@ -35,6 +38,16 @@ def set_names(mesh: Mesh) -> dict[str, str]:
     return plain_words(mesh, reserved=("NALL", "EALL"))
 
 
+def _short(points: Floats) -> NDArray[np.object_]:
+    """Coordinates (n, 2) as text that fits a field: exact where it can be, else to 14 digits or more."""
+    texts = [text if len(text := repr(x)) <= FIELD else _cut(x) for x in points.ravel().tolist()]
+    return np.array(texts, object).reshape(points.shape)
+
+
+def _cut(x: float) -> str:
+    return next(text for digits in range(16, 0, -1) if len(text := f"{x:.{digits}g}") <= FIELD)
+
+
 def _parts(mesh: Mesh, element: str) -> Iterator[str]:
     spelled = set_names(mesh)
     words = list(spelled.values())
@@ -43,7 +56,7 @@ def _parts(mesh: Mesh, element: str) -> Iterator[str]:
     yield "*HEADING\nmesh by bubblemesh\n"
     yield from (f"** {word} stands for {name}\n" for name, word in spelled.items() if name != word)
     yield "*NODE, NSET=NALL\n"
-    yield from lines("%d, %r, %r, 0.0", numbered(len(mesh.points)), mesh.points)
+    yield from lines("%d, %s, %s, 0.0", numbered(len(mesh.points)), _short(mesh.points))
     for index, word in enumerate(regions[: len(mesh.regions)]):
         mine = np.flatnonzero(mesh.triangle_regions == index)
         yield f"*ELEMENT, TYPE={element}{width}, ELSET={word}\n"

@@ -1,6 +1,6 @@
 """The nodes alone, for codes that need no triangles: places, boundary flags, labels and outward normals."""
 
-import csv
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.meshes import Mesh
 from bubblemesh.output.cells import Fields
+from bubblemesh.output.text import lines, write_text
 
 __all__ = ["Nodes", "nodes_of", "write_csv", "write_npz"]
 
@@ -60,11 +61,10 @@ def nodes_of(mesh: Mesh) -> Nodes:
 def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write a table with one row for each node."""
     nodes = nodes_of(mesh)
-    columns = [nodes.x, nodes.y, nodes.boundary.astype(int), nodes.label, nodes.nx, nodes.ny]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Nodes._fields)
-        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    quoted = {label: f'"{label}"' if "," in label else label for label in ("", *mesh.labels, *mesh.point_labels)}
+    labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
+    columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
+    write_text(path, chain([",".join(Nodes._fields) + "\n"], lines("%r,%r,%d,%s,%r,%r", *columns)))
 
 
 def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -74,12 +74,18 @@ def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def _normals(mesh: Mesh) -> Floats:
-    """Outward normals (n, 2), from the tangents at the ends of the parabola that each boundary facet follows."""
+    """Outward normals (n, 2), from the tangents at the ends of the circular arc that each boundary facet follows."""
     facets, middle = mesh.facets[mesh.outer], mesh.facet_middles[mesh.outer]
-    start, end = mesh.points[facets[:, 0]], mesh.points[facets[:, 1]]
+    chord = _unit(mesh.points[facets[:, 1]] - mesh.points[facets[:, 0]])
     total = np.zeros_like(mesh.points)
-    for node, tangent in ((facets[:, 0], 4 * middle - 3 * start - end), (facets[:, 1], 3 * end + start - 4 * middle)):
-        unit = tangent / np.hypot(*tangent.T)[:, None]
-        np.add.at(total, node, np.column_stack([unit[:, 1], -unit[:, 0]]))
+    for end, sign in ((0, 1), (1, -1)):
+        # The way to the middle of an arc halves the angle between its chord and its tangent.
+        half = _unit(sign * (middle - mesh.points[facets[:, end]]))
+        tangent = 2 * np.einsum("ij,ij->i", chord, half)[:, None] * half - chord
+        np.add.at(total, facets[:, end], np.column_stack([tangent[:, 1], -tangent[:, 0]]))
     length = np.hypot(*total.T)
     return np.where(length > OPPOSITE, 1 / np.maximum(length, OPPOSITE), 0.0)[:, None] * total
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.hypot(*vectors.T)[:, None]

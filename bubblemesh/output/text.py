@@ -1,7 +1,6 @@
 """Many lines of numbers as text, fast and at full precision."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,18 +23,16 @@ def lines(form: str, *columns: NDArray[Any]) -> Iterator[str]:
         What fills it.
     """
     for start in range(0, len(columns[0]), CHUNK):
-        parts = [column[start : start + CHUNK].tolist() for column in columns]
-        rows: Iterable[Any] = zip(*parts, strict=True)
-        flat = tuple(chain.from_iterable(_flat(row) for row in rows))
-        yield (form + "\n") * len(parts[0]) % flat
+        parts = [part for column in columns for part in _single(column[start : start + CHUNK])]
+        rows, width = len(parts[0]), len(parts)
+        flat = [None] * (rows * width)
+        for k, part in enumerate(parts):
+            flat[k::width] = part.tolist()
+        yield (form + "\n") * rows % tuple(flat)
 
 
-def _flat(row: Sequence[Any]) -> Iterator[Any]:
-    for value in row:
-        if isinstance(value, list):
-            yield from value
-        else:
-            yield value
+def _single(column: NDArray[Any]) -> Iterable[NDArray[Any]]:
+    return [column] if column.ndim == 1 else column.T
 
 
 def numbered(count: int) -> NDArray[np.int64]:
