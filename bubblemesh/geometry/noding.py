@@ -40,6 +40,17 @@ class Cuts(NamedTuple):
     points: Floats
 
 
+class Pairs(NamedTuple):
+    """Chords near each other: their pieces p and q (m,), the arc lengths a and b of their middles, their steps."""
+
+    p: Integers
+    q: Integers
+    a: Floats
+    b: Floats
+    step_a: Floats
+    step_b: Floats
+
+
 def noded(boundary: Boundary, size: float, fixed: int) -> Boundary:
     """The boundary with corners wherever an inner piece meets another piece.
 
@@ -74,10 +85,15 @@ def _cut(boundary: Boundary, cuts: Cuts, size: float, fixed: int) -> Boundary:
     at_end = (cuts.s <= TOUCHING * size) & (corner == ends[0][cuts.piece])
     at_end |= (cuts.s >= length - TOUCHING * size) & (corner == ends[1][cuts.piece])
     order = np.flatnonzero(~at_end | boundary.closed[cuts.piece])
-    order = order[np.lexsort((cuts.s[order], corner[order], cuts.piece[order]))]
-    piece, s, corner = cuts.piece[order], cuts.s[order], corner[order]
+    around, closed = CONTACT_LENGTH * TOUCHING * size, boundary.closed[cuts.piece]
+    s = np.where(
+        closed & (cuts.s >= length - around), cuts.s - length, cuts.s
+    )  # the start of a closed piece is its end
+    order = order[np.lexsort((s[order], corner[order], cuts.piece[order]))]
+    piece, s, corner = cuts.piece[order], s[order], corner[order]
     again = (np.diff(piece, prepend=-1) == 0) & (np.diff(corner, prepend=-1) == 0)
-    again &= np.diff(s, prepend=-np.inf) <= CONTACT_LENGTH * TOUCHING * size
+    again &= np.diff(s, prepend=-np.inf) <= around
+    s = np.where(s < 0, s + boundary.lengths[piece], s)
     boundary = replace(boundary, start=ends[0], end=ends[1], corners=corners)
     return boundary.cut(piece[~again], s[~again], corner[~again])
 
@@ -117,40 +133,45 @@ def _meetings(boundary: Boundary, chords: Chords, size: float) -> Cuts:
     gap = np.where(boundary.closed[p] | (start[p] == end[p]), np.minimum(gap, boundary.lengths[p] - gap), gap)
     wanted = np.where(p == q, gap > 1.5 * step[i], curved[p] | curved[q] | ~joined)
     i, j = i[wanted], j[wanted]
-    p, q, a, b = piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2
-    bends = np.column_stack([_bend(boundary, piece[k], s[k], step[k]) for k in (i, j)])
-    crossing = _crossings(boundary, p, q, a, b, size)
-    touching = _touches(boundary, p, q, a, b, bends, size)
+    pairs = Pairs(piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2, step[i], step[j])
+    crossing, touching = _crossings(boundary, pairs, size), _touches(boundary, pairs, size)
     return Cuts(*(np.concatenate(columns) for columns in zip(crossing, touching, strict=True)))
 
 
-def _bend(boundary: Boundary, piece: Integers, s: Floats, step: Floats) -> Floats:
+def _limited(ahead: Floats, step: Floats) -> Floats:
+    """Steps (m,) of an iteration, not far beyond a chord."""
+    return np.clip(ahead, -2 * step, 2 * step)
+
+
+def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> Floats:
     """Mean curvature (m,) along chords."""
-    return np.where(
-        boundary.curved[piece], turning(boundary.tangents(piece, s), boundary.tangents(piece, s + step)) / step, 0
-    )
+    before, after = (boundary.tangents(piece, middle + t * step) for t in (-0.5, 0.5))
+    return np.where(boundary.curved[piece], turning(before, after) / step, 0)
 
 
-def _crossings(boundary: Boundary, p: Integers, q: Integers, a: Floats, b: Floats, size: float) -> Cuts:
-    """Cuts where pieces p (m,) and q (m,) cross next to the arc lengths a and b (m,)."""
+def _crossings(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
+    """Cuts where the curves of chords cross."""
+    p, q, a, b, step_a, step_b = pairs
     tolerance = TOUCHING * size
     for _ in range(NEWTON_STEPS):
         # Both curves as their tangents: where these meet.
         (ux, uy), (vx, vy) = boundary.tangents(p, a).T, boundary.tangents(q, b).T
         gx, gy = (boundary.points(q, b) - boundary.points(p, a)).T
         across = ux * vy - uy * vx
-        with np.errstate(divide="ignore", invalid="ignore"):
-            a = boundary.wrapped(p, a + np.where(across == 0, 0, (gx * vy - gy * vx) / across))
-            b = boundary.wrapped(q, b + np.where(across == 0, 0, (gx * uy - gy * ux) / across))
+        slope = np.where(across == 0, np.inf, across)
+        ahead = _limited((gx * vy - gy * vx) / slope, step_a)
+        a = boundary.wrapped(p, a + ahead)
+        b = boundary.wrapped(q, b + _limited((gx * uy - gy * ux) / slope, step_b))
     points = boundary.points(p, a)
     met = (np.hypot(*(points - boundary.points(q, b)).T) <= tolerance) & (np.abs(across) > PARALLEL)
+    met &= np.abs(ahead) <= tolerance  # where curves touch, the steps halve only
     met &= _between_ends(boundary, p, a, tolerance) & _between_ends(boundary, q, b, tolerance)
     met &= (p != q) | (np.abs(a - b) > CONTACT_LENGTH * tolerance)
     return Cuts(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
 
 
-def _touches(boundary: Boundary, p: Integers, q: Integers, a: Floats, b: Floats, bends: Floats, size: float) -> Cuts:
-    """Cuts where pieces p (m,) and q (m,) touch with a common tangent next to the arc lengths a and b (m,).
+def _touches(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
+    """Cuts where the curves of chords touch with a common tangent.
 
     Of two closed curves that are the same, one point is a cut of both.
 
@@ -160,22 +181,23 @@ def _touches(boundary: Boundary, p: Integers, q: Integers, a: Floats, b: Floats,
         If one passes the other next to it.
     """
     tolerance = TOUCHING * size
-    curved = (boundary.curved[p] | boundary.curved[q]) & (p != q)
-    p, q, a, b, bends = p[curved], q[curved], a[curved], b[curved], bends[curved]
+    curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)
+    p, q, a, b, step_a, step_b = (column[curved] for column in pairs)
+    bends = np.column_stack([_bend(boundary, p, a, step_a), _bend(boundary, q, b, step_b)])
     for _ in range(NEWTON_STEPS):
         # Where the tangents are parallel, and each point is opposite of the other.
+        ahead = np.einsum("ij,ij->i", boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b))
+        b = boundary.wrapped(q, b + ahead)
         t, v = boundary.tangents(p, a), boundary.tangents(q, b)
         sense = np.where(np.einsum("ij,ij->i", t, v) < 0, -1.0, 1.0)
         angle, bend = turning(t, sense[:, None] * v), bends[:, 0] - sense * bends[:, 1]
         alike = np.abs(bend) <= SAME_BEND * np.abs(bends).max(axis=1, initial=0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            a = boundary.wrapped(p, a + np.where(alike, 0, angle / bend))
-        ahead = np.einsum("ij,ij->i", boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b))
-        b = boundary.wrapped(q, b + ahead)
+        off = np.where(alike, 0, angle / np.where(alike, 1, bend))
+        a = boundary.wrapped(p, a + _limited(off, step_a))
     offset, v = boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b)
     distance = np.hypot(*offset.T)
-    opposite = np.abs(np.einsum("ij,ij->i", offset, v)) <= tolerance
-    opposite &= np.abs(turning(boundary.tangents(p, a), sense[:, None] * v)) <= PARALLEL
+    opposite = (np.abs(np.einsum("ij,ij->i", offset, v)) <= tolerance) & (np.abs(off) <= tolerance)
+    opposite &= ~alike | (np.abs(angle) <= PARALLEL)
     around = CONTACT_LENGTH * tolerance
     opposite &= _between_ends(boundary, p, a, around) & _between_ends(boundary, q, b, around)
     near = np.flatnonzero(opposite & (distance > tolerance) & (distance <= NEARLY * size))

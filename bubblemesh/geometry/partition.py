@@ -158,7 +158,8 @@ def _slack(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon], 
     piece, _, step = boundary.panels()
     off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
     number = -boundary.ring[piece] - lines
-    return np.asarray(np.bincount(np.maximum(number, 0), off, minlength=len(outlines) + 1), float)[1:]
+    total = np.bincount(np.maximum(number, 0), off, minlength=len(outlines) + 1)
+    return np.asarray(total[1:], float)
 
 
 def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
