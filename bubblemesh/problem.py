@@ -4,11 +4,7 @@ from dataclasses import dataclass
 
 from bubblemesh import compromises
 from bubblemesh.case import Case
-from bubblemesh.case.rings import Ring as RingModel
-from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.rings import Ring
-from bubblemesh.geometry.validity import ring_name
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured
 from bubblemesh.resources import timed
@@ -68,8 +64,7 @@ def prepared(case: Case) -> Problem:
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        outer, *holes = (_ring(model, k) for k, model in enumerate([case.domain.outer, *case.domain.holes]))
-        domain = Domain.of(outer, holes)
+        domain = Domain.of(*case.domain.rings())
     with timed(seconds, "spacing"):
         wanted = Spacing(Expression.parse(str(case.spacing), case.parameters))
         survey = surveyed(domain, wanted, case.limits.max_nodes)
@@ -87,11 +82,3 @@ def prepared(case: Case) -> Problem:
         )
     method = configured(case.method, case.packing, case.schedule)
     return Problem(case, domain, wanted, spacing, survey, expected, method, warnings, seconds)
-
-
-def _ring(model: RingModel, number: int) -> Ring:
-    """The ring of a case; its errors tell which one it is."""
-    try:
-        return model.ring()
-    except GeometryError as error:
-        raise GeometryError(f"{ring_name(number)}: {error}") from None

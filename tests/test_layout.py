@@ -11,13 +11,14 @@ MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "wording": {"arrays"},
+    "readers": FOUNDATION | {"geometry", "readers"},
     "mesh": FOUNDATION,
     "quality": FOUNDATION,
     "triangulation": FOUNDATION,
     "geometry": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "spacing", "triangulation"},
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
-    "case": FOUNDATION | {"case", "geometry", "packing", "spacing"},
+    "case": FOUNDATION | {"case", "geometry", "packing", "readers", "spacing"},
     "output": FOUNDATION | {"mesh", "output", "quality"},
 }
 LIBRARIES = {
@@ -29,6 +30,9 @@ LIBRARIES = {
     "rich": {"console"},
     "typer": {"cli"},
     "pythoncdt": {"triangulation"},
+    "ezdxf": {"readers"},
+    "pyogrio": {"readers"},
+    "svgelements": {"readers"},
 }
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 

@@ -1,14 +1,19 @@
 """The case file's models; their descriptions are the text of its JSON Schema."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Count, FileName, Fraction, Number, Positive, Strict
-from bubblemesh.case.rings import Ring
-from bubblemesh.errors import CaseError
+from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Positive, Strict
+from bubblemesh.case.files import FileDomain
+from bubblemesh.case.rings import Ring, rings_of
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.spacing.expression import check_parameter_name
+from bubblemesh.wording import ring_name
+
+if TYPE_CHECKING:
+    from bubblemesh.geometry import rings
 
 __all__ = ["Case", "Domain", "Limits", "Output", "Requirements"]
 
@@ -29,11 +34,47 @@ def _number_or_text(value: Any) -> Any:
     return value
 
 
-class Domain(Strict):
+class RingDomain(Strict):
     """The domain: one outer ring with holes."""
 
     outer: Ring = Field(description="The ring around the domain.")
     holes: tuple[Ring, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
+
+    def rings(self) -> "tuple[rings.Ring, list[rings.Ring]]":
+        """Geometry of the outer ring and of the holes.
+
+        Raises
+        ------
+        GeometryError, CaseError, FileError
+            With the ring.
+        """
+        first = _rings(self.outer, 0)
+        if len(first) > 1:
+            raise GeometryError(
+                f"{ring_name(0)}: {len(first)} rings are in the file: choose one by feature or layer, or give the file "
+                "as the whole domain"
+            )
+        holes: list[rings.Ring] = []
+        for model in self.holes:
+            holes += _rings(model, len(holes) + 1)
+        return first[0], holes
+
+
+def _rings(model: Ring, number: int) -> "list[rings.Ring]":
+    """The rings of one entry; errors tell which one it is."""
+    try:
+        return rings_of(model)
+    except BubblemeshError as error:
+        raise type(error)(f"{ring_name(number)}: {error}") from None
+
+
+DOMAINS = Choice("a mapping", ("outer", "file"))
+
+Domain = Annotated[
+    Annotated[RingDomain, Tag("<outer>")] | Annotated[FileDomain, Tag("<file>")],
+    Discriminator(DOMAINS.tag),
+    BeforeValidator(DOMAINS.checked),
+]
 
 
 class Output(Strict):

@@ -74,7 +74,7 @@ def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
 def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
     """Sources on curves that turn too far over the length of one spacing."""
     line, boundary = domain.polyline, domain.boundary
-    curved = np.flatnonzero(boundary.curved[line.piece])
+    curved = np.flatnonzero(boundary.approximated[line.piece])
     piece, s, step = line.piece[curved], line.s[curved], line.step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = WIDEST_TURN * step / np.maximum(np.abs(turning(before, after)), 1e-12)
