@@ -9,6 +9,7 @@ from bubblemesh import __version__, compromises
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.conformity import area_error, require_conforming
+from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.mesh import Mesh
 from bubblemesh.packing.connection import connected
@@ -51,6 +52,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
+        departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
         figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
     report = {
         "case": case.name,
@@ -65,6 +67,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
         "force_evaluations": sum(row.force_evaluations for row in rows),
         **figures,
         "area_error": area_error(mesh),
+        **({} if departure is None else {"deviation": departure._asdict()}),
         "seconds": seconds | {"total": sum(seconds.values())},
         "peak_memory_mb": peak_memory_mb(),
         "warnings": [*problem.warnings, *compromises.poor_result(figures, None if problem.refined else ideal_nodes)],

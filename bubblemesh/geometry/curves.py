@@ -292,12 +292,15 @@ def turning(before: Floats, after: Floats) -> Floats:
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
-def interpolated(points: Floats, slopes: Floats | None = None) -> "CubicSpline":
-    """Spline through ``points`` (k, 2) over [0, 1] by chord length, ``slopes`` (2, 2) being its ends' by length."""
+def interpolated(points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":
+    """Spline through ``points`` (k, 2) over [0, 1] by chord length, ``slopes`` (2, 2) being its ends' by length.
+
+    Closed, it is smooth at its start, unless that is ``cornered``.
+    """
     from scipy.interpolate import CubicSpline  # takes longer to load than most cases take to mesh
 
     u = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     if slopes is not None:
         return CubicSpline(u / u[-1], points, bc_type=((1, slopes[0] * u[-1]), (1, slopes[1] * u[-1])))
-    periodic = len(points) > 3 and bool(np.all(points[0] == points[-1]))
+    periodic = not cornered and len(points) > 3 and bool(np.all(points[0] == points[-1]))
     return CubicSpline(u / u[-1], points, bc_type="periodic" if periodic else "not-a-knot")

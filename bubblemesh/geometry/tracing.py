@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from bubblemesh.geometry.boundary import outline
 from bubblemesh.geometry.curves import interpolated, turning
 from bubblemesh.geometry.rings import Curve, Line, Point, Ring, Side, Spline, Trace
 from bubblemesh.wording import place
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 __all__ = ["Tracing"]
 
@@ -49,13 +53,19 @@ class Tracing:
             return ring
         if not fixed.any() and self.tolerance is None:
             points = np.array([*ring.vertices, ring.vertices[0]])
-            return Ring((Side(self._curve(points), ring.sides[0].label),), (), ring.notes, outline(ring))
-        fixed[0] = fixed[0] or not fixed.any()
+            return Ring(
+                (Side(Spline(points) if self.smooth else Trace(points), ring.sides[0].label),),
+                (),
+                ring.notes,
+                outline(ring),
+            )
+        cornered = bool(fixed.any())
+        fixed[0] = fixed[0] or not cornered
         sides, vertices = [], []
         for begin, end in _spans(fixed):
             run = [ring.sides[k % len(fixed)] for k in range(begin, end)]
             points = np.array([ring.vertices[k % len(fixed)] for k in range(begin, end + 1)])
-            for curve in self._curves(points) if isinstance(run[0].curve, Line) else [run[0].curve]:
+            for curve in self._curves(points, cornered) if isinstance(run[0].curve, Line) else [run[0].curve]:
                 sides.append(Side(curve, run[0].label))
                 vertices.append(_start(curve, points))
         return Ring(tuple(sides), tuple(vertices), ring.notes, outline(ring))
@@ -71,24 +81,20 @@ class Tracing:
         labels = np.array([side.label or "" for side in ring.sides])
         return (turn > self.corners) | (labels != np.roll(labels, 1)) | ~straight | ~np.roll(straight, 1)
 
-    def _curves(self, points: Floats) -> list[Curve]:
-        """Curves through the points (k, 2) of a run between two nodes."""
+    def _curves(self, points: Floats, cornered: bool) -> list[Curve]:
+        """Curves through the points (k, 2) of a run; closed, it has a corner at its start or is smooth there."""
+        spline = interpolated(points, cornered=cornered) if self.smooth and len(points) > 2 else None
+        last = len(points) - 1
         if self.tolerance is None:
-            return [self._curve(points)]
-        dense, stride = points, 1
-        if self.smooth and len(points) > 2:
-            dense, stride = _on_spline(points, SAMPLES), SAMPLES
-            self._require_near(points, dense)
+            return [_part(points, spline, 0, last)]
         # Both the polyline and what the nodes slide on stay in a tube around the chords of the kept vertices.
+        dense, stride = points, 1
+        if spline is not None:
+            stride = SAMPLES
+            dense = spline(np.interp(np.arange(stride * last + 1) / stride, np.arange(last + 1), spline.x))
+            self._require_near(points, dense)
         kept = _simplified(dense, stride, self.tolerance / 2)
-        whole = self._curve(points)
-        return [_part(whole, points, begin, end) for begin, end in pairwise(kept)]
-
-    def _curve(self, points: Floats) -> Curve:
-        if len(points) == 2:
-            (x0, y0), (x1, y1) = points.tolist()
-            return Line((x0, y0), (x1, y1))
-        return Spline(points) if self.smooth else Trace(points)
+        return [_part(points, spline, begin, end) for begin, end in pairwise(kept)]
 
     def _require_near(self, points: Floats, dense: Floats) -> None:
         """The spline must not bulge between its points by more than the tolerance allows."""
@@ -120,22 +126,16 @@ def _start(curve: Curve, points: Floats) -> Point:
     return x, y
 
 
-def _part(whole: Curve, points: Floats, begin: int, end: int) -> Curve:
-    """The curve from one of its points to another one."""
+def _part(points: Floats, spline: "CubicSpline | None", begin: int, end: int) -> Curve:
+    """The polyline or the spline from one of its points to another one."""
     part = points[begin : end + 1]
-    if isinstance(whole, Spline):
-        if end - begin == len(points) - 1:
-            return whole
-        spline, length = interpolated(points), np.hypot(*np.diff(points, axis=0).T).sum()
+    if spline is not None:
+        length = np.hypot(*np.diff(points, axis=0).T).sum()
         return Spline(part, spline(spline.x[[begin, end]], 1) / length)
-    return Trace(part) if len(part) > 2 else Line(tuple(part[0].tolist()), tuple(part[1].tolist()))
-
-
-def _on_spline(points: Floats, samples: int) -> Floats:
-    """Points of the spline through ``points`` (k, 2), that many from each to the next, and the last one."""
-    spline = interpolated(points)
-    knots = np.arange(samples * (len(points) - 1) + 1) / samples
-    return spline(np.interp(knots, np.arange(len(points)), spline.x))
+    if len(part) > 2:
+        return Trace(part)
+    (x0, y0), (x1, y1) = part.tolist()
+    return Line((x0, y0), (x1, y1))
 
 
 def _simplified(points: Floats, stride: int, tolerance: float) -> list[int]:
