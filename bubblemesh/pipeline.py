@@ -12,6 +12,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.conformity import area_error, require_conforming
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes import Mesh
 from bubblemesh.packing.bubbles import Bubbles
@@ -63,6 +64,7 @@ def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: 
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
+        departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
         figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
     report = {
         "case": task.name,
@@ -77,6 +79,7 @@ def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: 
         "force_evaluations": sum(row.force_evaluations for row in rows),
         **figures,
         "area_error": area_error(mesh),
+        **({} if departure is None else {"deviation": departure._asdict()}),
         "seconds": seconds | {"total": sum(seconds.values())},
         "peak_memory_mb": peak_memory_mb(),
         "warnings": [*problem.warnings, *compromises.poor_result(figures, None if problem.refined else ideal_nodes)],

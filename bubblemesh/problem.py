@@ -5,12 +5,10 @@ from typing import Any
 
 from bubblemesh import compromises
 from bubblemesh.case import Case
-from bubblemesh.case.rings import Ring as RingModel
+from bubblemesh.case.rings import rings_of
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.partition import Parts, Region
-from bubblemesh.geometry.rings import Ring
-from bubblemesh.geometry.validity import ring_name
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
@@ -97,8 +95,7 @@ def prepared(case: Case) -> Problem:
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        outer, *holes = (_ring(model, k) for k, model in enumerate([case.domain.outer, *case.domain.holes]))
-        domain = Domain.of(outer, holes, _parts(case))
+        domain = Domain.of(*case.domain.rings(), _parts(case))
     wanted = _spacing(case, domain.parts)
     method = configured(case.method, case.packing, case.schedule)
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
@@ -138,20 +135,17 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
     return Problem(task, domain, wanted, spacing, survey, expected, warnings, seconds)
 
 
-def _ring(model: RingModel, number: int) -> Ring:
-    """The ring of a case; its errors tell which one it is."""
-    try:
-        return model.ring()
-    except GeometryError as error:
-        raise GeometryError(f"{ring_name(number)}: {error}") from None
-
-
 def _parts(case: Case) -> Parts:
     """Regions and what is embedded; errors tell which one it is."""
     regions = []
     for model in case.domain.regions:
         try:
-            regions.append(Region(model.ring.ring(), model.name, label=model.name))
+            (ring,) = rings_of(model.ring)
+            regions.append(Region(ring, model.name, label=model.name))
+        except ValueError:
+            raise GeometryError(
+                f"region {model.name!r}: several rings are in the file: choose one by feature"
+            ) from None
         except GeometryError as error:
             raise GeometryError(f"region {model.name!r}: {error}") from None
     strands = []

@@ -5,7 +5,7 @@ from difflib import get_close_matches
 
 from bubblemesh.arrays import Floats
 
-__all__ = ["meant", "place"]
+__all__ = ["meant", "place", "ring_name"]
 
 
 def place(point: Floats | Sequence[float]) -> str:
@@ -18,3 +18,8 @@ def meant(word: str, known: Iterable[str]) -> str:
     words = list(known)
     close = get_close_matches(word, words, n=1)
     return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
+
+
+def ring_name(number: int) -> str:
+    """What messages call a ring."""
+    return "the outer ring" if number == 0 else f"hole {number}"

@@ -149,11 +149,20 @@ def test_many_curves_are_evaluated_as_one_by_one(family):
 @every_family
 def test_chords_follow_the_curves(family):
     for k in range(2):
-        pieces = int(family.pieces[k])
-        index, s = sampled(family, k, pieces + 1)
+        curve, stations = family.stations()
+        s = np.append(stations[curve == k], family.lengths[k])
+        index = np.full(len(s), k)
         ends = family.points(index, s)
         middles = family.points(index[1:], (s[1:] + s[:-1]) / 2)
-        assert np.hypot(*(middles - (ends[1:] + ends[:-1]) / 2).T).max() < 1e-3 * family.lengths[k]
+        away = np.hypot(*(middles - (ends[1:] + ends[:-1]) / 2).T)
+        turned = np.abs(turning(family.tangents(index[1:], s[:-1]), family.tangents(index[1:], s[1:])))
+        assert away.max() < 1e-3 * family.lengths[k]
+        assert turned.max() < 2 * np.pi / 250 or family.exact
+
+
+@pytest.mark.parametrize("aspect", [1, 50, 1000])
+def test_flat_ellipses_need_no_more_chords_than_round_ones(aspect):
+    assert len(ellipse(1, 1 / aspect).stations()[0]) < 400
 
 
 def test_turning_is_signed_and_may_exceed_a_right_angle():

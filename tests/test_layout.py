@@ -13,12 +13,13 @@ MAY_IMPORT = {
     "wording": {"arrays"},
     "solvers": set(),
     "meshes": FOUNDATION,
+    "readers": FOUNDATION | {"geometry", "readers"},
     "quality": FOUNDATION,
     "triangulation": FOUNDATION,
     "geometry": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "spacing", "triangulation"},
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
-    "case": FOUNDATION | {"case", "geometry", "packing", "solvers", "spacing"},
+    "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
     "output": FOUNDATION | {"meshes", "output", "quality", "solvers"},
 }
 LIBRARIES = {
@@ -30,6 +31,9 @@ LIBRARIES = {
     "rich": {"console"},
     "typer": {"cli"},
     "pythoncdt": {"triangulation"},
+    "ezdxf": {"readers"},
+    "pyogrio": {"readers"},
+    "svgelements": {"readers"},
 }
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 

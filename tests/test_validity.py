@@ -108,7 +108,12 @@ FAULTS = {
         "cut the domain in two",
         None,
     ),
-    "inscribed circle": (polygon([(2, 0), (0, 2), (-2, 0), (0, -2)]), [circle((0, 0), np.sqrt(2))], "in two", None),
+    "inscribed circle": (
+        polygon([(2, 0), (0, 2), (-2, 0), (0, -2)]),
+        [circle((0, 0), np.sqrt(2))],
+        "in two|crosses the outer ring",
+        None,
+    ),
 }
 
 

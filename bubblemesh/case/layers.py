@@ -19,6 +19,7 @@ class Layer:
 
     source: str
     document: Document
+    folder: Path = Path()
 
 
 def layers_of(path: Path, source: str, text: str) -> list[Layer]:
@@ -40,7 +41,7 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
     FileError
         If a base cannot be read.
     """
-    layers = [Layer(source, read_document(text, source))]
+    layers = [Layer(source, read_document(text, source), path.parent)]
     seen = [path.resolve()]
     while (base := layers[0].document.data.get("base")) is not None:
         place = f"{layers[0].source}:{layers[0].document.line(('base',))}: base"
@@ -50,7 +51,7 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
         if path.resolve() in seen:
             raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
         seen.append(path.resolve())
-        layers.insert(0, Layer(str(path), read_document(read_text(path), str(path))))
+        layers.insert(0, Layer(str(path), read_document(read_text(path), str(path)), path.parent))
     return layers
 
 
@@ -62,11 +63,22 @@ def merged(layers: Sequence[Layer]) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for layer in layers:
         data = {key: value for key, value in data.items() if key not in OWN_KEYS}
-        for key, value in layer.document.data.items():
+        for key, given in layer.document.data.items():
+            value = _with_files_found(given, layer.folder) if key == "domain" else given
             present = data.get(key)
             data[key] = {**present, **value} if isinstance(present, dict) and isinstance(value, dict) else value
     data.pop("base", None)
     return data
+
+
+def _with_files_found(value: Any, folder: Path) -> Any:
+    """The same data, with the folder before the names of files in it."""
+    if isinstance(value, list):
+        return [_with_files_found(entry, folder) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    found = {"file": str(folder / value["file"])} if value.get("file") and isinstance(value["file"], str) else {}
+    return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
 
 
 def place_of(layers: Sequence[Layer], path: Sequence[str | int]) -> str:

@@ -1,16 +1,21 @@
 """The case file's models; their descriptions are the text of its JSON Schema."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Count, FileName, Fraction, Label, Number, Strict
-from bubblemesh.case.parts import EmbeddedLine, EmbeddedPoint, Region, SidePair, SpacingValue
-from bubblemesh.case.rings import Ring
-from bubblemesh.errors import CaseError
+from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Strict
+from bubblemesh.case.files import FileDomain
+from bubblemesh.case.parts import Parts, SpacingValue
+from bubblemesh.case.rings import Ring, rings_of
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.solvers import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
+from bubblemesh.wording import ring_name
+
+if TYPE_CHECKING:
+    from bubblemesh.geometry import rings
 
 __all__ = ["Case", "Domain", "Limits", "Output", "Requirements"]
 
@@ -23,16 +28,51 @@ def _parameter_name(name: str) -> str:
     return name
 
 
-class Domain(Strict):
+class RingDomain(Parts):
     """The domain: one outer ring with holes, regions, and what is embedded."""
 
     outer: Ring = Field(description="The ring around the domain.")
     holes: tuple[Ring, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
-    regions: tuple[Region, ...] = Field(default=(), description="Parts of the domain with names of their own.")
-    region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
-    lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
-    periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
-    points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
+
+    def rings(self) -> "tuple[rings.Ring, list[rings.Ring]]":
+        """Geometry of the outer ring and of the holes.
+
+        Raises
+        ------
+        GeometryError, CaseError, FileError
+            With the ring.
+        """
+        first = _rings(self.outer, 0)
+        if len(first) > 1:
+            raise GeometryError(
+                f"{ring_name(0)}: {len(first)} rings are in the file: choose one by feature or layer, or give the file "
+                "as the whole domain"
+            )
+        holes: list[rings.Ring] = []
+        for model in self.holes:
+            holes += _rings(model, len(holes) + 1)
+        return first[0], holes
+
+
+def _rings(model: Ring, number: int) -> "list[rings.Ring]":
+    """The rings of one entry; errors tell which one it is."""
+    try:
+        return rings_of(model)
+    except BubblemeshError as error:
+        raise type(error)(f"{ring_name(number)}: {error}") from None
+
+
+class WholeFile(FileDomain, Parts):
+    """The area that the rings of another file bound, with regions and what is embedded."""
+
+
+DOMAINS = Choice("a mapping", ("outer", "file"))
+
+Domain = Annotated[
+    Annotated[RingDomain, Tag("<outer>")] | Annotated[WholeFile, Tag("<file>")],
+    Discriminator(DOMAINS.tag),
+    BeforeValidator(DOMAINS.checked),
+]
 
 
 class Output(Strict):

@@ -12,7 +12,7 @@ from bubblemesh.case.rings import Ring
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
 
-__all__ = ["EmbeddedLine", "EmbeddedPoint", "Region", "SidePair", "SpacingValue"]
+__all__ = ["EmbeddedLine", "EmbeddedPoint", "Parts", "Region", "SidePair", "SpacingValue"]
 
 
 def _number_or_text(value: Any) -> Any:
@@ -54,3 +54,13 @@ class EmbeddedPoint(Strict):
 
     at: Point = Field(description="The point [x, y].")
     label: OneLabel = None
+
+
+class Parts(Strict):
+    """What a domain may hold beside its rings."""
+
+    regions: tuple[Region, ...] = Field(default=(), description="Parts of the domain with names of their own.")
+    region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
+    lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
+    periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
+    points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")

@@ -34,7 +34,7 @@ MESSAGES = {
 }
 
 # Those that are not about a value.
-WITHOUT_VALUE = {"missing", "excluding", "extra_forbidden", "labels", "parameter", "start"}
+WITHOUT_VALUE = {"missing", "excluding", "extra_forbidden", "labels", "parameter", "scale", "start", "traced"}
 
 Path = tuple[str | int, ...]
 

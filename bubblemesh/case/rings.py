@@ -7,13 +7,15 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, Label, Number, OneLabel, Point, Positive, Strict, listed
+from bubblemesh.case.files import FileRing
 from bubblemesh.case.paths import PathRing
+from bubblemesh.case.tracing import Traced
 from bubblemesh.errors import GeometryError
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
 
-__all__ = ["Ring"]
+__all__ = ["Ring", "rings_of"]
 
 # Each method imports the geometry by itself: it needs SciPy, which `bubblemesh schema` should not wait for.
 
@@ -46,8 +48,8 @@ SideLabels = Annotated[
 ]
 
 
-class PolygonRing(Strict):
-    """A polygon; each of its corners is a node."""
+class PolygonRing(Traced, Strict):
+    """A polygon; each of its corners is a node, unless `corners` says otherwise."""
 
     polygon: tuple[Point, ...] = Field(description="Corners [x, y] in order, turning either way.")
     label: OneLabel = None
@@ -59,7 +61,7 @@ class PolygonRing(Strict):
 
         if not self.polygon:
             raise GeometryError("a polygon has no points: give at least three")
-        return rings.polygon(self.polygon, self.labels, self.label)
+        return self.traced(rings.polygon(self.polygon, self.labels, self.label))
 
 
 class RectangleRing(Strict):
@@ -121,14 +123,20 @@ class EllipseRing(Strict):
         return rings.ellipse(self.ellipse.center, self.ellipse.radii, self.ellipse.angle, self.label)
 
 
-SHAPES = Choice("a mapping", ("polygon", "rectangle", "circle", "ellipse", "path"))
+def rings_of(model: "Ring") -> "list[rings.Ring]":
+    """The geometry of one ring, or of all that a file holds."""
+    return model.rings() if isinstance(model, FileRing) else [model.ring()]
+
+
+SHAPES = Choice("a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file"))
 
 Ring = Annotated[
     Annotated[PolygonRing, Tag("<polygon>")]
     | Annotated[RectangleRing, Tag("<rectangle>")]
     | Annotated[CircleRing, Tag("<circle>")]
     | Annotated[EllipseRing, Tag("<ellipse>")]
-    | Annotated[PathRing, Tag("<path>")],
+    | Annotated[PathRing, Tag("<path>")]
+    | Annotated[FileRing, Tag("<file>")],
     Discriminator(SHAPES.tag),
     BeforeValidator(SHAPES.checked),
 ]

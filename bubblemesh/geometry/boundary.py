@@ -7,13 +7,17 @@ from functools import cached_property
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.geometry.curves import Family
+from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.rings import Curve, Ring, Strand, family
 
-__all__ = ["Boundary", "Polyline"]
+__all__ = ["Boundary", "Polyline", "outline"]
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
-CONTACT_GRADING = 0.8 ** np.arange(1, 25) * 0.999  # from four steps down to where the curves are a tolerance apart
+FEWEST_CHORDS = 8  # of a part of a curve
+ROUNDING = 1e-9  # relative
+CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
+CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
+MOST_GRADED = 100
 
 
 @dataclass(frozen=True)
@@ -158,10 +162,7 @@ class Boundary:
 
     def panels(self) -> tuple[Integers, Floats, Floats]:
         """Piece, arc length and length (m,) of the chords of a fine polygonal copy of all pieces."""
-        piece = np.repeat(np.arange(len(self.kind)), self._chords)
-        first = np.cumsum(self._chords) - self._chords
-        step = (self.lengths / self._chords)[piece]
-        return piece, (np.arange(len(piece)) - first[piece]) * step, step
+        return self._chords
 
     @cached_property
     def closed(self) -> Booleans:
@@ -171,18 +172,49 @@ class Boundary:
     @cached_property
     def curved(self) -> Booleans:
         """Which pieces (p,) are not straight."""
-        return self._chords > 1
+        return ~np.array([isinstance(f, Lines) for f in self.families])[self.kind]
 
     @cached_property
-    def _chords(self) -> Integers:
-        """Number (p,) of chords of the fine polygonal copy."""
-        chords = np.zeros(len(self.kind), int)
+    def approximated(self) -> Booleans:
+        """Which pieces (p,) the polygonal copy follows nearly, but not exactly."""
+        return ~np.array([f.exact for f in self.families])[self.kind]
+
+    @cached_property
+    def _chords(self) -> tuple[Integers, Floats, Floats]:
+        """Pieces, arc lengths and steps (m,) of the chords of the polygonal copy, in order."""
+        parts = []
         for k, f in enumerate(self.families):
-            mine = self.kind == k
-            share = self.lengths[mine] / f.lengths[self.index[mine]]
-            whole = f.pieces[self.index[mine]]
-            chords[mine] = np.where(whole > 1, np.maximum(np.ceil(whole * share), 8), 1)
-        return chords
+            curve, s = f.stations()
+            mine = np.flatnonzero(self.kind == k)
+            uncut = (self.offset[mine] == 0) & (self.lengths[mine] == f.lengths[self.index[mine]])
+            piece_of = np.full(len(f.lengths), -1)
+            piece_of[self.index[mine[uncut]]] = mine[uncut]
+            whole = piece_of[curve] >= 0
+            parts.append((piece_of[curve[whole]], s[whole]))
+            for piece in mine[~uncut].tolist():
+                local = self._stations_within(piece, s[curve == self.index[piece]])
+                parts.append((np.full(len(local), piece), local))
+        return self._sorted(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def _stations_within(self, piece: int, s: Floats) -> Floats:
+        """Arc lengths on a part of a curve where its chords begin; ``s`` are those of the whole curve."""
+        length, offset, period = (float(column[piece]) for column in (self.lengths, self.offset, self._period))
+        local = np.mod(s - offset, period)
+        if not self.approximated[piece]:
+            return np.append(0.0, np.sort(local[(local > ROUNDING * length) & (local < (1 - ROUNDING) * length)]))
+        # As dense as on the whole curve, but from the end on: the rest of a cut chord would be too short there.
+        along = np.concatenate([s - period, s, s + period])
+        begin, end = np.interp([offset, offset + length], along, np.arange(len(along)))
+        chords = max(int(np.ceil((end - begin) * (1 - ROUNDING))), FEWEST_CHORDS)
+        stations = np.interp(begin + np.arange(chords) / chords * (end - begin), np.arange(len(along)), along) - offset
+        return np.append(0.0, stations[1:])
+
+    def _sorted(self, piece: Integers, s: Floats) -> tuple[Integers, Floats, Floats]:
+        """Pieces, arc lengths and steps to the next one (m,) in order."""
+        order = np.lexsort((s, piece))
+        piece, s = piece[order], s[order]
+        last = np.diff(piece, append=-1) != 0
+        return piece, s, np.where(last, self.lengths[piece], np.roll(s, -1)) - s
 
     @cached_property
     def _period(self) -> Floats:
@@ -221,16 +253,13 @@ class Boundary:
         return np.where(self.closed[piece], np.mod(s, length), np.clip(s, 0, length))
 
     def polyline(self) -> Polyline:
-        """The rings as chords, about 256 for a full turn, one for a straight piece."""
-        piece, s, _ = self.panels()
+        """The rings as chords, about 256 for a full turn, one for a straight line."""
+        piece, s, step = self.panels()
         more_piece, more_s = self._graded_to_contacts()
-        piece, s = np.concatenate([piece, more_piece]), np.concatenate([s, more_s])
+        if len(more_piece):
+            piece, s, step = self._sorted(np.append(piece, more_piece), np.append(s, more_s))
         mine = ~self.inner[piece]
-        piece, s = piece[mine], s[mine]
-        order = np.lexsort((s, piece))
-        piece, s = piece[order], s[order]
-        last = np.diff(piece, append=-1) != 0
-        step = np.where(last, self.lengths[piece], np.roll(s, -1)) - s
+        piece, s, step = piece[mine], s[mine], step[mine]
         points = self.points(piece, s)
         at_corner = (s == 0) & ~self.closed[piece]
         points[at_corner] = self.corners[self.start[piece[at_corner]]]
@@ -249,15 +278,21 @@ class Boundary:
         corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed & ~self.inner])
         rings_at = np.bincount(corner_and_ring // rings, minlength=len(self.corners))
         contact = np.append(rings_at > 1, False)  # the last entry answers for start = -1
-        curved = (self._chords > 1) & ~self.inner
+        curved = self.approximated & ~self.inner
         forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)
-        touching = np.union1d(forward, backward)
+        if len(forward) + len(backward) == 0:
+            return np.zeros(0, np.int64), np.zeros(0)
         # Equal lengths on both curves: the sharper curve's chords then turn away faster.
-        s = 4 * np.min((self.lengths / self._chords)[touching], initial=np.inf) * CONTACT_GRADING
-        after = np.tile(s, len(forward))
-        before = (self.lengths[backward, None] - s).ravel()
-        per_end = len(CONTACT_GRADING)
-        return np.repeat(np.concatenate([forward, backward]), per_end), np.concatenate([after, before])
+        piece, _, step = self.panels()
+        first, last = np.flatnonzero(np.diff(piece, prepend=-1)), np.flatnonzero(np.diff(piece, append=-1))
+        beside = np.concatenate([step[first[forward]], step[last[backward]]])
+        levels = np.ceil(np.log(4 * beside.max() / (CONTACT_FINEST * beside.min())) / -np.log(CONTACT_GRADING))
+        s = 4 * beside.max() * 0.999 * CONTACT_GRADING ** np.arange(1, min(levels, MOST_GRADED) + 1)
+        ends = [(forward, np.tile(s, (len(forward), 1))), (backward, self.lengths[backward, None] - s)]
+        pieces = np.concatenate([np.repeat(k, len(s)) for k, _ in ends])
+        along = np.concatenate([at.ravel() for _, at in ends])
+        within = (along > 0) & (along < self.lengths[pieces])
+        return pieces[within], along[within]
 
     def edges(self, piece: Integers, s: Floats) -> tuple[Integers, Integers]:
         """Boundary edges between corners and the nodes (m,) at arc length ``s`` on the pieces ``piece``.
@@ -319,6 +354,11 @@ class Boundary:
         columns["offset"] += begin
         columns["start"][begins] = columns["end"][ends] = corner
         return replace(self, **columns)
+
+
+def outline(ring: Ring) -> Floats:
+    """Polygonal copy (m, 2) of a ring."""
+    return Boundary.of([ring]).polyline().points
 
 
 def default_label(ring: int) -> str:

@@ -58,7 +58,7 @@ def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tu
     points, ends = shapely.points(line.points), line.points[line.successor]
     chords = shapely.linestrings(np.stack([line.points, ends], axis=1))
     length = np.hypot(*(ends - line.points).T)
-    curved = boundary.curved[line.piece]
+    curved = boundary.approximated[line.piece]
     reach = np.maximum(tolerance, GAP_OF_CHORDS * length * curved)
     probe, chord = shapely.STRtree(chords).query(points, predicate="dwithin", distance=reach.max())
     gap = shapely.distance(points[probe], chords[chord])

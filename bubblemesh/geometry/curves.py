@@ -15,8 +15,11 @@ from bubblemesh.arrays import Floats, Integers
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-__all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines", "turning"]
+__all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines", "interpolated", "turning"]
 
+CHORDS_PER_TURN = 256
+FEWEST_CHORDS = 8  # of an arc
+LEAST_CHORDS = 64  # of any other curve
 KNOT_PANELS = 64  # of the arc length table between two knots of a spline
 LARGEST_ASPECT = 256  # of an ellipse, to which its table resolves the ends
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -30,8 +33,11 @@ class Family(Protocol):
         """Lengths (n,) of the curves, same unit as the domain."""
 
     @property
-    def pieces(self) -> Integers:
-        """Numbers (n,) of chords that follow each curve to about 1e-4 of its radius of curvature."""
+    def exact(self) -> bool:
+        """Whether chords between the stations are the curves themselves."""
+
+    def stations(self) -> tuple[Integers, Floats]:
+        """Curves (c,) and arc lengths (c,) at which chords begin that follow them to about 1e-4 of their radius."""
 
     def points(self, index: Integers, s: Floats) -> Floats:
         """Points (m, 2) at arc length ``s`` (m,) of the curves ``index`` (m,)."""
@@ -52,8 +58,11 @@ class Lines:
         return np.hypot(*(self.end - self.start).T)
 
     @property
-    def pieces(self) -> Integers:
-        return np.ones(len(self.start), int)
+    def exact(self) -> bool:
+        return True
+
+    def stations(self) -> tuple[Integers, Floats]:
+        return np.arange(len(self.start)), np.zeros(len(self.start))
 
     def points(self, index: Integers, s: Floats) -> Floats:
         start, end = self.start[index], self.end[index]
@@ -77,8 +86,15 @@ class Arcs:
         return np.abs(self.sweep) * self.radius
 
     @property
-    def pieces(self) -> Integers:
-        return np.ceil(np.abs(self.sweep) / (2 * np.pi) * 256).astype(int)
+    def exact(self) -> bool:
+        return False
+
+    def stations(self) -> tuple[Integers, Floats]:
+        turns = np.abs(self.sweep) / (2 * np.pi)
+        chords = np.maximum(np.ceil(turns * CHORDS_PER_TURN), FEWEST_CHORDS).astype(int)
+        curve = np.repeat(np.arange(len(chords)), chords)
+        rank = np.arange(len(curve)) - (np.cumsum(chords) - chords)[curve]
+        return curve, rank * (self.lengths / chords)[curve]
 
     def _angles(self, index: Integers, s: Floats) -> Floats:
         return self.angle[index] + np.sign(self.sweep[index]) * s / self.radius[index]
@@ -127,6 +143,10 @@ class _Tabulated:
         """Increasing values of u from 0 to 1 between which the speed of curve k is nearly a polynomial."""
         raise NotImplementedError
 
+    def _least_chords(self, k: int) -> int:
+        """Number of chords that curve k would have if it were straight."""
+        raise NotImplementedError
+
     def _position(self, index: Integers, u: Floats) -> Floats:
         raise NotImplementedError
 
@@ -141,6 +161,25 @@ class _Tabulated:
         speed = self._speed(k, inner.ravel()).reshape(inner.shape)
         s = np.concatenate([[0], np.cumsum(speed @ GAUSS_WEIGHTS * width / 2)])
         return s, u, 1 / self._speed(k, u)
+
+    @property
+    def exact(self) -> bool:
+        return False
+
+    def stations(self) -> tuple[Integers, Floats]:
+        # Short chords where the curvature is high, so that every chord turns as far and none is too long.
+        parts = [self._stations(k) for k in range(len(self))]
+        curve = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+        return curve, np.concatenate(parts)
+
+    def _stations(self, k: int) -> Floats:
+        rows = slice(self._first[k], self._first[k + 1])
+        s, u = self._s[rows], self._u[rows]
+        tangents = self._derivative(np.full(len(u), k), u)
+        turns = np.cumsum(np.append(0, np.abs(turning(tangents[:-1], tangents[1:])))) / (2 * np.pi)
+        weight = CHORDS_PER_TURN * turns + self._least_chords(k) * np.linspace(0, 1, len(u))
+        chords = int(np.ceil(weight[-1]))
+        return np.interp(np.arange(chords) / chords * weight[-1], weight, s)
 
     def _speed(self, k: int, u: Floats) -> Floats:
         return np.hypot(*self._derivative(np.full(len(u), k), u).T)
@@ -175,10 +214,8 @@ class Ellipses(_Tabulated):
     def __len__(self) -> int:
         return len(self.center)
 
-    @property
-    def pieces(self) -> Integers:
-        # Chords are equal in length, but curvature peaks at the ends of the long axis.
-        return np.ceil(256 * np.minimum(self._aspect, 64)).astype(int)
+    def _least_chords(self, k: int) -> int:
+        return LEAST_CHORDS
 
     @property
     def _aspect(self) -> Floats:
@@ -205,16 +242,19 @@ class Ellipses(_Tabulated):
 class Splines(_Tabulated):
     """Cubic splines through ``knots``, one array (k, 2) each, parametrised by chord length.
 
-    The ends are "not-a-knot"; a spline whose last point is its first is periodic.
+    The ends are "not-a-knot"; a spline whose last point is its first is periodic. A part of a longer spline keeps its
+    shape by ``slopes``, derivatives (2, 2) by the chord length at its ends, or None.
     """
 
     knots: Sequence[Floats]
+    slopes: Sequence[Floats | None] | None = None
     _breaks: Floats = field(init=False, repr=False)
     _offset: Integers = field(init=False, repr=False)
     _coefficients: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        splines = [_interpolated(points) for points in self.knots]
+        slopes = self.slopes or [None] * len(self.knots)
+        splines = [interpolated(points, ends) for points, ends in zip(self.knots, slopes, strict=True)]
         sizes = [len(spline.x) - 1 for spline in splines]
         object.__setattr__(self, "_breaks", np.concatenate([k + spline.x[:-1] for k, spline in enumerate(splines)]))
         object.__setattr__(self, "_offset", np.concatenate([[0], np.cumsum(sizes)]))
@@ -224,9 +264,8 @@ class Splines(_Tabulated):
     def __len__(self) -> int:
         return len(self.knots)
 
-    @property
-    def pieces(self) -> Integers:
-        return 48 * np.diff(self._offset)
+    def _least_chords(self, k: int) -> int:
+        return max(LEAST_CHORDS, len(self.knots[k]) - 1)
 
     def _panels(self, k: int) -> Floats:
         breaks = np.append(self._breaks[self._offset[k] : self._offset[k + 1]] - k, 1)
@@ -253,10 +292,15 @@ def turning(before: Floats, after: Floats) -> Floats:
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
-def _interpolated(points: Floats) -> "CubicSpline":
-    """Spline through ``points`` (k, 2) over [0, 1] by chord length."""
+def interpolated(points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":
+    """Spline through ``points`` (k, 2) over [0, 1] by chord length, ``slopes`` (2, 2) being its ends' by length.
+
+    Closed, it is smooth at its start, unless that is ``cornered``.
+    """
     from scipy.interpolate import CubicSpline  # takes longer to load than most cases take to mesh
 
     u = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    periodic = len(points) > 3 and bool(np.all(points[0] == points[-1]))
+    if slopes is not None:
+        return CubicSpline(u / u[-1], points, bc_type=((1, slopes[0] * u[-1]), (1, slopes[1] * u[-1])))
+    periodic = not cornered and len(points) > 3 and bool(np.all(points[0] == points[-1]))
     return CubicSpline(u / u[-1], points, bc_type="periodic" if periodic else "not-a-knot")

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.geometry.boundary import Boundary, Polyline
+from bubblemesh.geometry.boundary import Boundary, Polyline, outline
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.partition import Parts, partitioned
@@ -44,11 +44,14 @@ class Domain:
         What was changed on reading the rings.
     parts : Parts
         Regions and embedded lines and points, which are pieces and corners of the boundary too.
+    traced : dict
+        Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
     """
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
     parts: Parts = field(default_factory=Parts)
+    traced: dict[int, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
@@ -60,15 +63,16 @@ class Domain:
             If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
         """
         rings = [_turned(outer, +1), *(_turned(hole, -1) for hole in holes)]
-        require_domain([_outline(ring) for ring in rings], contact=False)
+        require_domain([outline(ring) for ring in rings], contact=False)
         boundary = joined(Boundary.of(rings))
         polyline = boundary.polyline()
         require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))])
         notes = tuple(note for ring in rings for note in ring.notes)
-        simple = cls(boundary, notes)
+        traced = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
+        simple = cls(boundary, notes, traced=traced)
         if parts is None:
             return simple
-        return cls(partitioned(boundary, parts, simple.polygon) if parts else boundary, notes, parts)
+        return cls(partitioned(boundary, parts, simple.polygon) if parts else boundary, notes, parts, traced)
 
     @cached_property
     def periodic(self) -> Integers:
@@ -138,7 +142,7 @@ class Domain:
         t = np.clip(t, 0, 1)[:, None]
         piece, s = line.piece[chord], line.s[chord] + t[:, 0] * line.step[chord]
         foot = a + t * (b - a)
-        curved = np.flatnonzero(boundary.curved[piece])
+        curved = np.flatnonzero(boundary.approximated[piece])
         if len(curved):
             curvature = self._curvature[chord[curved]]
             s[curved] = self._projected(points[curved], piece[curved], s[curved], curvature)
@@ -169,19 +173,16 @@ class Domain:
         boundary, inside = self.boundary, self.contains(points)
         between_corners = boundary.closed[piece] | ((s > 0) & (s < boundary.lengths[piece]))
         # Close to a curve its tangent tells the side better than the chords do.
-        smooth = np.flatnonzero(boundary.curved[piece] & between_corners)
+        smooth = np.flatnonzero(boundary.approximated[piece] & between_corners)
         tx, ty = boundary.tangents(piece[smooth], s[smooth]).T
         rx, ry = (points[smooth] - foot[smooth]).T
         inside[smooth] = tx * ry - ty * rx > 0
         return np.where(inside, distance, -distance)
 
 
-def _outline(ring: Ring) -> Floats:
-    return Boundary.of([ring]).polyline().points
-
-
 def _turned(ring: Ring, turn: int) -> Ring:
     """The ring turned counter-clockwise (+1) or clockwise (-1)."""
-    x, y = (_outline(ring) - _outline(ring)[0]).T
+    points = outline(ring)
+    x, y = (points - points[0]).T
     twice_area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     return ring if twice_area * turn >= 0 else ring.reversed()

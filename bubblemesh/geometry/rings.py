@@ -1,7 +1,7 @@
 """Closed rings of smooth sides, made from the shapes that a case file offers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import curves
+from bubblemesh.geometry.traces import Traces
 from bubblemesh.wording import place
 
 __all__ = [
@@ -41,6 +42,9 @@ class Line(NamedTuple):
     def reversed(self) -> "Line":
         return Line(self.end, self.start)
 
+    def scaled(self, factor: float) -> "Line":
+        return Line(_times(self.start, factor), _times(self.end, factor))
+
 
 class Arc(NamedTuple):
     """A circular side, or a whole circle."""
@@ -52,6 +56,9 @@ class Arc(NamedTuple):
 
     def reversed(self) -> "Arc":
         return self._replace(angle=self.angle + self.sweep, sweep=-self.sweep)
+
+    def scaled(self, factor: float) -> "Arc":
+        return self._replace(center=_times(self.center, factor), radius=self.radius * factor)
 
 
 class Ellipse(NamedTuple):
@@ -65,23 +72,45 @@ class Ellipse(NamedTuple):
     def reversed(self) -> "Ellipse":
         return self._replace(turn=-self.turn)
 
+    def scaled(self, factor: float) -> "Ellipse":
+        return self._replace(center=_times(self.center, factor), radii=_times(self.radii, factor))
+
 
 class Spline(NamedTuple):
-    """A cubic spline through ``knots`` (k, 2)."""
+    """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones."""
 
     knots: Floats
+    slopes: Floats | None = None
 
     def reversed(self) -> "Spline":
-        return Spline(self.knots[::-1])
+        return Spline(self.knots[::-1], None if self.slopes is None else -self.slopes[::-1])
+
+    def scaled(self, factor: float) -> "Spline":
+        return self._replace(knots=self.knots * factor)
 
 
-Curve = Line | Arc | Ellipse | Spline
+class Trace(NamedTuple):
+    """A polyline through ``points`` (k, 2) that nodes may slide along; closed if the last point is the first."""
+
+    points: Floats
+
+    def reversed(self) -> "Trace":
+        return Trace(self.points[::-1])
+
+    def scaled(self, factor: float) -> "Trace":
+        return Trace(self.points * factor)
+
+
+Curve = Line | Arc | Ellipse | Spline | Trace
 
 
 def family(members: Sequence[Curve]) -> curves.Family:
     """The family that evaluates ``members``, which are of one kind."""
     if isinstance(members[0], Spline):
-        return curves.Splines([member.knots for member in members if isinstance(member, Spline)])
+        splines = [member for member in members if isinstance(member, Spline)]
+        return curves.Splines([spline.knots for spline in splines], [spline.slopes for spline in splines])
+    if isinstance(members[0], Trace):
+        return Traces([member.points for member in members if isinstance(member, Trace)])
     kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
     return kind(*(np.array(column, float) for column in zip(*members, strict=True)))
 
@@ -105,16 +134,28 @@ class Ring:
         Start of each side; empty for a whole circle or ellipse, which has no fixed node.
     notes : tuple of str
         What was changed on reading, for the user to know.
+    given : (m, 2), optional
+        Outline of the ring as it was given, where it is followed as a curve.
     """
 
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]
     notes: tuple[str, ...] = ()
+    given: Floats | None = field(default=None, compare=False)
 
     def reversed(self) -> "Ring":
         """The same ring run the other way."""
         sides = tuple(replace(side, curve=side.curve.reversed()) for side in reversed(self.sides))
         return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
+
+    def labelled(self, label: str | None) -> "Ring":
+        """The same ring with all its sides called ``label``, if that is given."""
+        return self if label is None else replace(self, sides=tuple(replace(side, label=label) for side in self.sides))
+
+    def scaled(self, factor: float) -> "Ring":
+        """The same ring in another unit of length."""
+        sides = tuple(replace(side, curve=side.curve.scaled(factor)) for side in self.sides)
+        return replace(self, sides=sides, vertices=tuple(_times(vertex, factor) for vertex in self.vertices))
 
 
 @dataclass(frozen=True)
@@ -300,3 +341,7 @@ def _same(a: Sequence[float], b: Sequence[float], tolerance: float) -> bool:
 
 def _point(values: Sequence[float] | Floats) -> Point:
     return float(values[0]), float(values[1])
+
+
+def _times(point: Point, factor: float) -> Point:
+    return point[0] * factor, point[1] * factor

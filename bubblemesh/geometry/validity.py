@@ -8,9 +8,9 @@ from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.wording import place
+from bubblemesh.wording import place, ring_name
 
-__all__ = ["require_domain", "ring_name"]
+__all__ = ["require_domain"]
 
 SMALLEST = 1e-70  # extent whose fourth power is still a number
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
@@ -40,11 +40,6 @@ def require_domain(outlines: Sequence[Floats], *, contact: bool = True) -> None:
     if not whole.is_valid:
         fault, where = _explained(whole)
         raise GeometryError(f"the rings cut the domain in two at {where} ({fault}): give one case for each part")
-
-
-def ring_name(number: int) -> str:
-    """What messages call a ring."""
-    return "the outer ring" if number == 0 else f"hole {number}"
 
 
 def _simple(outline: Floats, name: str) -> shapely.Polygon:

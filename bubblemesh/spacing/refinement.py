@@ -79,7 +79,7 @@ def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
     """Sources on curves that turn too far over the length of one spacing."""
     boundary = domain.boundary
     piece, s, step = boundary.panels()
-    curved = boundary.curved[piece]
+    curved = boundary.approximated[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = WIDEST_TURN * step / np.maximum(np.abs(turning(before, after)), 1e-12)

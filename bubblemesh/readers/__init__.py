@@ -1,0 +1,1 @@
+"""Rings from files of other programs."""

@@ -1,0 +1,196 @@
+"""Strokes joined into closed rings where their ends meet."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
+from bubblemesh.readers.features import Piece, Point, Stroke, end_of
+from bubblemesh.wording import place
+
+__all__ = ["chained"]
+
+JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
+MOST_NAMED = 5
+
+
+class Link(NamedTuple):
+    """A stroke seen from one of its ends: from node ``begin`` to node ``end``, or the other way if ``back``."""
+
+    stroke: int
+    back: bool
+    begin: int
+    end: int
+
+
+def chained(strokes: Sequence[Stroke], join: float | None) -> tuple[list[Ring], list[str]]:
+    """Rings of the strokes, and notes on gaps that were closed.
+
+    Parameters
+    ----------
+    strokes : sequence of Stroke
+    join : float, optional
+        Ends nearer to each other than this meet in their common mean; by default they may differ by rounding only.
+
+    Raises
+    ------
+    GeometryError
+        If an end meets no other one, or more than one.
+    """
+    closed = [_ring([stroke]) for stroke in strokes if stroke.start == stroke.end]
+    strokes = [stroke for stroke in strokes if stroke.start != stroke.end]
+    if not strokes:
+        return closed, []
+    ends = np.array([[stroke.start, stroke.end] for stroke in strokes], float).reshape(-1, 2)
+    stops = np.array([stroke.start for stroke in strokes] + [end_of(piece) for s in strokes for piece in s.pieces])
+    rounding = JOIN * float(np.ptp(stops, axis=0).max())
+    reach = rounding if join is None else join
+    node = _clustered(ends, reach)
+    _require_pairs(strokes, ends, node)
+    meet = np.column_stack([np.bincount(node, ends[:, k]) / np.bincount(node) for k in range(2)])
+    gap = np.hypot(*(ends - meet[node]).T)
+    notes = []
+    if 2 * gap.max() > rounding:
+        widest = int(gap.argmax())
+        gaps = len(np.unique(node[2 * gap > rounding]))
+        notes.append(f"{gaps} gaps joined, the widest ({2 * gap[widest]:.3g}) at {place(ends[widest])}")
+    made = [_ring([_moved(strokes[link.stroke], link, meet) for link in loop]) for loop in _loops(node.reshape(-1, 2))]
+    return closed + made, notes
+
+
+def _clustered(ends: Floats, reach: float) -> Integers:
+    """Number (m,) of the meeting place of each end."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(ends).query_pairs(reach, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(ends), len(ends)))
+    return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def _require_pairs(strokes: Sequence[Stroke], ends: Floats, node: Integers) -> None:
+    """Every meeting place must have two ends."""
+    count = np.bincount(node)[node]
+    loose = np.flatnonzero(count == 1)
+    if len(loose):
+        gaps = [f"{strokes[k // 2].name} at {place(ends[k])}" for k in loose[:MOST_NAMED].tolist()]
+        more = f" and {len(loose) - MOST_NAMED} more" if len(loose) > MOST_NAMED else ""
+        raise GeometryError(f"open ends: {', '.join(gaps)}{more}: {_advice(ends, loose)}")
+    crowded = np.flatnonzero(count > 2)
+    if len(crowded):
+        k = int(crowded[0])
+        names = sorted({strokes[j // 2].name for j in np.flatnonzero(node == node[k]).tolist()})
+        raise GeometryError(
+            f"{count[k]} ends meet at {place(ends[k])} ({', '.join(names[:MOST_NAMED])}): a ring passes a point once; "
+            "remove double lines, or choose a layer or feature"
+        )
+
+
+def _advice(ends: Floats, loose: Integers) -> str:
+    """What would close the gap at the first loose end."""
+    first, *others = ends[loose]
+    if not others:
+        return "close the curve"
+    gap = np.hypot(*(np.array(others) - first).T)
+    return f"the next one is {gap.min():.3g} away from the first: draw what is missing, or set join above the gaps"
+
+
+def _loops(node: Integers) -> list[list[Link]]:
+    """Closed walks along strokes (m, 2), given by the nodes at their ends."""
+    at: dict[int, list[int]] = {}
+    for stroke, (begin, end) in enumerate(node.tolist()):
+        at.setdefault(begin, []).append(stroke)
+        at.setdefault(end, []).append(stroke)
+    used = np.zeros(len(node), bool)
+    loops = []
+    for first in range(len(node)):
+        if used[first]:
+            continue
+        begin, end = node[first].tolist()
+        loop, used[first] = [Link(first, False, begin, end)], True
+        while end != begin:
+            (stroke,) = (k for k in at[end] if not used[k])
+            used[stroke] = True
+            a, b = node[stroke].tolist()
+            loop.append(Link(stroke, a != end, end, b if a == end else a))
+            end = loop[-1].end
+        loops.append(loop)
+    return loops
+
+
+def _moved(stroke: Stroke, link: Link, meet: Floats) -> Stroke:
+    """The stroke run as the link tells, with its ends at the meeting places."""
+    run = _reversed(stroke) if link.back else stroke
+    (x0, y0), (x1, y1) = meet[link.begin].tolist(), meet[link.end].tolist()
+    pieces = list(run.pieces)
+    if len(pieces) == 1:
+        pieces = [_between(run.start, pieces[0], (x0, y0), (x1, y1))]
+    else:
+        inner = end_of(pieces[0])
+        pieces[0] = _between(run.start, pieces[0], (x0, y0), inner)
+        before = end_of(pieces[-2])
+        pieces[-1] = _between(before, pieces[-1], before, (x1, y1))
+    return Stroke((x0, y0), tuple(pieces), run.name)
+
+
+def _between(start: Point, piece: Piece, new_start: Point, new_end: Point) -> Piece:
+    """The piece with moved ends: an arc keeps its angle, a spline its inner points."""
+    if isinstance(piece, LineTo):
+        return piece._replace(to=new_end)
+    if isinstance(piece, SplineTo):
+        return piece._replace(through=[*piece.through[:-1], new_end])
+    if new_start == start and new_end == piece.to:
+        return piece
+    p, q, c = (np.array(values, float) for values in (start, piece.to, piece.center))
+    a, b = np.array(new_start), np.array(new_end)
+    chord, moved = q - p, b - a
+    if chord @ chord == 0:
+        return ArcTo(new_end, _pair(c + a - p), piece.left, piece.label)
+    # The similarity that takes the old chord to the new one takes the centre along.
+    turn = complex(*moved) / complex(*chord)
+    center = complex(*a) + complex(*(c - p)) * turn
+    return ArcTo(new_end, (center.real, center.imag), piece.left, piece.label)
+
+
+def _reversed(stroke: Stroke) -> Stroke:
+    starts = [stroke.start, *(end_of(piece) for piece in stroke.pieces[:-1])]
+    pieces: list[Piece] = []
+    for start, piece in zip(reversed(starts), reversed(stroke.pieces), strict=True):
+        if isinstance(piece, SplineTo):
+            pieces.append(piece._replace(through=[*reversed(list(piece.through)[:-1]), start]))
+        elif isinstance(piece, ArcTo):
+            pieces.append(piece._replace(to=start, left=not piece.left))
+        else:
+            pieces.append(piece._replace(to=start))
+    return Stroke(stroke.end, tuple(pieces), stroke.name)
+
+
+def _ring(strokes: Sequence[Stroke]) -> Ring:
+    """The ring along strokes that follow each other; arcs of one circle become the whole circle."""
+    pieces = [piece for stroke in strokes for piece in stroke.pieces]
+    whole = _whole_circle(pieces)
+    try:
+        return whole or rings.path(strokes[0].start, pieces)
+    except GeometryError as error:
+        raise GeometryError(f"{strokes[0].name}: {error}") from None
+
+
+def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:
+    """The circle that the pieces make up, if they are arcs of one and have one label."""
+    arcs = [piece for piece in pieces if isinstance(piece, ArcTo)]
+    if len(arcs) < len(pieces) or len({(piece.left, piece.label) for piece in arcs}) > 1:
+        return None
+    centers, ends = np.array([arc.center for arc in arcs], float), np.array([arc.to for arc in arcs], float)
+    radii = np.hypot(*(ends - centers).T)
+    if np.ptp(centers, axis=0).max() > JOIN * radii.max() or np.ptp(radii) > JOIN * radii.max():
+        return None
+    return rings.circle(centers.mean(axis=0).tolist(), float(radii.mean()), arcs[0].label)
+
+
+def _pair(values: Floats) -> Point:
+    return float(values[0]), float(values[1])

@@ -1,0 +1,193 @@
+"""DXF drawings: lines, arcs, circles, ellipses, polylines with bulges and splines; layers become labels."""
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ezdxf.filemanagement import readfile
+from ezdxf.lldxf.const import DXFError
+from ezdxf.math import bulge_center
+
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
+from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked
+from bubblemesh.readers.sampling import splines
+from bubblemesh.readers.text import unreadable
+from bubblemesh.wording import place
+
+__all__ = ["read_dxf"]
+
+FULL_TURN = 2 * np.pi * (1 - 1e-9)
+DEEPEST = 16  # blocks within blocks
+UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 13: "um"}  # of the header's $INSUNITS
+
+
+def read_dxf(path: Path) -> Content:
+    """The curves of a drawing's model space, blocks resolved; other entities are named in the notes.
+
+    Raises
+    ------
+    FileError, CaseError
+        With the entity.
+    """
+    try:
+        drawing = readfile(path)
+    except (DXFError, UnicodeDecodeError) as error:
+        raise CaseError(f"not a valid DXF drawing: {error}") from None
+    except OSError as error:
+        if error.errno is None:
+            raise FileError("not a DXF drawing") from None
+        raise unreadable(error) from None
+    features: list[Feature] = []
+    unused: dict[str, list[Any]] = {}
+    for entity in _entities(drawing.modelspace(), 0):
+        kind = entity.dxftype()
+        if kind in CURVES and _is_plane(entity):
+            features.append(_feature(entity))
+        else:
+            unused.setdefault(kind, []).append(entity)
+    notes = tuple(_unused(kind, entities) for kind, entities in unused.items())
+    if not features:
+        raise CaseError(f"there are no curves in its model space{''.join(f'; {note}' for note in notes)}")
+    return Content(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
+
+
+def _entities(layout: Iterable[Any], depth: int) -> Iterator[Any]:
+    """Entities with those of blocks in their places."""
+    if depth > DEEPEST:
+        raise CaseError(f"blocks are nested more than {DEEPEST} deep")
+    for entity in layout:
+        if entity.dxftype() == "INSERT":
+            yield from _entities(entity.virtual_entities(), depth + 1)
+        else:
+            yield entity
+
+
+def _is_plane(entity: Any) -> bool:
+    """Whether an entity lies in the plane of the drawing or one parallel to it."""
+    direction = entity.dxf.get("extrusion", (0, 0, 1))
+    flat = abs(direction[0]) + abs(direction[1]) < 1e-9
+    return flat and (entity.dxftype() != "POLYLINE" or entity.is_2d_polyline)
+
+
+def _name(entity: Any) -> str:
+    handle = entity.dxf.get("handle")
+    return f"{entity.dxftype()}{f' #{handle}' if handle else ''} on layer {entity.dxf.layer}"
+
+
+def _unused(kind: str, entities: list[Any]) -> str:
+    """Note on entities that make no ring."""
+    first = entities[0]
+    keys = [key for key in ("insert", "location", "start", "center", "defpoint") if first.dxf.hasattr(key)]
+    at = first.dxf.get(keys[0]) if keys else None
+    where = f" at {place((at[0], at[1]))}" if at is not None else ""
+    return f"{len(entities)} {kind} not used, the first on layer {first.dxf.layer}{where}"
+
+
+def _feature(entity: Any) -> Feature:
+    name, layer = _name(entity), str(entity.dxf.layer)
+    label = None if layer == "0" else layer
+    made = CURVES[entity.dxftype()](entity, name, label)
+    properties = {"type": entity.dxftype(), "handle": entity.dxf.get("handle")}
+    if isinstance(made, Stroke):
+        return Feature(name, layer, properties, strokes=(made,))
+    return Feature(name, layer, properties, rings=(made,))
+
+
+def _mirrored(entity: Any) -> float:
+    """-1 if the entity is drawn as seen from below, where x is turned round."""
+    return -1.0 if entity.dxf.get("extrusion", (0, 0, 1))[2] < 0 else 1.0
+
+
+def _line(entity: Any, name: str, label: str | None) -> Stroke:
+    start, end = checked([entity.dxf.start, entity.dxf.end], name)
+    return Stroke(start, (LineTo(end, label),), name)
+
+
+def _arc(entity: Any, name: str, label: str | None) -> Stroke:
+    start, end, center = checked([entity.start_point, entity.end_point, entity.ocs().to_wcs(entity.dxf.center)], name)
+    return Stroke(start, (ArcTo(end, center, _mirrored(entity) > 0, label),), name)
+
+
+def _circle(entity: Any, name: str, label: str | None) -> rings.Ring:
+    center, (radius, _) = checked([entity.ocs().to_wcs(entity.dxf.center), (entity.dxf.radius, 0)], name)
+    if radius <= 0:
+        raise CaseError(f"{name} at {place(center)}: its radius is {radius:g}")
+    return rings.circle(center, radius, label)
+
+
+def _ellipse(entity: Any, name: str, label: str | None) -> Stroke | rings.Ring:
+    begin, sweep = entity.dxf.start_param, (entity.dxf.end_param - entity.dxf.start_param) % (2 * np.pi)
+    if sweep == 0 or sweep > FULL_TURN:
+        center, (x, y) = checked([entity.dxf.center, entity.dxf.major_axis], name)
+        long = float(np.hypot(x, y))
+        return rings.ellipse(center, (long, long * entity.dxf.ratio), float(np.degrees(np.arctan2(y, x))), label)
+
+    def curve(t: Any) -> Any:
+        return np.array(checked(list(entity.vertices((begin + sweep * t).tolist())), name))
+
+    return _sampled([curve], name, label)
+
+
+def _spline(entity: Any, name: str, label: str | None) -> Stroke:
+    """B-splines are sampled between the knots at which they may have a corner."""
+    tool = entity.construction_tool()
+    knots, degree = np.array(tool.knots(), float), tool.degree
+    inner, count = np.unique(knots[(knots > 0) & (knots < tool.max_t)], return_counts=True)
+    breaks = [0.0, *inner[count >= degree].tolist(), float(tool.max_t)]
+
+    def part(begin: float, end: float) -> Callable[[Any], Any]:
+        return lambda t: np.array(checked(list(tool.points((begin + (end - begin) * t).tolist())), name))
+
+    return _sampled([part(begin, end) for begin, end in pairwise(breaks)], name, label)
+
+
+def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -> Stroke:
+    parts = [[(x, y) for x, y in points.tolist()] for curve in curves for points in splines(curve)]
+    return Stroke(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)
+
+
+def _lwpolyline(entity: Any, name: str, label: str | None) -> Stroke:
+    return _bulged([tuple(point) for point in entity.get_points("xyb")], entity, name, label)
+
+
+def _polyline(entity: Any, name: str, label: str | None) -> Stroke:
+    corners = [(*vertex.dxf.location.vec2, vertex.dxf.get("bulge", 0.0)) for vertex in entity.vertices]
+    return _bulged(corners, entity, name, label)
+
+
+def _bulged(corners: list[tuple[float, float, float]], entity: Any, name: str, label: str | None) -> Stroke:
+    """Polyline with arcs: a bulge is the tangent of a quarter of the arc's angle."""
+    turn = _mirrored(entity)
+    points = checked([(turn * x, y) for x, y, _ in corners], name)
+    bulges = [turn * bulge for _, _, bulge in corners]
+    if entity.is_closed:
+        points, bulges = [*points, points[0]], [*bulges, 0.0]
+    pieces: list[Piece] = []
+    for (begin, end), bulge in zip(pairwise(points), bulges, strict=False):
+        if begin != end:
+            pieces.append(
+                LineTo(end, label) if bulge == 0 else ArcTo(end, _center(begin, end, bulge), bulge > 0, label)
+            )
+    if not pieces:
+        raise CaseError(f"{name}: it has fewer than two different points")
+    return Stroke(points[0], tuple(pieces), name)
+
+
+def _center(begin: Point, end: Point, bulge: float) -> Point:
+    x, y = bulge_center(begin, end, bulge)
+    return float(x), float(y)
+
+
+CURVES: dict[str, Callable[[Any, str, str | None], Stroke | rings.Ring]] = {
+    "LINE": _line,
+    "ARC": _arc,
+    "CIRCLE": _circle,
+    "ELLIPSE": _ellipse,
+    "SPLINE": _spline,
+    "LWPOLYLINE": _lwpolyline,
+    "POLYLINE": _polyline,
+}

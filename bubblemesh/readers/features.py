@@ -1,0 +1,108 @@
+"""What every reader makes of a file: features with areas, closed rings and curves that may form rings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
+from bubblemesh.wording import place
+
+__all__ = ["Content", "Feature", "Piece", "Point", "Stroke", "area", "checked", "end_of", "line"]
+
+# Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
+LARGEST = 1e70
+
+Point = tuple[float, float]
+Piece = LineTo | ArcTo | SplineTo
+
+
+class Stroke(NamedTuple):
+    """A curve from ``start`` along ``pieces``, closed or a part of a ring; ``name`` is what messages call it."""
+
+    start: Point
+    pieces: tuple[Piece, ...]
+    name: str
+
+    @property
+    def end(self) -> Point:
+        return end_of(self.pieces[-1])
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One thing of a file.
+
+    Attributes
+    ----------
+    name : str
+        What messages call it.
+    layer : str or None
+    properties : mapping
+        By which a case may choose it.
+    areas : tuple of tuple of Ring
+        Outer rings, each with its holes.
+    rings : tuple of Ring
+        Closed curves; how they nest tells which are holes.
+    strokes : tuple of Stroke
+        Curves that form rings together.
+    """
+
+    name: str
+    layer: str | None = None
+    properties: Mapping[str, Any] = field(default_factory=dict)
+    areas: tuple[tuple[Ring, ...], ...] = ()
+    rings: tuple[Ring, ...] = ()
+    strokes: tuple[Stroke, ...] = ()
+
+
+@dataclass(frozen=True)
+class Content:
+    """The features of a file, notes on what was changed or left out, and points (k, 2) that mark holes, if it has any.
+
+    ``unit`` is the unit of length that the file names.
+    """
+
+    features: tuple[Feature, ...]
+    notes: tuple[str, ...] = ()
+    holes: tuple[Point, ...] | None = None
+    unit: str | None = None
+
+
+def end_of(piece: Piece) -> Point:
+    """The point at which a piece ends."""
+    x, y = piece.through[-1] if isinstance(piece, SplineTo) else piece.to
+    return float(x), float(y)
+
+
+def checked(points: Sequence[Sequence[float]], name: str) -> list[Point]:
+    """The points as pairs of numbers, z left out.
+
+    Raises
+    ------
+    CaseError
+        If a coordinate is no finite number.
+    """
+    try:
+        array = np.array([(point[0], point[1]) for point in points], float).reshape(-1, 2)
+    except (TypeError, ValueError, IndexError):
+        raise CaseError(f"{name}: coordinates must be pairs of numbers") from None
+    bad = np.flatnonzero(~(np.abs(array) <= LARGEST).all(axis=1))
+    if len(bad):
+        k = int(bad[0])
+        raise CaseError(
+            f"{name}: point {k + 1} at {place(array[k])}: coordinates must be finite and at most {LARGEST:g}"
+        )
+    return [(x, y) for x, y in array.tolist()]
+
+
+def line(points: Sequence[Point], name: str, label: str | None = None) -> Stroke:
+    """The stroke of straight lines through ``points``, at least two."""
+    return Stroke(points[0], tuple(LineTo(point, label) for point in points[1:]), name)
+
+
+def area(name: str, layer: str | None, rings: Sequence[Ring]) -> Feature:
+    """A feature that is one area: its outer ring, then holes."""
+    return Feature(name, layer, areas=(tuple(rings),))

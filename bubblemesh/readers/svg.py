@@ -1,0 +1,114 @@
+"""SVG drawings: shapes and paths with their transforms; y is turned to point up."""
+
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import ParseError
+
+import numpy as np
+import svgelements
+
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
+from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked
+from bubblemesh.readers.sampling import splines
+from bubblemesh.readers.text import unreadable
+
+__all__ = ["read_svg"]
+
+ROUND = 1e-9  # relative difference of an arc's radii that is rounding
+SKIPPED = (svgelements.Text, svgelements.Image)
+
+
+def read_svg(path: Path) -> Content:
+    """The shapes of a drawing in its own units, transforms applied and y turned up.
+
+    Each part of a path that is drawn without lifting the pen is a stroke.
+
+    Raises
+    ------
+    FileError, CaseError
+        With the element.
+    """
+    try:
+        drawing = svgelements.SVG.parse(str(path), reify=True)
+    except OSError as error:
+        raise unreadable(error) from None
+    except ParseError as error:
+        raise CaseError(f"not valid XML: {error}") from None
+    # The viewport's scaling to pixels is undone: lengths are those of the file's numbers.
+    back = svgelements.Matrix(drawing.viewbox_transform or "")
+    back.inverse()
+    features: list[Feature] = []
+    notes: list[str] = []
+    for element in drawing.elements():
+        if isinstance(element, svgelements.Shape):
+            features += _features(abs(svgelements.Path(element) * back), element, len(features))
+        elif isinstance(element, SKIPPED):
+            notes.append(f"{_name(element)} not used")
+    if not features:
+        raise CaseError(f"there are no paths or shapes in it{''.join(f'; {note}' for note in notes)}")
+    return Content(tuple(features), tuple(notes))
+
+
+def _name(element: Any) -> str:
+    kind = str(element.values.get("tag", type(element).__name__.lower()))
+    return f"{kind} {element.id!r}" if element.id else kind
+
+
+def _features(path: Any, element: Any, first: int) -> list[Feature]:
+    """One feature for the element, with a stroke for each subpath."""
+    name = f"feature {first} ({_name(element)})"
+    strokes = []
+    for subpath in path.as_subpaths():
+        pieces, start = _pieces(list(svgelements.Path(subpath)), name)
+        if pieces:
+            strokes.append(Stroke(start, tuple(pieces), name))
+    return [Feature(name, None, {"id": element.id}, strokes=tuple(strokes))] if strokes else []
+
+
+def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
+    """Pieces of a subpath, and its start."""
+    pieces: list[Piece] = []
+    start = here = (0.0, 0.0)
+    for segment in segments:
+        if segment.end is None:
+            continue
+        (end,) = checked([_up(segment.end)], name)
+        if isinstance(segment, svgelements.Move):
+            start = end
+        elif _same(end, here) and isinstance(segment, svgelements.Line | svgelements.Close):
+            continue
+        else:
+            pieces += _piece(segment, end, name)
+        here = end
+    return pieces, start
+
+
+def _piece(segment: Any, end: Point, name: str) -> list[Piece]:
+    if isinstance(segment, svgelements.Line | svgelements.Close):
+        return [LineTo(end)]
+    if isinstance(segment, svgelements.Arc) and abs(segment.rx - segment.ry) <= ROUND * segment.rx:
+        (center,) = checked([_up(segment.center)], name)
+        # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
+        parts = [_up(segment.point(t)) for t in _shares(abs(segment.sweep))]
+        stops = [*checked(parts, name), end]
+        return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]
+
+    def curve(t: Any) -> Any:
+        return np.array(checked([_up(segment.point(value)) for value in t.tolist()], name))
+
+    return [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in splines(curve)]
+
+
+def _shares(sweep: float) -> list[float]:
+    """Parameters that divide an arc of a full turn, whose ends would be one point."""
+    parts = 1 if sweep < 1.9 * np.pi else 2
+    return [k / parts for k in range(1, parts)]
+
+
+def _same(a: Point, b: Point) -> bool:
+    return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= ROUND * max(1.0, abs(a[0]), abs(a[1]))
+
+
+def _up(point: Any) -> Point:
+    return float(point.x), -float(point.y)
