@@ -95,7 +95,8 @@ def regions(triangles: Integers, facets: Integers, left: Integers, right: Intege
 
     walls = np.concatenate([facets[:, 0] * n + facets[:, 1], facets[:, 1] * n + facets[:, 0]])
     passed, other = across(back)
-    passed &= ~np.isin(forth, walls)
+    wall = np.sort(walls)
+    passed &= wall[np.minimum(np.searchsorted(wall, forth), len(wall) - 1)] != forth
     links = coo_array((np.ones(int(passed.sum())), (owner[passed], other[passed])), shape=(t, t))
     count, part = connected_components(links, directed=False)
     region = np.zeros(count, np.int64)
