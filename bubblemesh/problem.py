@@ -136,7 +136,20 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
 
 
 def _parts(case: Case) -> Parts:
-    """Regions and what is embedded; errors tell which one it is."""
+    """Regions and what is embedded; errors tell which one it is.
+
+    Raises
+    ------
+    GeometryError, CaseError
+    """
+    seen = {case.domain.region: "domain.region"}
+    for number, model in enumerate(case.domain.regions):
+        where = f"domain.regions[{number}].name"
+        if model.name in seen:
+            raise CaseError(
+                f"{where}: {model.name!r} is the name at {seen[model.name]} too: give every region a name of its own"
+            )
+        seen[model.name] = where
     regions = []
     for model in case.domain.regions:
         try:

@@ -48,11 +48,11 @@ class Region:
 
     def core(self, x: Floats, y: Floats) -> Booleans:
         """Which points (n,) are inside and not on the rim."""
-        return shapely.contains_xy(self._bands[0], x, y)
+        return _within(self._bands[0], x, y)
 
     def reach(self, x: Floats, y: Floats) -> Booleans:
         """Which points (n,) are inside or on the rim."""
-        return shapely.contains_xy(self._bands[1], x, y)
+        return _within(self._bands[1], x, y)
 
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
@@ -64,6 +64,15 @@ class Region:
         for band in bands:
             shapely.prepare(band)
         return bands
+
+
+def _within(shape: shapely.Geometry, x: Floats, y: Floats) -> Booleans:
+    """Which points (n,) the prepared shape contains; most are outside its bounds."""
+    x0, y0, x1, y1 = shapely.bounds(shape)
+    result = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+    near = np.flatnonzero(result)
+    result[near] = shapely.contains_xy(shape, x[near], y[near])
+    return result
 
 
 @dataclass(frozen=True)

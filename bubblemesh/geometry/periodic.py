@@ -1,5 +1,6 @@
 """Periodic sides: pieces that are copies of others, moved across the domain."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,7 +30,11 @@ def paired(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
     GeometryError
         If there is no such label, or a piece has no counterpart; with the coordinates.
     """
-    pairs = []
+    pairs: list[tuple[int, int]] = []
+    used = Counter(name for names in labels for name in names)
+    twice = next((name for name, times in used.items() if times > 1), None)
+    if twice is not None:
+        raise GeometryError(f"periodic: the side {twice!r} is named twice: each side has one counterpart")
     for names in labels:
         first, second = (_pieces(boundary, name) for name in names)
         shift = _middle(boundary, second) - _middle(boundary, first)
@@ -48,9 +53,13 @@ def paired(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
 
 
 def _pieces(boundary: Boundary, name: str) -> Integers:
-    if name not in boundary.labels:
-        raise GeometryError(f"periodic: there is no side {name!r}: {meant(name, boundary.labels)}")
-    return np.flatnonzero((boundary.label == boundary.labels.index(name)) & ~boundary.inner & ~boundary.closed)
+    sides = ~boundary.inner & ~boundary.closed
+    known = [boundary.labels[k] for k in np.unique(boundary.label[sides])]
+    if name not in known:
+        closed = name in boundary.labels
+        hint = "one between corners is needed" if closed else meant(name, known)
+        raise GeometryError(f"periodic: there is no side {name!r}: {hint}")
+    return np.flatnonzero((boundary.label == boundary.labels.index(name)) & sides)
 
 
 def _middle(boundary: Boundary, pieces: Integers) -> Floats:

@@ -39,9 +39,21 @@ def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
             break
         piece = edge_piece[cut]
         s = boundary.wrapped(piece, (begin[cut] + end[cut]) / 2)
+        piece, s = _on_both_sides(domain, piece, s)
         x = boundary.points(piece, s)
         bubbles = bubbles.joined_by(x, spacing(x), piece, s)
     return bubbles
+
+
+def _on_both_sides(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
+    """Places (k,) on the boundary and, on periodic sides, their counterparts, each once."""
+    pieces, places = [piece], [s]
+    for pair in domain.periodic:
+        for here, there in (pair, pair[::-1]):
+            mine = (piece == here) & ~np.isin(there, piece)
+            pieces.append(np.full(int(mine.sum()), there))
+            places.append(domain.boundary.lengths[there] - s[mine])
+    return np.concatenate(pieces), np.concatenate(places)
 
 
 def _cutting(
