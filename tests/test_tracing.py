@@ -12,8 +12,8 @@ from bubblemesh.geometry.boundary import outline
 from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import ArcTo, Line, LineTo, Spline, Trace, path, polygon, rectangle
-from bubblemesh.geometry.tracing import Tracing, _simplified
 from bubblemesh.geometry.traces import Traces
+from bubblemesh.geometry.tracing import Tracing, _simplified
 from bubblemesh.pipeline import mesh_case
 
 TURN = np.linspace(0, 2 * np.pi, 400, endpoint=False)
@@ -78,7 +78,7 @@ class TestTraces:
         traced, plain = Domain.of(Tracing(180)(polygon(points))), Domain.of(polygon(points))
         probes = np.random.default_rng(0).uniform(-1.2, 1.2, (3000, 2))
         assert_allclose(traced.signed_distance(probes), plain.signed_distance(probes), atol=1e-12)
-        piece, s, foot, distance = traced.nearest(probes)
+        piece, s, foot, _ = traced.nearest(probes)
         assert_allclose(traced.boundary.points(piece, s), foot, atol=1e-12)
 
 
