@@ -13,6 +13,7 @@ CASES = [
     CONFIGS / "quickstart.yaml",
     *sorted((CONFIGS / "paper").glob("example-*.yaml")),
     CONFIGS / "paper" / "dense.yaml",
+    *sorted((CONFIGS / "gallery").glob("*.yaml")),
 ]
 HEAD = """# Sample outputs
 

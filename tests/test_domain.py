@@ -207,3 +207,45 @@ def test_outlines_of_letters_bound_domains():
         outer, *inner = [shapely.get_coordinates(ring) for ring in (area.exterior, *area.interiors)]
         domain = Domain.of(polygon(outer), [polygon(ring) for ring in inner])
         assert domain.polygon.area == pytest.approx(area.area, rel=1e-9)
+
+
+def rough_ring(count, seed=0):
+    walk = np.cumsum(np.random.default_rng(seed).normal(size=count))
+    walk -= np.linspace(0, walk[-1], count)
+    turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return (1 + 0.1 * walk / np.abs(walk).max())[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+TREES = {
+    "triangle": [[(0, 0), (1, 0), (0, 1)]],
+    "coast": [rough_ring(5000)],
+    "circle": [np.column_stack([np.cos(TURN), np.sin(TURN)]) for TURN in [np.linspace(0, 6.28, 2000)]],
+    "many holes": [
+        2 * SQUARE_CORNERS,
+        *(rough_ring(n, n) * 0.09 + [x, y] for n, (x, y) in zip(range(3, 103), np.ndindex(10, 10), strict=True)),
+    ],
+    "far from the origin": [rough_ring(300) + 1e6],
+    "huge": [rough_ring(300) * 1e15],
+    "tiny": [rough_ring(300) * 1e-12],
+}
+TREES["many holes"] = [TREES["many holes"][0], *(ring * 0.3 - [1.4, 1.4] for ring in TREES["many holes"][1:])]
+
+
+@pytest.mark.parametrize("rings", TREES.values(), ids=TREES)
+def test_nearest_chord_is_that_of_brute_force(rings):
+    outer, *holes = map(polygon, rings)
+    domain = Domain.of(outer, holes)
+    low, high = np.min(rings[0], axis=0), np.max(rings[0], axis=0)
+    points = np.random.default_rng(0).uniform(low - 0.1 * (high - low), high + 0.1 * (high - low), (2000, 2))
+    points = np.vstack([points, domain.polyline.points[::7], (low + high) / 2])
+    chords = [shapely.linestrings(np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)) for ring in map(np.array, rings)]
+    exact = shapely.distance(np.concatenate(chords), shapely.points(points)[:, None]).min(axis=1)
+    assert_allclose(domain.nearest(points).distance, exact, atol=1e-13 * np.abs(rings[0]).max())
+
+
+@pytest.mark.parametrize("domain", [*SAMPLED.values(), Domain.of(polygon(rough_ring(3000)))])
+def test_clear_points_are_those_far_enough_inside(domain):
+    points = random_points(5, 5000)
+    distance = np.random.default_rng(6).uniform(0, 0.2, 5000)
+    assert (domain.clear(points, distance) == (domain.signed_distance(points) > distance)).all()
+    assert domain.clear(points[:0], distance[:0]).shape == (0,)

@@ -10,6 +10,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
+from bubblemesh.geometry.chord_tree import ChordTree, by_cells
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.partition import Parts, partitioned
@@ -19,6 +20,8 @@ from bubblemesh.geometry.validity import require_domain
 
 __all__ = ["Domain", "Nearest"]
 
+TOGETHER = 64  # points that one distance may answer for
+ROUNDING = 1e-9
 PROJECTION_STEPS = 8
 FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
 
@@ -106,9 +109,8 @@ class Domain:
         return polygon
 
     @cached_property
-    def _chords(self) -> shapely.STRtree:
-        points = self.polyline.points
-        return shapely.STRtree(shapely.linestrings(np.stack([points, points[self.polyline.successor]], axis=1)))
+    def _chords(self) -> ChordTree:
+        return ChordTree.of(self.polyline.points, self.polyline.successor, self.polyline.ring)
 
     @cached_property
     def _curvature(self) -> Floats:
@@ -136,7 +138,7 @@ class Domain:
     def nearest(self, points: Floats) -> Nearest:
         """Nearest boundary points of ``points`` (m, 2), on the true curves."""
         line, boundary = self.polyline, self.boundary
-        chord = self._chords.query_nearest(shapely.points(points), all_matches=False)[1]
+        chord = self._chords.nearest(points)
         a, b = line.points[chord], line.points[line.successor[chord]]
         t = np.einsum("ij,ij->i", points - a, b - a) / np.einsum("ij,ij->i", b - a, b - a)
         t = np.clip(t, 0, 1)[:, None]
@@ -164,6 +166,24 @@ class Domain:
     def contains(self, points: Floats) -> Booleans:
         """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
         return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
+
+    def clear(self, points: Floats, distance: Floats) -> Booleans:
+        """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary.
+
+        Far quicker than to ask for the distances: most points are clear, or not, with all their neighbours.
+        """
+        clear = self.contains(points)
+        rest = np.flatnonzero(clear)
+        rest = rest[by_cells(points[rest], TOGETHER)]
+        first = np.arange(0, len(rest), TOGETHER)
+        if len(first) == 0:
+            return clear
+        count = np.diff(first, append=len(rest))
+        center = np.add.reduceat(points[rest], first) / count[:, None]
+        away = np.hypot(*(points[rest] - np.repeat(center, count, axis=0)).T)
+        unsure = rest[np.repeat(self.nearest(center).distance, count) - away <= distance[rest] * (1 + ROUNDING)]
+        clear[unsure] = self.signed_distance(points[unsure]) > distance[unsure]
+        return clear
 
     def signed_distance(self, points: Floats) -> Floats:
         """Distance (m,) to the boundary, positive inside."""
