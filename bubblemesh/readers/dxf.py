@@ -5,8 +5,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import ezdxf
 import numpy as np
+from ezdxf.filemanagement import readfile
+from ezdxf.lldxf.const import DXFError
 from ezdxf.math import bulge_center
 
 from bubblemesh.errors import CaseError, FileError
@@ -33,8 +34,8 @@ def read_dxf(path: Path) -> Content:
         With the entity.
     """
     try:
-        drawing = ezdxf.readfile(path)
-    except (ezdxf.DXFError, UnicodeDecodeError) as error:
+        drawing = readfile(path)
+    except (DXFError, UnicodeDecodeError) as error:
         raise CaseError(f"not a valid DXF drawing: {error}") from None
     except OSError as error:
         if error.errno is None:
