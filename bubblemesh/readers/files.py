@@ -187,7 +187,9 @@ def _content(path: Path, chosen: Selection) -> Content:
     except ModuleNotFoundError as error:
         if reader.extra is None or (error.name or "").startswith("bubblemesh"):
             raise
-        raise FileError(f'{error.name} is needed to read it: pip install "bubblemesh[{reader.extra}]"') from None
+        raise FileError(
+            f'{(error.name or "").partition(".")[0]} is needed to read it: pip install "bubblemesh[{reader.extra}]"'
+        ) from None
     if reader.function in CHOOSES_LAYER:
         if len(chosen.layers) > 1:
             raise CaseError("one layer of such a file can be read: give one")
