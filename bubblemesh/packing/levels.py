@@ -64,7 +64,7 @@ class Doubling:
         most = np.log2(max(expected_nodes / self.coarsest_nodes, 1)) / 2
         if most >= 1:
             steep = steepness(leaves(domain, spacing, SAMPLE), spacing)
-            most = min(most, np.log2(self.steepest / max(steep, np.finfo(float).tiny)))
+            most = min(most, np.log2(self.steepest) - np.log2(max(steep, np.finfo(float).tiny)))
         coarse = (coarsened(domain, spacing, 2.0**k) for k in range(int(most), 0, -1))
         return (*coarse, spacing)
 

@@ -97,6 +97,7 @@ class Mending:
         except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
             return net
         better = worst_of(trial, patches) < worst_of(net, patches)
+        better[patches.moving[(trial.valence == 0) & (patches.moving >= 0)]] = False  # one was displaced outside
         keep = np.append(better, False)[patches.moving]  # nodes of no patch have the last entry
         if not keep.any():
             return net

@@ -19,6 +19,7 @@ __all__ = ["ShapeSteps", "eta", "shape_gradient", "spacing_gradient"]
 MOMENTUM = 0.8
 MOST_MOVE = 0.1  # spacings in a step
 FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
+SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to part in
 WORST = 3.0  # shape measure, beyond which its power grows no more
 
 
@@ -122,7 +123,7 @@ def spacing_gradient(x: Floats, ends: Integers, wanted: Floats) -> Floats:
     """Gradient (n, 2) of the sum of (l / wanted - 1)^2 over edges with the nodes ``ends`` (2, m)."""
     i, j = ends
     delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
-    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), np.finfo(float).tiny)
+    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * wanted)
     weight = 2 * (length / wanted - 1) / (wanted * length)
     columns = [
         np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))

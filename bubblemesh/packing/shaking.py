@@ -1,5 +1,6 @@
 """Shaking: random displacements where the order is broken, each followed by a short relaxation."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
@@ -56,7 +57,7 @@ class Shaking:
     ) -> Relaxed:
         """The bubbles after all cycles; ``relax`` takes a net and a number of steps."""
         total = Relaxed.none(net.bubbles)
-        cycles = round(CYCLES[self.effort] * min(1, self.fully_shaken / len(net.bubbles)))
+        cycles = math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / len(net.bubbles)))
         for cycle in range(cycles):
             net = enmeshed(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
             relaxed = relax(net, self.shake_steps)

@@ -30,7 +30,7 @@ def jumps(domain: Domain, spacing: Spacing) -> Sources:
     steep = np.flatnonzero(np.abs(e - d) > STEEP * np.repeat(cells.sides, len(COMPASS)))
     middle = spacing.extended((here + there)[steep] / 2)
     steep = steep[np.abs(middle - (d + e)[steep] / 2) > BENT * np.abs(e - d)[steep]]
-    steep = steep[domain.contains(there[steep])]
+    steep = steep[domain.contains(there[steep]) & domain.contains((here + there)[steep] / 2)]
     here, there, d, e = here[steep], there[steep], d[steep], e[steep]
     falling = (e > d)[:, None]
     fine, coarse = np.where(falling, here, there), np.where(falling, there, here)
@@ -41,5 +41,5 @@ def jumps(domain: Domain, spacing: Spacing) -> Sources:
         beyond = high - m > m - low  # the larger part of the change is on the coarse half
         fine, low = np.where(beyond[:, None], halfway, fine), np.where(beyond, m, low)
         coarse, high = np.where(beyond[:, None], coarse, halfway), np.where(beyond, high, m)
-    jump = high - low > STEEPEST * np.hypot(*(coarse - fine).T)
+    jump = (high - low > STEEPEST * np.hypot(*(coarse - fine).T)) & domain.contains(fine) & domain.contains(coarse)
     return Sources(fine[jump], low[jump])
