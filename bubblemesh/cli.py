@@ -54,7 +54,11 @@ def main() -> None:
     """Entry point of the ``bubblemesh`` command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupt)
-    app()
+    try:
+        app()
+    except Interrupted:  # before a command has begun
+        sys.stderr.write("error: interrupted\n")
+        sys.exit(INTERRUPTED)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:

@@ -83,7 +83,7 @@ def test_cycles_follow_the_effort(effort):
     assert result.evaluations == 10 * len(recorder.nets)
 
 
-@pytest.mark.parametrize(("full", "cycles"), [(1000, 100), (37, 100), (20, 54), (4, 11), (1, 3)])
+@pytest.mark.parametrize(("full", "cycles"), [(1000, 100), (37, 100), (20, 55), (4, 11), (1, 3)])
 def test_large_systems_have_fewer_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
     assert len(bubbles) == 37
@@ -91,12 +91,11 @@ def test_large_systems_have_fewer_cycles(full, cycles):
     assert len(recorder.nets) == cycles
 
 
-def test_no_cycle_is_no_relaxation():
+def test_the_largest_systems_have_one_cycle():
     domain, spacing, bubbles = packed_hexagon(15)
     result, recorder = shaken(Shaking(effort="fast", fully_shaken=1), domain, spacing, bubbles)
-    assert recorder.nets == []
-    assert result.bubbles is bubbles
-    assert (result.lost, result.added, result.evaluations, len(result.speeds)) == (0, 0, 0, 0)
+    assert len(recorder.nets) == 1
+    assert len(result.speeds) > 0
 
 
 @pytest.mark.parametrize("d", [1.0, 0.01])
