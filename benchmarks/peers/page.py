@@ -19,7 +19,8 @@ HEAD = """\
 Made by `{command}`; the cases are in [configs/peers](../configs/peers).
 {machine}; {versions}.
 
-Repeats of each run: {repeats}, of cases above 100,000 nodes 1. The tools take turns, and every run has a process of its own with one thread. A
+Repeats of each run: {repeats}, of cases above 100,000 nodes 1.
+The tools take turns, and every run has a process of its own with one thread. A
 run that gives no mesh within {timeout} minutes has failed. bubblemesh ran with its method `{method}` and its
 default settings (*fast* and *best* are its other two efforts), the peers with theirs but for what is said here.
 
