@@ -154,7 +154,7 @@ def _parts(case: Case) -> Parts:
     for model in case.domain.regions:
         try:
             (ring,) = rings_of(model.ring)
-            regions.append(Region(ring, model.name, label=model.name))
+            regions.append(Region(ring, model.name, label=f"{model.name}-rim"))
         except ValueError:
             raise GeometryError(
                 f"region {model.name!r}: several rings are in the file: choose one by feature"

@@ -30,7 +30,7 @@ def inner_lengths(domain):
     """Total length of the inner pieces by label."""
     b, result = domain.boundary, Counter()
     for k in np.flatnonzero(b.inner):
-        result[b.labels[b.label[k]]] += round(float(b.lengths[k]), 9)
+        result[b.labels[b.label[k]].removesuffix("-rim")] += round(float(b.lengths[k]), 9)
     return {name: pytest.approx(length, abs=1e-8) for name, length in result.items()}
 
 
@@ -44,7 +44,7 @@ def test_a_common_side_is_one_piece_with_the_label_of_the_first_region():
     assert inner_lengths(domain) == {"west": 1.0}
     assert len(domain.boundary.kind) == 7
     assert set(np.array(domain.boundary.labels)[domain.boundary.label].tolist()) == {
-        *("bottom", "right", "top", "left", "west")
+        *("bottom", "right", "top", "left", "west-rim")
     }
 
 
@@ -175,6 +175,11 @@ def test_a_point_on_a_curve_is_a_corner_of_it():
     check_pieces(domain)
     assert has_corner(domain, x, y)
     assert domain.boundary.inner.sum() == 1
+
+
+def test_an_interface_has_a_label_of_its_own_beside_the_name_of_its_region():
+    domain = domain_of(unit(["{name: a, ring: {circle: {center: [0.5, 0.5], radius: 0.3}}}"]))
+    assert domain.boundary.labels == ("bottom", "right", "top", "left", "a-rim")
 
 
 @pytest.mark.xfail(reason="cuts of a circle and of arcs that follow it come out a rounding error apart", strict=True)
