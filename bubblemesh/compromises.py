@@ -10,16 +10,17 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import gaps
-from bubblemesh.spacing.refinement import GROWTH, Sources
+from bubblemesh.spacing.grading import GROWTH, Graded
+from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wording import place
 
 __all__ = [
-    "graded_jumps",
     "narrow_walls",
     "poor_result",
     "refined_boundary",
     "sharp_angles",
+    "slowed_growth",
     "straight_facets",
 ]
 
@@ -103,14 +104,14 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def graded_jumps(steps: Sources) -> list[str]:
-    """Where the spacing jumps, so that it was made to grow from the finer side."""
-    if len(steps) == 0:
+def slowed_growth(grading: Graded) -> list[str]:
+    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly."""
+    if grading.steepest is None:
         return []
-    k = int(steps.sizes.argmin())
+    at, size, growth = grading.steepest
     return [
-        f"the spacing jumps, at {place(steps.points[k])} from {steps.sizes[k]:.3g}: it is made to grow by "
-        f"{GROWTH:g} per length there"
+        f"the spacing grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to {GROWTH:g}, "
+        f"finer on {grading.share:.1%} of the area, at most {grading.ratio:.3g} times"
     ]
 
 

@@ -13,7 +13,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
 from bubblemesh.spacing.expression import Expression
-from bubblemesh.spacing.jumps import jumps
+from bubblemesh.spacing.grading import GROWTH, graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing, by_region
 from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
@@ -120,8 +120,8 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         survey = surveyed(domain, wanted, max_nodes)
         wanted = wanted.floored(survey.minimum / 2)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        steps = jumps(domain, wanted)
-        spacing = short.joined(coarse).joined(steps).limited(wanted)
+        grading = graded(domain, wanted, GROWTH, short.joined(coarse))
+        spacing = grading.spacing
         expected = survey.ideal_nodes
         if spacing is not wanted:
             expected = ideal_nodes(domain, spacing, max_nodes, ESTIMATE)
@@ -129,7 +129,7 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *domain.notes,
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
-            *compromises.graded_jumps(steps),
+            *compromises.slowed_growth(grading),
             *compromises.narrow_walls(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, warnings, seconds)

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.equidistribution import FINEST, equidistributed, panels
+from bubblemesh.packing.equidistribution import equidistributed
 from bubblemesh.spacing.spacing import Spacing
 
 SQUARE = Domain.of(rings.rectangle(0, 0, 2, 2))
@@ -120,18 +120,3 @@ def test_distribution_does_not_depend_on_the_unit_of_length(scale):
     scaled_piece, scaled_s = equidistributed(large, Spacing(lambda x, y: scale * function(x / scale, y / scale)))
     np.testing.assert_array_equal(scaled_piece, piece)
     np.testing.assert_allclose(scaled_s / scale, s, rtol=1e-12)
-
-
-@pytest.mark.parametrize("spacing", SPACINGS)
-@pytest.mark.parametrize("domain", DOMAINS)
-def test_panels_cover_each_piece_and_are_short(domain, spacing):
-    domain, spacing = DOMAINS[domain], Spacing(SPACINGS[spacing])
-    boundary = domain.boundary
-    piece, begin, length = panels(domain, spacing)
-    assert set(piece.tolist()) == set(range(len(boundary.lengths)))
-    for k, whole in enumerate(boundary.lengths):
-        mine = piece == k
-        assert begin[mine][0] == 0
-        np.testing.assert_allclose(np.cumsum(length[mine]), np.append(begin[mine][1:], whole), rtol=1e-12)
-    for share in (0, 0.5, 1):
-        assert (length <= FINEST * spacing(boundary.points(piece, begin + share * length))).all()

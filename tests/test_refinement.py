@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import circle, ellipse, polygon, rectangle
-from bubblemesh.spacing.refinement import GROWTH, SHORT, WIDEST_TURN, Sources, coarse_curves, short_pieces
+from bubblemesh.spacing.refinement import SHORT, WIDEST_TURN, Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 NOWHERE = Sources(np.zeros((0, 2)), np.zeros(0))
@@ -14,33 +14,6 @@ CHAMFERED = Domain.of(polygon([(0, 0), (1, 0), (1, 0.95), (0.95, 1), (0, 1)]))
 
 def uniform(d):
     return Spacing(lambda x, y: np.full(x.shape, float(d)))
-
-
-def test_limit_grows_away_from_the_sources():
-    points = np.array([[0, 0], [0, 1], [1, 0], [2, 0], [2, 3.0]])
-    distance = np.hypot(*(points[:, None] - SOURCES.points).transpose(2, 0, 1))
-    assert_allclose(SOURCES.limit(points), (SOURCES.sizes + GROWTH * distance).min(axis=1))
-
-
-def test_limit_of_no_points_is_empty():
-    assert SOURCES.limit(np.zeros((0, 2))).shape == (0,)
-
-
-def test_limited_spacing_is_the_smaller_of_both():
-    spacing = SOURCES.limited(uniform(0.3))
-    assert_allclose(spacing(np.array([[0, 0], [0, 0.5], [0, 9], [2, 0.0]])), [0.1, 0.25, 0.3, 0.3])
-    assert spacing.floor <= 0.05
-
-
-def test_no_sources_leave_the_spacing_alone():
-    spacing = uniform(0.3)
-    assert NOWHERE.limited(spacing) is spacing
-    assert len(NOWHERE) == 0
-
-
-def test_limit_does_not_hide_an_unusable_spacing():
-    spacing = SOURCES.limited(Spacing(lambda x, y: np.full(x.shape, np.nan)))
-    assert np.isnan(spacing.function(np.zeros(1), np.zeros(1))).all()
 
 
 def test_sources_are_joined():

@@ -4,13 +4,12 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.panels import panels
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["equidistributed", "panels"]
+__all__ = ["equidistributed"]
 
-FINEST = 0.5  # of the spacing: panels of the integral are that long
 FEWEST_ON_A_CLOSED_CURVE = 3
-HALVINGS = 60
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
@@ -61,24 +60,3 @@ def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Flo
     places = np.concatenate([s[own], *(at for _, at in copied)])
     order = np.lexsort((places, pieces))
     return pieces[order], places[order]
-
-
-def panels(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
-    """Piece, begin and length (k,) of panels that are short beside the spacing at their ends and middles."""
-    boundary = domain.boundary
-    piece = np.arange(len(boundary.lengths))
-    begin, length = np.zeros(len(piece)), np.asarray(boundary.lengths, float)
-    done = []
-    for _ in range(HALVINGS):
-        places = np.concatenate([begin, begin + length / 2, begin + length])
-        d = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1).min(axis=0)
-        short = length <= FINEST * d
-        done.append((piece[short], begin[short], length[short]))
-        piece, begin, length = piece[~short], begin[~short], length[~short] / 2
-        piece, begin, length = np.tile(piece, 2), np.append(begin, begin + length), np.tile(length, 2)
-        if len(piece) == 0:
-            break
-    done.append((piece, begin, length))
-    piece, begin, length = (np.concatenate(column) for column in zip(*done, strict=True))
-    order = np.lexsort((begin, piece))
-    return piece[order], begin[order], length[order]

@@ -12,9 +12,9 @@ from bubblemesh.geometry.gaps import gaps
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net
 from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
-from bubblemesh.packing.equidistribution import panels
+from bubblemesh.spacing.grading import GROWTH, graded
 from bubblemesh.spacing.hilbert import along_hilbert_curve
-from bubblemesh.spacing.jumps import jumps
+from bubblemesh.spacing.panels import panels
 from bubblemesh.spacing.quadtree import Leaves, leaves
 from bubblemesh.spacing.refinement import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -24,6 +24,7 @@ __all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
 SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
 STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level
 ACROSS = 3.0  # bubbles of a coarse level across the narrowest parts of the domain
+PROBINGS = 2  # for gaps: the second at the finer spacing that the first one leads to
 SPLIT = 1.6  # edges longer than this, in units of the finer spacing, are halved
 NEAREST_TO_BOUNDARY = 0.5  # spacings
 
@@ -91,20 +92,16 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
         return factor * spacing.function(x, y)
 
     loose = Spacing(enlarged, factor * spacing.floor)
-    limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose)).joined(jumps(domain, loose))
-    piece, begin, length = panels(domain, limits.limited(loose))
-    s = begin + length / 2
-    places, widths = gaps(domain, piece, s, ACROSS * loose(domain.boundary.points(piece, s)))
-    limits = limits.joined(Sources(places, widths / ACROSS))
-    if len(limits) == 0:
+    limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
+    limited = graded(domain, loose, GROWTH, limits).spacing
+    for _ in range(PROBINGS):
+        piece, begin, length = panels(domain, limited)
+        s = begin + length / 2
+        places, widths = gaps(domain, piece, s, ACROSS * limited(domain.boundary.points(piece, s)))
+        limited = graded(domain, limited, GROWTH, Sources(places, widths / ACROSS)).spacing
+    if limited is loose:
         return loose
-
-    def function(x: Floats, y: Floats) -> Floats:
-        wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
-        below = factor * np.max(wanted, initial=0.0, where=np.isfinite(wanted))
-        return np.clip(limits.limit(np.column_stack([x, y]), float(below)), wanted, factor * wanted)
-
-    return Spacing(function, spacing.floor)
+    return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)
 
 
 def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:

@@ -1,8 +1,6 @@
 """A finer spacing where the boundary itself is finer than what the case asks for."""
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +9,8 @@ from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
 
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+__all__ = ["Sources", "coarse_curves", "short_pieces"]
 
-__all__ = ["GROWTH", "Sources", "coarse_curves", "short_pieces"]
-
-GROWTH = 0.3  # increase of the spacing per length, away from a source
-NEIGHBOURS = 8
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 
@@ -32,37 +25,9 @@ class Sources:
     def __len__(self) -> int:
         return len(self.points)
 
-    @cached_property
-    def _tree(self) -> "cKDTree":
-        from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
-
-        return cKDTree(self.points)
-
     def joined(self, other: "Sources") -> "Sources":
         """Both sets together."""
         return Sources(np.vstack([self.points, other.points]), np.concatenate([self.sizes, other.sizes]))
-
-    def limit(self, points: Floats, below: float = np.inf) -> Floats:
-        """Largest spacing (n,) that the sources next to the points (n, 2) admit, or infinity if it is not ``below``."""
-        if len(points) == 0:
-            return np.zeros(0)
-        reach = max(below - float(self.sizes.min()), 0) / GROWTH
-        near = range(1, min(NEIGHBOURS, len(self)) + 1)
-        distance, source = self._tree.query(points, k=near, distance_upper_bound=reach)
-        return (np.append(self.sizes, np.inf)[source] + GROWTH * distance).min(axis=1)
-
-    def limited(self, spacing: Spacing) -> Spacing:
-        """The spacing, nowhere above the limit."""
-        if len(self) == 0:
-            return spacing
-
-        def function(x: Floats, y: Floats) -> Floats:
-            wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
-            below = np.max(wanted, initial=0.0, where=np.isfinite(wanted))
-            with np.errstate(invalid="ignore"):
-                return np.minimum(wanted, self.limit(np.column_stack([x, y]), float(below)))
-
-        return Spacing(function, min(spacing.floor, float(self.sizes.min()) / 2))
 
 
 def short_pieces(domain: Domain, spacing: Spacing) -> Sources:

@@ -1,0 +1,153 @@
+import numpy as np
+import pytest
+from examples import BARE
+from lattices import uniform
+
+from bubblemesh.case import load_case
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem import prepared
+from bubblemesh.spacing.grading import GROWTH, graded
+from bubblemesh.spacing.refinement import Sources
+from bubblemesh.spacing.spacing import Spacing
+
+SQUARE = Domain.of(rings.rectangle(-1, -1, 1, 1))
+NONE = Sources(np.zeros((0, 2)), np.zeros(0))
+INSIDE = np.random.default_rng(0).uniform(-1, 1, (20_000, 2))
+JUMPS = {
+    "line": lambda x, y: x - 0.123,
+    "oblique": lambda x, y: 0.6 * x + 0.8 * y - 0.1,
+    "circle": lambda x, y: np.hypot(x, y) - 0.6,
+    "spot": lambda x, y: np.hypot(x - 0.31, y + 0.2) - 0.04,
+}
+
+
+def stepped(edge, low=0.02, high=0.2):
+    """Small where ``edge`` is negative."""
+    return Spacing(lambda x, y: np.where(edge(x, y) < 0, low, high), floor=low / 2)
+
+
+@pytest.mark.parametrize("growth", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize("name", JUMPS)
+def test_spacing_grows_from_the_fine_side_of_a_jump(name, growth):
+    edge = JUMPS[name]
+    found = graded(SQUARE, stepped(edge), growth, NONE).spacing(INSIDE)
+    largest = np.minimum(0.2, 0.02 + growth * np.maximum(edge(*INSIDE.T), 0))
+    assert np.quantile(np.abs(found / largest - 1), 0.99) < 0.05
+    assert np.abs(found / largest - 1).max() < 0.3  # in the cells that the jump crosses
+
+
+@pytest.mark.parametrize("growth", [0.15, 0.4])
+def test_graded_spacing_grows_nowhere_faster(growth):
+    def function(x, y):
+        return 0.02 + 0.3 * np.abs(np.sin(4 * x)) * np.abs(np.cos(3 * y)) + 0.7 * np.maximum(x, 0)
+
+    found = graded(SQUARE, Spacing(function, floor=0.01), growth, NONE).spacing
+    random = np.random.default_rng(1)
+    angle = random.uniform(0, 2 * np.pi, len(INSIDE))
+    d = found(INSIDE)
+    there = INSIDE + 0.2 * d[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    real = (np.abs(there) < 1).all(axis=1)
+    slope = np.abs(found(there) - d)[real] / (0.2 * d[real])
+    assert np.quantile(slope, 0.99) < 1.03 * growth
+    assert slope.max() < 1.3 * growth
+    assert (d <= function(*INSIDE.T) * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x, y: np.full(x.shape, 0.1),
+        lambda x, y: 0.05 + 0.1 * (x + 1),
+        lambda x, y: 0.03 + 0.99 * GROWTH * (y + 1),
+        lambda x, y: 0.05 + 0.39 * np.abs(x - 0.2),
+        lambda x, y: 0.02 + 0.35 * np.hypot(x, y),
+        lambda x, y: 0.1 + 0.03 * np.sin(9 * x) * np.cos(4 * y),
+    ],
+)
+def test_slow_growth_is_left_alone(function):
+    wanted = Spacing(function, floor=0.01)
+    found = graded(SQUARE, wanted, GROWTH, NONE)
+    assert found.spacing is wanted
+    assert (found.steepest, found.share, found.ratio) == (None, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("example", BARE)
+def test_examples_are_left_alone(example):
+    problem = prepared(load_case("example.yaml", text=BARE[example]))
+    assert not problem.refined
+    assert not any("per length" in warning for warning in problem.warnings)
+
+
+def test_change_is_told():
+    found = graded(SQUARE, stepped(JUMPS["line"]), 0.3, NONE)
+    assert found.steepest.size == 0.02
+    assert found.steepest.growth > 10
+    assert abs(found.steepest.at[0] - 0.123) < 0.03
+    assert found.share == pytest.approx(0.6 / 2, abs=0.03)  # 0.18 / 0.3 of length
+    assert 8 < found.ratio < 10
+
+
+def test_steep_slope_is_told_with_its_growth():
+    found = graded(SQUARE, Spacing(lambda x, y: 0.05 + 0.8 * (x + 1), floor=0.02), 0.3, NONE)
+    assert found.steepest.growth == pytest.approx(0.8, rel=1e-6)
+    at = np.array([[0.5, 0.1]])
+    assert found.spacing(at)[0] == pytest.approx(0.05 + 0.3 * 1.5, rel=0.01)
+
+
+def test_sources_hold_the_spacing_where_they_are():
+    sources = Sources(np.array([[0.1, 0.2], [0.7, -0.5], [-1.0, -1.0]]), np.array([0.01, 0.002, 0.05]))
+    found = graded(SQUARE, uniform(0.3), 0.25, sources)
+    away = np.hypot(*(INSIDE[:, None] - sources.points).transpose(2, 0, 1))
+    largest = np.minimum(0.3, (sources.sizes + 0.25 * away).min(axis=1))
+    d = found.spacing(INSIDE)
+    assert np.quantile(np.abs(d / largest - 1), 0.99) < 0.06
+    assert (d / largest).max() < 1.5
+    np.testing.assert_allclose(found.spacing(sources.points), sources.sizes, rtol=0.6)
+    assert found.steepest is None
+    assert found.spacing.floor <= 0.0015
+
+
+def test_growth_goes_around_walls():
+    slit = [(-1, -1), (1, -1), (1, 1), (0.05, 1), (0.05, -0.6), (-0.05, -0.6), (-0.05, 1), (-1, 1)]
+    domain = Domain.of(rings.polygon(slit))
+    wanted = stepped(lambda x, y: x + 0.2, high=0.5)
+    d = graded(domain, wanted, 0.3, NONE).spacing(np.array([[0.3, 0.9], [-0.06, 0.9]]))
+    assert d[0] == pytest.approx(0.5)
+    assert d[1] == pytest.approx(0.02 + 0.3 * 0.14, rel=0.1)
+
+
+def test_spacing_that_exists_in_the_domain_only():
+    def function(x, y):
+        with np.errstate(invalid="ignore"):
+            return 0.05 + 0.1 * np.sqrt(np.hypot(x, y) - 0.39)
+
+    domain = Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.4)])
+    assert graded(domain, Spacing(function, floor=0.025), 0.6, NONE).steepest is None
+    limited = graded(domain, Spacing(function, floor=0.025), 0.1, NONE)
+    points = INSIDE[domain.contains(INSIDE)]
+    assert (limited.spacing(points) <= function(*points.T)).all()
+    assert limited.steepest is not None
+
+
+@pytest.mark.parametrize("scale", [2.0**-40, 2.0**40])
+def test_grading_does_not_depend_on_the_unit_of_length(scale):
+    function = stepped(JUMPS["oblique"]).function
+    unit = graded(SQUARE, stepped(JUMPS["oblique"]), 0.3, NONE)
+    large = Domain.of(rings.rectangle(-scale, -scale, scale, scale))
+    found = graded(large, Spacing(lambda x, y: scale * function(x / scale, y / scale), floor=0.01 * scale), 0.3, NONE)
+    np.testing.assert_allclose(found.spacing(INSIDE * scale) / scale, unit.spacing(INSIDE), rtol=1e-9)
+    assert found.share == pytest.approx(unit.share)
+
+
+def test_spacing_larger_than_the_domain_is_left_alone():
+    assert graded(SQUARE, uniform(100.0), 0.3, NONE).steepest is None
+
+
+def test_fast_growth_is_warned_of_with_its_place():
+    text = 'domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: "where(x < 0.123, 0.05, 0.2)"\n'
+    problem = prepared(load_case("case.yaml", text=text))
+    (warning,) = [warning for warning in problem.warnings if "per length" in warning]
+    assert "from 0.05" in warning
+    assert "(0.12" in warning
+    assert problem.refined
