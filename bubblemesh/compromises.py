@@ -65,7 +65,7 @@ def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if narrower than that."""
     piece, s = _samples(domain)
     d = spacing(domain.boundary.points(piece, s))
-    places, widths = gaps(domain, piece, s, d)
+    places, widths, _ = gaps(domain, piece, s, d)
     if len(places) == 0:
         return []
     there = spacing(places)

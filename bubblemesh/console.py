@@ -90,10 +90,18 @@ def show_problem(problem: "Problem") -> None:
         "labels": ", ".join(domain.boundary.labels),
         "spacing": f"{survey.minimum:.4g} at {_place(survey.minimum_at)} to "
         f"{survey.maximum:.4g} at {_place(survey.maximum_at)}",
+        **_rules(problem),
         "nodes": f"about {problem.expected_nodes:.0f}",
         "method": problem.task.method_name,
     }
     _show(rows)
+
+
+def _rules(problem: "Problem") -> dict[str, str]:
+    ruled = problem.ruled
+    if ruled.ratio <= 1:
+        return {}
+    return {"rules": f"finer than the terms on {ruled.share:.1%} of the area, at most {ruled.ratio:.3g} times"}
 
 
 def show_quality(figures: Mapping[str, Any]) -> None:

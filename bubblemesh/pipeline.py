@@ -20,7 +20,7 @@ from bubblemesh.packing.connection import connected
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import Problem, prepared
 from bubblemesh.resources import peak_memory_mb, timed
-from bubblemesh.summary import RoundRow, initial_row, mesh_figures, round_row, triangle_fields
+from bubblemesh.summary import RoundRow, initial_row, mesh_figures, round_row, rules_figures, triangle_fields
 from bubblemesh.triangulation import regions, sorted_triangles
 
 __all__ = ["Result", "mesh_case", "meshed"]
@@ -75,6 +75,7 @@ def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: 
         "initial": initial,
         "rounds": [asdict(row) for row in rows],
         "stop_reason": last.stop_reason,
+        **rules_figures(problem),
         "ideal_nodes": ideal_nodes,
         "force_evaluations": sum(row.force_evaluations for row in rows),
         **figures,

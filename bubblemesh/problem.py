@@ -12,14 +12,16 @@ from bubblemesh.geometry.partition import Parts, Region
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
-from bubblemesh.spacing.expression import Expression
-from bubblemesh.spacing.grading import GROWTH, graded
+from bubblemesh.spacing.grading import GROWTH, Graded, graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
-from bubblemesh.spacing.spacing import Spacing, by_region
+from bubblemesh.spacing.rules import Rules
+from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
+from bubblemesh.wanted import rules_of, wanted_of
 
 __all__ = ["Problem", "Task", "posed", "prepared"]
 
+NO_RULES = Rules()
 ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announces the number of nodes
 
 
@@ -60,6 +62,8 @@ class Problem:
         Extremes of the wanted spacing and the ideal number of nodes.
     expected_nodes : float
         The same number for the spacing that the packing goes by.
+    ruled : Graded
+        How the rules of the wanted spacing changed it.
     warnings : tuple of str
     seconds : dict
         Time taken, by stage.
@@ -71,6 +75,7 @@ class Problem:
     spacing: Spacing
     survey: Survey
     expected_nodes: float
+    ruled: Graded
     warnings: tuple[str, ...]
     seconds: dict[str, float]
 
@@ -96,15 +101,15 @@ def prepared(case: Case) -> Problem:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = Domain.of(*case.domain.rings(), _parts(case))
-    wanted = _spacing(case, domain.parts)
+    wanted, rules = wanted_of(case, domain), rules_of(case)
     method = configured(case.method, case.packing, case.schedule)
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
     task = Task(str(case.name), case.method, method, case.limits.max_nodes, parameters)
-    return posed(domain, wanted, task, seconds)
+    return posed(domain, wanted, task, seconds, rules)
 
 
-def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]) -> Problem:
-    """Check the spacing in the domain, and make it finer where the boundary asks for it.
+def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float], rules: Rules = NO_RULES) -> Problem:
+    """Check the spacing in the domain, and make it finer where its rules and the boundary ask for it.
 
     Raises
     ------
@@ -118,7 +123,10 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         )
     with timed(seconds, "spacing"):
         survey = surveyed(domain, wanted, max_nodes)
-        wanted = wanted.floored(survey.minimum / 2)
+        ruled = rules(domain, wanted.floored(survey.minimum / 2))
+        wanted = ruled.spacing
+        if ruled.ratio > 1:
+            survey = surveyed(domain, wanted, max_nodes)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
         grading = graded(domain, wanted, GROWTH, short.joined(coarse))
         spacing = grading.spacing
@@ -132,7 +140,7 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *compromises.slowed_growth(grading),
             *compromises.narrow_walls(domain, spacing),
         )
-    return Problem(task, domain, wanted, spacing, survey, expected, warnings, seconds)
+    return Problem(task, domain, wanted, spacing, survey, expected, ruled, warnings, seconds)
 
 
 def _parts(case: Case) -> Parts:
@@ -169,15 +177,3 @@ def _parts(case: Case) -> Parts:
             raise GeometryError(f"line {number}: {error}") from None
     points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(case.domain.points, start=1)]
     return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points), case.domain.periodic)
-
-
-def _spacing(case: Case, parts: Parts) -> Spacing:
-    """The wanted spacing: the case's own, and those of its regions within these."""
-    rest = Spacing(Expression.parse(str(case.spacing), case.parameters))
-    own = [
-        (region, Spacing(Expression.parse(str(model.spacing), case.parameters)))
-        for region, model in zip(parts.regions, case.domain.regions, strict=True)
-        if model.spacing is not None
-    ]
-    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
-    return by_region(rest, [(region.core, region.reach, spacing) for region, spacing in own]) if own else rest

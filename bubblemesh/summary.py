@@ -99,6 +99,12 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     }
 
 
+def rules_figures(problem: Problem) -> dict[str, Any]:
+    """How much the rules of the wanted spacing changed it, if they did."""
+    ruled = problem.ruled
+    return {"rules": {"share": ruled.share, "ratio": ruled.ratio}} if ruled.ratio > 1 else {}
+
+
 def estimate(problem: Problem) -> dict[str, Any]:
     """What a case asks for, before any packing."""
     domain, survey = problem.domain, problem.survey
@@ -116,6 +122,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
             "maximum": survey.maximum,
             "maximum_at": survey.maximum_at,
         },
+        **rules_figures(problem),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,
         "warnings": problem.warnings,

@@ -215,9 +215,13 @@ INVALID = [
     (
         "spacing: 0.1",
         "spacing: true",
-        "plate.yaml:7: spacing: must be a number or an expression in x and y (found true)",
+        "plate.yaml:7: spacing: must be a number, an expression in x and y, or a mapping of terms (found true)",
     ),
-    ("spacing: 0.1", "spacing:", "plate.yaml:7: spacing: must be a number or an expression in x and y (found nothing)"),
+    (
+        "spacing: 0.1",
+        "spacing:",
+        "plate.yaml:7: spacing: must be a number, an expression in x and y, or a mapping of terms (found nothing)",
+    ),
     ("spacing: 0.1", "spacing: ''", "plate.yaml:7: spacing: the expression is empty"),
     (
         "spacing: 0.1",

@@ -14,7 +14,7 @@ def found(domain, reach, per_piece=200):
     count = len(boundary.lengths)
     piece = np.repeat(np.arange(count), per_piece)
     s = np.tile((np.arange(per_piece) + 0.5) / per_piece, count) * boundary.lengths[piece]
-    return gaps(domain, piece, s, np.full(len(piece), float(reach)))
+    return gaps(domain, piece, s, np.full(len(piece), float(reach)))[:2]
 
 
 @pytest.mark.parametrize(("reach", "seen"), [(0.29, False), (0.31, True), (1.5, True)])
@@ -149,12 +149,12 @@ def test_corners_and_bends_are_no_gaps(domain, reach):
 def test_places_have_reaches_of_their_own():
     domain = Domain.of(rings.rectangle(0, 0, 4, 0.3))
     piece, s = np.array([0, 0, 0]), np.array([1.0, 2.0, 3.0])
-    places, widths = gaps(domain, piece, s, np.array([0.2, 0.5, 0.4]))
+    places, widths, _ = gaps(domain, piece, s, np.array([0.2, 0.5, 0.4]))
     np.testing.assert_allclose(places, [[2, 0], [3, 0]])
     np.testing.assert_allclose(widths, 0.3)
 
 
 def test_no_places_have_no_gaps():
-    places, widths = gaps(U_SHAPE, np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+    places, widths, _ = gaps(U_SHAPE, np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
     assert places.shape == (0, 2)
     assert widths.shape == (0,)

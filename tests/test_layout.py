@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "spacing": FOUNDATION | {"geometry", "spacing", "triangulation"},
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
     "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
+    "wanted": FOUNDATION | {"case", "geometry", "spacing"},
     "output": FOUNDATION | {"meshes", "output", "quality", "solvers"},
 }
 LIBRARIES = {

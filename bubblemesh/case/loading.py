@@ -12,6 +12,7 @@ from bubblemesh.case.layers import Layer, layers_of, merged, place_of
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
+from bubblemesh.case.spacing import expressions
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -99,11 +100,11 @@ def _checked(data: dict[str, Any], places: _Places, default_name: str) -> Case:
 
 
 def _check_spacing(case: Case, places: _Places) -> None:
-    if isinstance(case.spacing, str):
+    for path, text in expressions(case.spacing):
         try:
-            Expression.parse(case.spacing, case.parameters)
+            Expression.parse(text, case.parameters)
         except CaseError as error:
-            raise CaseError(places.message(("spacing",), error)) from None
+            raise CaseError(places.message(("spacing", *path), error)) from None
 
 
 def _check_method(case: Case, places: _Places) -> None:

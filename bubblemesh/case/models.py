@@ -7,8 +7,9 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Strict
 from bubblemesh.case.files import FileDomain
-from bubblemesh.case.parts import Parts, SpacingValue
+from bubblemesh.case.parts import Parts
 from bubblemesh.case.rings import Ring, rings_of
+from bubblemesh.case.spacing import WantedSpacing
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.solvers import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
@@ -134,8 +135,8 @@ class Case(Strict):
         default={}, description="Constants that the spacing expression may name."
     )
     domain: Domain = Field(description="The domain to mesh.")
-    spacing: SpacingValue = Field(
-        description="Wanted edge length, as a number or as an expression in x, y and the parameters."
+    spacing: WantedSpacing = Field(
+        description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
     )
     method: str = Field(default="multilevel", description="Name of the packing method.")
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")

@@ -1,31 +1,18 @@
 """Regions and embedded lines and points of a case file."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
-from bubblemesh.case.fields import Label, OneLabel, Point, Positive, Strict, listed
+from bubblemesh.case.fields import Label, OneLabel, Point, Strict, listed
 from bubblemesh.case.paths import PathLine
 from bubblemesh.case.rings import Ring
+from bubblemesh.case.spacing import SpacingValue
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
 
-__all__ = ["EmbeddedLine", "EmbeddedPoint", "Parts", "Region", "SidePair", "SpacingValue"]
-
-
-def _number_or_text(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise PydanticCustomError("spacing", "must be a number or an expression in x and y")
-    return value
-
-
-SpacingValue = Annotated[
-    Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")],
-    Discriminator(lambda value: "<text>" if isinstance(value, str) else "<number>"),
-    BeforeValidator(_number_or_text),
-]
+__all__ = ["EmbeddedLine", "EmbeddedPoint", "Parts", "Region", "SidePair"]
 
 
 SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]

@@ -1,17 +1,27 @@
 """How far it is across the domain from places on its boundary."""
 
+from typing import NamedTuple
+
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 
-__all__ = ["gaps"]
+__all__ = ["Gaps", "gaps"]
 
 OFF_THE_WALL = 1e-6  # of a ray's length
 
 
-def gaps(domain: Domain, piece: Integers, s: Floats, reach: Floats) -> tuple[Floats, Floats]:
+class Gaps(NamedTuple):
+    """Places (k, 2) on the boundary, distances (k,) to another wall, and the nearest points (k, 2) there."""
+
+    places: Floats
+    widths: Floats
+    feet: Floats
+
+
+def gaps(domain: Domain, piece: Integers, s: Floats, reach: Floats) -> Gaps:
     """Places (k, 2) on the boundary with another wall within reach, and the distances (k,) to it.
 
     Parameters
@@ -24,10 +34,8 @@ def gaps(domain: Domain, piece: Integers, s: Floats, reach: Floats) -> tuple[Flo
 
     Returns
     -------
-    places : (k, 2)
-        On both sides of each gap.
-    widths : (k,)
-        Shortest distance from the place to the wall that a ray meets, once for each such wall.
+    Gaps
+        On both sides of each gap, once for each wall that a ray from the place meets, with the shortest way to it.
     """
     line, boundary = domain.polyline, domain.boundary
     points, (tx, ty) = boundary.points(piece, s), boundary.tangents(piece, s).T
@@ -37,7 +45,9 @@ def gaps(domain: Domain, piece: Integers, s: Floats, reach: Floats) -> tuple[Flo
     ray, chord = shapely.STRtree(chords).query(rays, predicate="intersects")
     opposite = _opposite(domain, piece[ray], s[ray], chord, reach[ray])
     ray, chord = ray[opposite], chord[opposite]
-    return points[ray], shapely.distance(shapely.points(points[ray]), chords[chord])
+    ways = shapely.get_coordinates(shapely.shortest_line(shapely.points(points[ray]), chords[chord]))
+    feet = ways.reshape(-1, 2, 2)[:, 1]
+    return Gaps(points[ray], np.hypot(*(feet - points[ray]).T), feet)
 
 
 def _opposite(domain: Domain, piece: Integers, s: Floats, chord: Integers, reach: Floats) -> Booleans:

@@ -8,15 +8,14 @@ from annotated_types import Gt
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import gaps
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net
 from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
-from bubblemesh.spacing.grading import GROWTH, graded
+from bubblemesh.spacing.grading import GROWTH
 from bubblemesh.spacing.hilbert import along_hilbert_curve
-from bubblemesh.spacing.panels import panels
 from bubblemesh.spacing.quadtree import Leaves, leaves
-from bubblemesh.spacing.refinement import Sources, coarse_curves, short_pieces
+from bubblemesh.spacing.refinement import coarse_curves, short_pieces
+from bubblemesh.spacing.rules import resolving_gaps
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
@@ -24,7 +23,6 @@ __all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
 SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
 STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level
 ACROSS = 3.0  # bubbles of a coarse level across the narrowest parts of the domain
-PROBINGS = 2  # for gaps: the second at the finer spacing that the first one leads to
 SPLIT = 1.6  # edges longer than this, in units of the finer spacing, are halved
 NEAREST_TO_BOUNDARY = 0.5  # spacings
 
@@ -93,12 +91,7 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
 
     loose = Spacing(enlarged, factor * spacing.floor)
     limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
-    limited = graded(domain, loose, GROWTH, limits).spacing
-    for _ in range(PROBINGS):
-        piece, begin, length = panels(domain, limited)
-        s = begin + length / 2
-        places, widths = gaps(domain, piece, s, ACROSS * limited(domain.boundary.points(piece, s)))
-        limited = graded(domain, limited, GROWTH, Sources(places, widths / ACROSS)).spacing
+    limited = resolving_gaps(domain, loose, GROWTH, ACROSS, limits).spacing
     if limited is loose:
         return loose
     return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)

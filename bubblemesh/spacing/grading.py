@@ -18,7 +18,7 @@ __all__ = ["GROWTH", "Graded", "Steepest", "graded"]
 GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 CELL = 2.0  # spacings: largest side of a cell
 COARSEST = 1 / 32  # of the domain's size: spots as large as that are not passed over
-FINEST = 0.25  # spacings: largest side of a cell that the spacing leaves at a faster growth than the limit
+FINEST = 0.25  # spacings: largest side of a cell from which the limit starts
 ROUNDS = 60
 LOWERED = 1e-3  # relative change of the spacing that counts
 TOLERANCE = 1e-3  # relative excess of the growth that does not
@@ -95,7 +95,7 @@ class Sampled:
 
     def largest(self, coarsest: float) -> Floats:
         """Largest sides (n,) of cells that resolve the spacing and the sources."""
-        wanted = CELL * np.minimum(self.d.min(axis=1), self.finest)
+        wanted = np.minimum(CELL * self.d.min(axis=1), FINEST * self.finest)
         return np.where(self.inside, np.minimum(wanted, coarsest), np.inf)
 
     def slopes(self) -> Floats:

@@ -12,6 +12,7 @@ from bubblemesh.spacing.spacing import Spacing
 __all__ = ["Sources", "coarse_curves", "short_pieces"]
 
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
+APART = 0.5  # distance of sources on a curve, in terms of their sizes
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 
 
@@ -24,6 +25,15 @@ class Sources:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @classmethod
+    def none(cls) -> "Sources":
+        """No source at all."""
+        return cls(np.zeros((0, 2)), np.zeros(0))
+
+    def not_below(self, minimum: float) -> "Sources":
+        """The same places with sizes of at least ``minimum``."""
+        return Sources(self.points, np.maximum(self.sizes, minimum))
 
     def joined(self, other: "Sources") -> "Sources":
         """Both sets together."""
@@ -40,14 +50,17 @@ def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
     return Sources(ends[short].reshape(-1, 2), np.repeat(boundary.lengths[pieces[short]], 2))
 
 
-def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
-    """Sources on curves that turn too far over the length of one spacing."""
+def coarse_curves(domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_TURN) -> Sources:
+    """Sources on curves that turn by more than ``widest_turn`` over the length of one spacing."""
     boundary = domain.boundary
     piece, s, step = boundary.panels()
     curved = boundary.approximated[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
-    size = WIDEST_TURN * step / np.maximum(np.abs(turning(before, after)), 1e-12)
-    points = boundary.points(piece, s)
-    coarse = spacing(points) > size
-    return Sources(points[coarse], size[coarse])
+    size = widest_turn * step / np.maximum(np.abs(turning(before, after)), 1e-12)
+    coarse = spacing(boundary.points(piece, s)) > size
+    piece, s, step, size = piece[coarse], s[coarse], step[coarse], size[coarse]
+    parts = np.ceil(step / (APART * size)).astype(np.int64)
+    chord = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(chord)) - np.repeat(np.cumsum(parts) - parts, parts)
+    return Sources(boundary.points(piece[chord], s[chord] + part * (step / parts)[chord]), size[chord])

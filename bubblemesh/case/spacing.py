@@ -1,0 +1,74 @@
+"""The wanted spacing of a case file: one value, or several terms of which the smallest counts."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
+
+from bubblemesh.case.fields import Positive, Strict
+
+__all__ = ["SpacingTerms", "SpacingValue", "WantedSpacing", "expressions"]
+
+
+def _one_of(*types: type, wording: str) -> BeforeValidator:
+    """Check for the types of a spacing, so that a message speaks of all of them."""
+
+    def check(value: Any) -> Any:
+        if isinstance(value, bool) or not isinstance(value, types):
+            raise PydanticCustomError("spacing", "must be {wording}", {"wording": wording})
+        return value
+
+    return BeforeValidator(check)
+
+
+def _tag(value: Any) -> str:
+    if isinstance(value, dict | BaseModel):
+        return "<terms>"
+    return "<text>" if isinstance(value, str) else "<number>"
+
+
+SpacingValue = Annotated[
+    Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")],
+    Discriminator(_tag),
+    _one_of(int, float, str, wording="a number or an expression in x and y"),
+]
+
+
+class SpacingTerms(Strict):
+    """Terms of which the smallest counts, and what limits it."""
+
+    value: SpacingValue | None = Field(default=None, description="A number, or an expression in x and y.")
+    per_circle: Annotated[Positive, Field(ge=3)] | None = Field(
+        default=None, description="Nodes that a full turn of the boundary's curves gets at least."
+    )
+    across: Annotated[Positive, Field(le=100)] | None = Field(
+        default=None, description="Spacings that fit across the narrowest parts of the domain at least."
+    )
+    scale: Positive = Field(default=1.0, description="Factor of the smallest term.")
+    minimum: Positive | None = Field(default=None, description="The spacing is nowhere finer, but where it has to be.")
+    maximum: Positive | None = Field(default=None, description="The spacing is nowhere coarser.")
+    growth: Positive | None = Field(default=None, description="Largest growth of the spacing per length.")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "SpacingTerms":
+        if self.minimum is not None and self.maximum is not None and self.minimum > self.maximum:
+            raise PydanticCustomError("spacing_range", "minimum must not be above maximum")
+        if self.value is None and self.maximum is None:
+            raise PydanticCustomError("spacing_open", "must have a value or a maximum, for where no other term counts")
+        return self
+
+
+WantedSpacing = Annotated[
+    Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")] | Annotated[SpacingTerms, Tag("<terms>")],
+    Discriminator(_tag),
+    _one_of(int, float, str, dict, BaseModel, wording="a number, an expression in x and y, or a mapping of terms"),
+]
+
+
+def expressions(spacing: float | str | SpacingTerms) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """Key paths below ``spacing`` and texts of all expressions."""
+    if isinstance(spacing, str):
+        yield (), spacing
+    elif isinstance(spacing, SpacingTerms) and isinstance(spacing.value, str):
+        yield ("value",), spacing.value

@@ -1,0 +1,42 @@
+"""The smallest of several terms, scaled and kept within limits."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+
+__all__ = ["Combination", "Term"]
+
+Term = Callable[[Floats, Floats], Floats]  # values (n,) at x (n,) and y (n,), infinite where it asks for nothing
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A spacing d(x, y) made of terms.
+
+    Attributes
+    ----------
+    terms : tuple of callable
+        The smallest of their values counts, and none counts where one is no number.
+    scale : float
+        Factor of it.
+    minimum, maximum : float
+        Limits of the product.
+    """
+
+    terms: tuple[Term, ...]
+    scale: float = 1.0
+    minimum: float = 0.0
+    maximum: float = np.inf
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,)."""
+        smallest = np.full(np.shape(x), np.inf)
+        for term in self.terms:
+            smallest = np.minimum(smallest, term(x, y))
+        with np.errstate(invalid="ignore"):
+            # Limits must not make a spacing of what is none.
+            limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
+        return np.where(smallest > 0, limited, smallest)

@@ -1,0 +1,49 @@
+"""The spacing that a case asks for: its terms, bound to its domain."""
+
+import numpy as np
+
+from bubblemesh.case import Case
+from bubblemesh.case.spacing import SpacingTerms
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.combination import Combination, Term
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.rules import Rules
+from bubblemesh.spacing.spacing import Spacing, by_region
+
+__all__ = ["rules_of", "wanted_of"]
+
+
+def wanted_of(case: Case, domain: Domain) -> Spacing:
+    """The case's spacing, those of its regions within these, before its rules."""
+    terms = case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
+    base = Spacing(Combination(tuple(_terms(terms, case, domain)), terms.scale, *_limits(terms)))
+    own = [
+        (region, _value(model.spacing, case))
+        for region, model in zip(domain.parts.regions, case.domain.regions, strict=True)
+        if model.spacing is not None
+    ]
+    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
+    return by_region(base, [(region.core, region.reach, Spacing(value)) for region, value in own]) if own else base
+
+
+def rules_of(case: Case) -> Rules:
+    """What the case's spacing has to respect."""
+    if not isinstance(case.spacing, SpacingTerms):
+        return Rules()
+    terms = case.spacing
+    return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
+
+
+def _limits(terms: SpacingTerms) -> tuple[float, float]:
+    return terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
+
+
+def _terms(terms: SpacingTerms, case: Case, domain: Domain) -> list[Term]:
+    found: list[Term] = []
+    if terms.value is not None:
+        found.append(_value(terms.value, case))
+    return found
+
+
+def _value(value: float | str, case: Case) -> Term:
+    return Expression.parse(str(value), case.parameters)
