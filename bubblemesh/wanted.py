@@ -16,7 +16,7 @@ __all__ = ["rules_of", "wanted_of"]
 def wanted_of(case: Case, domain: Domain) -> Spacing:
     """The case's spacing, those of its regions within these, before its rules."""
     terms = case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
-    base = Spacing(Combination(tuple(_terms(terms, case, domain)), terms.scale, *_limits(terms)))
+    base = Spacing(_combined(terms, case, domain))
     own = [
         (region, _value(model.spacing, case))
         for region, model in zip(domain.parts.regions, case.domain.regions, strict=True)
@@ -34,8 +34,11 @@ def rules_of(case: Case) -> Rules:
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
 
 
-def _limits(terms: SpacingTerms) -> tuple[float, float]:
-    return terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
+def _combined(terms: SpacingTerms, case: Case, domain: Domain) -> Term:
+    """The terms as one; a single one without limits as it is, since it is evaluated very often."""
+    found = tuple(_terms(terms, case, domain))
+    limits = terms.scale, terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
+    return found[0] if len(found) == 1 and limits == (1.0, 0.0, np.inf) else Combination(found, *limits)
 
 
 def _terms(terms: SpacingTerms, case: Case, domain: Domain) -> list[Term]:
