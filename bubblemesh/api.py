@@ -146,7 +146,7 @@ def mesh(
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
     domain, function = _domain(geometry, labels), _spacing(spacing)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
-    problem = posed(domain, Spacing(function), Task("mesh", method, bound, max_nodes, parameters), {})
+    problem = posed(domain, Spacing(function), Task("mesh", method, bound, max_nodes, None, parameters), {})
     return _public(pipeline.meshed(problem)).mesh
 
 

@@ -96,6 +96,10 @@ def run(
     history: Annotated[
         bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
     ] = False,
+    time_limit: Annotated[
+        float | None,
+        typer.Option("--time-limit", metavar="SECONDS", help="End the packing then, with the mesh as it is."),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -104,7 +108,7 @@ def run(
         from bubblemesh import console, delivery, pipeline
         from bubblemesh.output import dump
 
-        loaded = read_case(case, settings, method, seed)
+        loaded = read_case(case, settings, method, seed, time_limit)
         if as_json and output == "-":
             raise CaseError("--json and -o - would both write to the standard output: drop one of them")
         place = delivery.destination(loaded, case, output, format_name, solver, history=history)
@@ -112,7 +116,7 @@ def run(
             show_estimate(loaded, case, as_json, quiet)
             return
         with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case):
-            result = pipeline.mesh_case(loaded, progress.show)
+            result = pipeline.mesh_case(loaded, progress.show, progress.advance)
         report = place.deliver(result)
         if as_json:
             write_output(dump(report))
@@ -121,6 +125,7 @@ def run(
             if place.folder is not None:
                 console.show_files(str(place.folder), report["files"])
         console.warn(report["warnings"])
+        delivery.require_finished(report)
         delivery.require_quality(loaded, report)
 
 
@@ -202,12 +207,18 @@ def init(
         typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
 
 
-def read_case(case: str, settings: list[str] | None, method: str | None, seed: int | None) -> "Case":
+def read_case(
+    case: str,
+    settings: list[str] | None,
+    method: str | None,
+    seed: int | None,
+    time_limit: float | None = None,
+) -> "Case":
     """The case of a file or the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
     text = read_input() if case == "-" else None
-    return load_case(case, overrides=settings or (), method=method, seed=seed, text=text)
+    return load_case(case, overrides=settings or (), method=method, seed=seed, time_limit=time_limit, text=text)
 
 
 def show_estimate(case: "Case", source: str, as_json: bool, quiet: bool) -> None:

@@ -1,6 +1,7 @@
 """What the user sees on the terminal; all of it goes to the error stream, which leaves the output to data."""
 
 from collections.abc import Mapping, Sequence
+from time import monotonic
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +19,28 @@ __all__ = ["Progress", "show_files", "show_problem", "show_quality", "warn"]
 
 COLUMNS = ("round", "nodes", "deleted", "inserted", "mean q", "least q", "mean speed", "time")
 WIDTHS = (5, 8, 8, 8, 7, 7, 10, 8)
+REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and elsewhere
 
 terminal = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
+def duration(seconds: float) -> str:
+    """A time in words that do not pretend to be exact."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    if seconds < 6000:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"
+
+
 class Progress:
-    """Shows each round as it ends: a growing table on a terminal, a line each elsewhere."""
+    """Shows each round as it ends, and how far the packing is: a growing table on a terminal, plain lines elsewhere."""
 
     def __init__(self, title: str, quiet: bool) -> None:
         self.quiet = quiet
         self.rows: list[tuple[str, ...]] = []
+        self.title = title
+        self.begun = self.told = monotonic()
         self.spinner = Spinner("dots", Text(f" {title}"))
         self.live = Live(console=terminal, refresh_per_second=8, transient=False) if self.is_live else None
 
@@ -70,6 +83,19 @@ class Progress:
             if len(self.rows) == 1:
                 _line(COLUMNS)
             _line(cells)
+
+    def advance(self, share: float) -> None:
+        """Tell what share of the packing is done, and about how long the rest takes."""
+        now = monotonic()
+        if share <= 0 or self.quiet or now - self.told < (REDRAWN if self.live is not None else RETOLD):
+            return
+        self.told = now
+        left = (now - self.begun) * (1 - share) / share
+        text = f"{self.title}: {share:.0%}, about {duration(left)} left"
+        if self.live is not None:
+            self.spinner.update(text=Text(f" {text}"))
+        else:
+            terminal.print(Text(text))
 
     def _table(self) -> Table:
         table = Table(box=None, header_style="bold", pad_edge=False)

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from bubblemesh import compromises
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError, FileError, RequirementError
+from bubblemesh.errors import CaseError, FileError, LimitError, RequirementError
 from bubblemesh.meshes import Mesh
 from bubblemesh.output import (
     FORMATS,
@@ -24,7 +24,7 @@ from bubblemesh.pipeline import Result
 from bubblemesh.solvers import FORMATS_FOR, FormatName
 from bubblemesh.streams import output_stream
 
-__all__ = ["Destination", "destination", "require_quality"]
+__all__ = ["Destination", "destination", "require_finished", "require_quality"]
 
 T = TypeVar("T")
 
@@ -123,6 +123,17 @@ def destination(
     if source != "-" and Path(source).resolve() in [path.resolve() for path in place.files]:
         raise FileError(f"{source}: the results would overwrite the case file: give another name")
     return place
+
+
+def require_finished(report: Mapping[str, Any]) -> None:
+    """Refuse a mesh whose packing was cut short.
+
+    Raises
+    ------
+    LimitError
+    """
+    if not report["finished"]:
+        raise LimitError(f"limits.seconds: stopped by {report['stop_reason']}: the mesh is written as it was then")
 
 
 def require_quality(case: Case, report: Mapping[str, Any]) -> None:

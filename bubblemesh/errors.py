@@ -41,6 +41,6 @@ class FileError(BubblemeshError):
 
 
 class LimitError(BubblemeshError):
-    """The case needs more nodes than its limit allows."""
+    """The case needs more nodes or time than its limit allows."""
 
     exit_code = 6

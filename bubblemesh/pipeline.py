@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh import __version__, compromises
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
+from bubblemesh.clock import Clock
 from bubblemesh.conformity import area_error, require_conforming
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.deviation import deviation
@@ -39,28 +40,36 @@ class Result(Generic[M]):
     speeds: tuple[Floats, ...]
 
 
-def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result[Mesh]:
-    """Mesh a case; ``on_round`` is told of each round as it ends.
+OnRound = Callable[[RoundRow], None]
+OnShare = Callable[[float], None]
+
+
+def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result[Mesh]:
+    """Mesh a case.
+
+    ``on_round`` is told of each round as it ends, ``on_share`` again and again what share of the packing is done.
 
     Raises
     ------
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
-    return meshed(prepared(case), on_round)
+    return meshed(prepared(case), on_round, on_share)
 
 
-def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result[Mesh]:
+def meshed(
+    problem: Problem, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None
+) -> Result[Mesh]:
     """Mesh a problem; else as `mesh_case`."""
     task = problem.task
     domain, spacing, method, seconds = problem.domain, problem.spacing, problem.method, dict(problem.seconds)
-    ideal_nodes = problem.survey.ideal_nodes
+    ideal_nodes, clock = problem.survey.ideal_nodes, Clock(task.time_limit, sum(seconds.values()), on_share)
     with timed(seconds, "placement"):
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
         initial = initial_row(start, connected(start, domain).triangles)
     with timed(seconds, "packing"):
-        last, rows, speeds = _packed(rounds(start, domain, levels, method), on_round)
+        last, rows, speeds = _packed(rounds(start, domain, levels, method, clock), on_round)
     with timed(seconds, "quality"):
         mesh = _mesh(last, domain)
         require_conforming(mesh)
@@ -75,6 +84,7 @@ def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: 
         "initial": initial,
         "rounds": [asdict(row) for row in rows],
         "stop_reason": last.stop_reason,
+        "finished": not clock.over,
         **rules_figures(problem),
         "ideal_nodes": ideal_nodes,
         "force_evaluations": sum(row.force_evaluations for row in rows),
@@ -83,7 +93,11 @@ def meshed(problem: Problem, on_round: Callable[[RoundRow], None] = lambda row: 
         **({} if departure is None else {"deviation": departure._asdict()}),
         "seconds": seconds | {"total": sum(seconds.values())},
         "peak_memory_mb": peak_memory_mb(),
-        "warnings": [*problem.warnings, *compromises.poor_result(figures, None if problem.refined else ideal_nodes)],
+        "warnings": [
+            *problem.warnings,
+            *clock.warnings,
+            *compromises.poor_result(figures, None if problem.refined else ideal_nodes),
+        ],
     }
     return Result(mesh, triangle_fields(mesh, problem.wanted), report, speeds)
 

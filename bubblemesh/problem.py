@@ -37,6 +37,8 @@ class Task:
     method : Method
     max_nodes : int
         Largest number of nodes that the mesh may need.
+    time_limit : float or None
+        Seconds after which the packing ends as it is.
     parameters : dict
         All parameters, defaults included, as reports tell them.
     """
@@ -45,6 +47,7 @@ class Task:
     method_name: str
     method: Method
     max_nodes: int
+    time_limit: float | None
     parameters: dict[str, Any]
 
 
@@ -104,7 +107,7 @@ def prepared(case: Case) -> Problem:
     wanted, rules = wanted_of(case, domain), rules_of(case)
     method = configured(case.method, case.packing, case.schedule)
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
-    task = Task(str(case.name), case.method, method, case.limits.max_nodes, parameters)
+    task = Task(str(case.name), case.method, method, case.limits.max_nodes, case.limits.seconds, parameters)
     return posed(domain, wanted, task, seconds, rules)
 
 

@@ -52,7 +52,7 @@ def round_row(done: Round, seconds: float) -> RoundRow:
         nodes_after=len(done.bubbles),
         deleted=done.deleted,
         inserted=done.inserted,
-        mean_speed=float(done.speeds[-1]),
+        mean_speed=float(done.speeds[-1]) if done.iterations else 0.0,
         quality_mean=float(q.mean()),
         quality_min=float(q.min()),
         force_evaluations=done.evaluations,

@@ -306,6 +306,18 @@ def test_a_missed_requirement_is_told_after_the_mesh_is_written(square, tmp_path
     assert "square.msh" in names(tmp_path / "out")
 
 
+def test_a_time_limit_ends_with_6_after_the_mesh_is_written(square, tmp_path):
+    ended = bubblemesh("run", square, "-o", "out", "--time-limit", "1e-6", folder=tmp_path)
+    assert ended.returncode == 6
+    assert b"the time limit of 1e-06 s" in ended.stderr
+    report = json.loads((tmp_path / "out/square.report.json").read_text())
+    assert not report["finished"]
+    assert "square.msh" in report["files"]
+    plenty = bubblemesh("run", square, "-o", "out", "--time-limit", "1000", folder=tmp_path)
+    assert plenty.returncode == 0
+    assert json.loads((tmp_path / "out/square.report.json").read_text())["finished"]
+
+
 def test_warnings_are_shown_and_reported(square, tmp_path):
     process = bubblemesh("run", square, "-q", "--set", "spacing=9", "--json", folder=tmp_path)
     report = json.loads(process.stdout)

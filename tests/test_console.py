@@ -38,6 +38,29 @@ def test_quiet_shows_nothing(live, monkeypatch):
     assert stream.getvalue() == ""
 
 
+def test_progress_tells_the_share_and_the_time_left(monkeypatch):
+    stream, clock = terminal(monkeypatch, live=False), iter([100.0, 104.0, 130.0, 131.0, 190.0])
+    monkeypatch.setattr(console, "monotonic", lambda: next(clock))
+    with console.Progress("packing plate", quiet=False) as progress:
+        for share in (0.1, 0.25, 0.26, 0.9):
+            progress.advance(share)
+    assert stream.getvalue() == "packing plate: 25%, about 90 s left\npacking plate: 90%, about 10 s left\n"
+
+
+def test_progress_is_beside_the_spinner_on_a_terminal(monkeypatch):
+    stream, clock = terminal(monkeypatch, live=True), iter([0.0, 50.0])
+    monkeypatch.setattr(console, "monotonic", lambda: next(clock))
+    with console.Progress("packing plate", quiet=False) as progress:
+        progress.advance(0.5)
+        progress.live.refresh()
+    assert "packing plate: 50%, about 50 s left" in stream.getvalue()
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(0.4, "0 s"), (99, "99 s"), (150, "2 min"), (7200, "2.0 h")])
+def test_durations_do_not_pretend_to_be_exact(seconds, words):
+    assert console.duration(seconds) == words
+
+
 def test_brackets_in_messages_are_text_not_markup(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     console.warn(["labels [red]a[/red]"])

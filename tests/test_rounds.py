@@ -113,11 +113,13 @@ class Recorded:
     name: str
     scheme: Any
     order: list[str]
-    passes: int = 3
 
     def __call__(self, *arguments):
         self.order.append(self.name)
         return self.scheme(*arguments)
+
+    def __getattr__(self, name):
+        return getattr(self.scheme, name)
 
 
 def test_polish_takes_turns_with_population_control_and_mending_ends():

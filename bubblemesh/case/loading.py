@@ -25,6 +25,7 @@ def load_case(
     overrides: Sequence[str] = (),
     method: str | None = None,
     seed: int | None = None,
+    time_limit: float | None = None,
     text: str | None = None,
 ) -> Case:
     """Read and check a case.
@@ -35,8 +36,8 @@ def load_case(
         The case file; also the name in messages if ``text`` is given, where ``-`` is the standard input.
     overrides : sequence of str
         Settings such as ``domain.holes.0.circle.radius=0.3``, later ones over earlier ones.
-    method, seed
-        Set over ``method`` and ``packing.seed``, and over ``overrides``.
+    method, seed, time_limit
+        Set over ``method``, ``packing.seed`` and ``limits.seconds``, and over ``overrides``.
     text : str, optional
         The case as YAML, in place of the file's content.
 
@@ -48,7 +49,7 @@ def load_case(
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
     path = Path(path)
-    changes = [*map(parsed, overrides), *_options(method, seed)]
+    changes = [*map(parsed, overrides), *_options(method, seed, time_limit)]
     source = "<stdin>" if str(path) == "-" else str(path)
     for change in changes:
         if change.path[0] == "base":
@@ -60,11 +61,13 @@ def load_case(
     return _checked(data, _Places(layers, changes), "mesh" if str(path) == "-" else path.stem)
 
 
-def _options(method: str | None, seed: int | None) -> Iterable[Override]:
+def _options(method: str | None, seed: int | None, time_limit: float | None) -> Iterable[Override]:
     if method is not None:
         yield Override(("method",), method, "--method")
     if seed is not None:
         yield Override(("packing", "seed"), seed, "--seed")
+    if time_limit is not None:
+        yield Override(("limits", "seconds"), time_limit, "--time-limit")
 
 
 @dataclass(frozen=True)

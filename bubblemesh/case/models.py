@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Strict
+from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Positive, Strict
 from bubblemesh.case.files import FileDomain
 from bubblemesh.case.parts import Parts
 from bubblemesh.case.rings import Ring, rings_of
@@ -110,6 +110,9 @@ class Limits(Strict):
     """What stops a case that is too large."""
 
     max_nodes: Count = Field(default=2_000_000, description="Largest number of nodes that a mesh may need.")
+    seconds: Positive | None = Field(
+        default=None, description="Time after which the packing ends with the mesh as it is."
+    )
 
 
 class Requirements(Strict):

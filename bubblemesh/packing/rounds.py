@@ -13,6 +13,7 @@ from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.population import Change
 from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.workload import CONNECTING, POLISHING, Stage, TimeUp, Watch, Workload, stages_of
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Round", "rounds"]
@@ -72,12 +73,15 @@ class Course:
     spacing: Spacing
     method: Method
     random: np.random.Generator
+    workload: Workload
 
     def relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """The steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
-        method = self.method
+        method, workload = self.method, self.workload
+        workload.grows(CONNECTING * len(net.bubbles))
 
         def damping(step: int, touched: Booleans) -> Floats | float:
+            workload.grows(len(touched))
             c = method.viscosity(step, number)
             return method.odd(c, touched) if odd and method.odd is not None else c
 
@@ -119,12 +123,16 @@ class Course:
             if change.deleted + change.inserted:
                 net, inserted = enmeshed(change.bubbles, self.domain, self.spacing), inserted + change.inserted
             net = polish(net, self.domain, self.spacing)
+            self.workload.net = net
+            self.workload.grows(POLISHING * len(net.bubbles))
         if mending is not None:
             net = mending(net, self.domain, self.spacing, polish, self.random)
         return net, inserted
 
 
-def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method) -> Iterator[Round]:
+def rounds(
+    start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method, watch: Watch = lambda share: None
+) -> Iterator[Round]:
     """Rounds of the method on each level; after the last change of population a relaxation closes.
 
     Parameters
@@ -135,37 +143,52 @@ def rounds(start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Me
     levels : sequence of Spacing
         From the coarsest to the wanted one.
     method : Method
+    watch : callable
+        Is told what share of the packing is done. If it raises `TimeUp`, the bubbles are refined to the wanted spacing
+        without more ado, and a last round tells so.
     """
     random = method.perturbation.generator()
-    net, number = connected(method.perturbation(start, levels[0], random), domain), 0
-    for level, spacing in enumerate(levels):
-        course = Course(domain, spacing, method, random)
-        if level:
-            net = connected(refined(net, domain, spacing), domain)
-        finest = level == len(levels) - 1
-        stages = [(False, finest)]
-        if method.shaking is not None and (level == 0 or not finest):
-            stages = [(False, False), (True, finest)]
-        for shaking, closing in stages:
-            for done in _settling(course, net, number == 0, shaking, closing):
+    stages = stages_of(method, len(levels), len(start))
+    net, number, level = connected(method.perturbation(start, levels[0], random), domain), 0, 0
+    workload = Workload(stages, watch, net)
+    try:
+        for place, stage in enumerate(stages):
+            if stage.level > level:
+                level = stage.level
+                workload.net = net = connected(refined(net, domain, levels[level]), domain)
+            workload.begins(place)
+            course = Course(domain, levels[level], method, random, workload)
+            for done in _settling(course, net, number == 0, stage):
                 number, net = number + 1, done.net
                 yield replace(done, number=number)
+    except TimeUp as reason:
+        yield _cut_short(workload.net, domain, levels[level + 1 :], number + 1, str(reason))
 
 
-def _settling(course: Course, net: Net, opening: bool, shaking: bool, closing: bool) -> Iterator[Round]:
-    """Rounds on one level until the termination says stop; the first may begin by ``shaking``."""
-    method = course.method
+def _cut_short(net: Net, domain: Domain, levels: Sequence[Spacing], number: int, reason: str) -> Round:
+    """A round that does no more than to refine the bubbles to the wanted spacing, level by level."""
+    before = len(net.bubbles)
+    for spacing in levels:
+        net = connected(refined(net, domain, spacing), domain)
+    inserted = len(net.bubbles) - before
+    return Round(number, 0, before, max(-inserted, 0), max(inserted, 0), net, np.zeros(0), 0, reason)
+
+
+def _settling(course: Course, net: Net, opening: bool, stage: Stage) -> Iterator[Round]:
+    """Rounds of a stage until the termination says stop."""
+    method, closing = course.method, stage.closing
     counts: list[tuple[int, int]] = []
     odd, reason = False, None
     while reason is None:
         number, before = len(counts), len(net.bubbles)
         steps = method.termination.steps(opening and number == 0)
-        relaxed = course.shaken(net) if shaking and number == 0 else course.relaxed(net, steps, number, odd)
+        relaxed = course.shaken(net) if stage.shaking and number == 0 else course.relaxed(net, steps, number, odd)
         change = course.controlled(enmeshed(relaxed.bubbles, course.domain, course.spacing))
         counts.append((before, len(change.bubbles)))
         odd = method.odd is not None and method.odd.active(*counts[-1])
         reason = method.termination(counts)
         net, inserted = connected(change.bubbles, course.domain), change.inserted
+        course.workload.net = net
         if reason is not None and closing:
             net, more, last = course.closed(net, steps, number, odd)
             relaxed, inserted = relaxed.followed_by(last), inserted + more

@@ -57,7 +57,7 @@ class Shaking:
     ) -> Relaxed:
         """The bubbles after all cycles; ``relax`` takes a net and a number of steps."""
         total = Relaxed.none(net.bubbles)
-        cycles = math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / len(net.bubbles)))
+        cycles = self.cycles(len(net.bubbles))
         for cycle in range(cycles):
             net = enmeshed(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
             relaxed = relax(net, self.shake_steps)
@@ -65,6 +65,10 @@ class Shaking:
             # The edges from before the relaxation still tell where the order is broken.
             net = enmeshed(relaxed.bubbles, domain, spacing) if relaxed.lost else replace(net, bubbles=relaxed.bubbles)
         return total
+
+    def cycles(self, bubbles: int) -> int:
+        """Number of cycles on a level of so many bubbles."""
+        return math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / bubbles))
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         """The bubbles after a displacement by this share of the first one."""

@@ -24,6 +24,10 @@ class FixedRounds:
         """Steps of a round; ``opening`` is the first one of all."""
         return self.iterations
 
+    def expected_steps(self, opening: bool) -> int:
+        """About how many steps it takes until it says stop, the last relaxation included."""
+        return (self.rounds + 1) * self.iterations
+
 
 @dataclass(frozen=True)
 class SelfAdaptive(FixedRounds):
@@ -51,6 +55,10 @@ class Settled(FixedRounds):
     def steps(self, opening: bool) -> int:
         """Steps of a round; the opening one has more, since the initial bubbles are without any order."""
         return self.opening_iterations if opening else self.iterations
+
+    def expected_steps(self, opening: bool) -> int:
+        """About how many steps it takes until it says stop."""
+        return self.steps(opening) + self.iterations
 
     def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
         """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
