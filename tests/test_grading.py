@@ -108,6 +108,13 @@ def test_sources_hold_the_spacing_where_they_are():
     assert found.spacing.floor <= 0.0015
 
 
+def test_sources_finer_than_any_cell_are_no_endless_task():
+    sources = Sources(np.array([[0.1, 0.2], [0.3, 0.2]]), np.array([1e-13, 1e-300]))
+    d = graded(SQUARE, uniform(0.3), 0.4, sources).spacing(np.array([[0.1, 0.2], [0.1, 0.4], [0.3, 0.3]]))
+    assert d[0] < 1e-8
+    np.testing.assert_allclose(d[1:], [0.08, 0.04], rtol=0.1)
+
+
 def test_growth_goes_around_walls():
     slit = [(-1, -1), (1, -1), (1, 1), (0.05, 1), (0.05, -0.6), (-0.05, -0.6), (-0.05, 1), (-1, 1)]
     domain = Domain.of(rings.polygon(slit))

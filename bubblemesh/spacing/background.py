@@ -71,6 +71,11 @@ class Background:
         return np.asarray(self.size / 2.0**self.level, float)
 
     @cached_property
+    def divisible(self) -> Booleans:
+        """Which cells (n,) are not of the deepest level."""
+        return self.level < DEEPEST
+
+    @cached_property
     def centers(self) -> Floats:
         """Centres (n, 2) of the cells."""
         return self._points(self.column_row) + self.sides[:, None] / 2
@@ -91,7 +96,7 @@ class Background:
         return np.searchsorted(self._key, _interleaved(column_row), side="right") - 1
 
     def split(self, cells: Booleans) -> tuple["Background", Integers, Booleans]:
-        """The grid with some ``cells`` (n,) in four, from which cell each new one stems, and which are quarters."""
+        """The grid with some divisible ``cells`` (n,) in four, from which cell each new one stems, and which are quarters."""
         old, new = np.flatnonzero(~cells), np.repeat(np.flatnonzero(cells), 4)
         level = np.concatenate([self.level[old], self.level[new] + 1])
         half = 1 << (DEEPEST - self.level[new] - 1)

@@ -20,6 +20,7 @@ CELL = 2.0  # spacings: largest side of a cell
 COARSEST = 1 / 32  # of the domain's size: spots as large as that are not passed over
 FINEST = 0.25  # spacings: largest side of a cell from which the limit starts
 ROUNDS = 60
+SPLITS = 1000
 LOWERED = 1e-3  # relative change of the spacing that counts
 TOLERANCE = 1e-3  # relative excess of the growth that does not
 SAMPLES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of a cell, from its centre
@@ -96,7 +97,7 @@ class Sampled:
     def largest(self, coarsest: float) -> Floats:
         """Largest sides (n,) of cells that resolve the spacing and the sources."""
         wanted = np.minimum(CELL * self.d.min(axis=1), FINEST * self.finest)
-        return np.where(self.inside, np.minimum(wanted, coarsest), np.inf)
+        return np.where(self.inside & self.grid.divisible, np.minimum(wanted, coarsest), np.inf)
 
     def slopes(self) -> Floats:
         """Growth (n, 8) of the spacing per length between the `PAIRS` of samples."""
@@ -136,12 +137,12 @@ def _root(domain: Domain) -> Sampled:
 def _resolved(sampled: Sampled, domain: Domain, spacing: Spacing, sources: Sources, largest: Floats | float) -> Sampled:
     """Cells split until they resolve the spacing, none is above ``largest`` (n,), and their sizes are balanced."""
     split = sampled.grid.sides > largest
-    while True:
+    for _ in range(SPLITS):
         split |= sampled.grid.sides > sampled.largest(COARSEST * domain.size)
         if not split.any():
             split = sampled.grid.unbalanced()
         if not split.any():
-            return sampled
+            break
         grid, origin, fresh = sampled.grid.split(split)
         mine = np.flatnonzero(fresh)
         inside, d, finest = sampled.inside[origin], sampled.d[origin], np.full(len(grid), np.inf)
@@ -150,6 +151,7 @@ def _resolved(sampled: Sampled, domain: Domain, spacing: Spacing, sources: Sourc
         np.minimum.at(finest, grid.located(sources.points), sources.sizes)
         sampled = Sampled(grid, inside, d, finest)
         split = np.zeros(len(grid), bool)
+    return sampled
 
 
 def _places(grid: Background, cells: Integers) -> Floats:
@@ -186,7 +188,7 @@ def _largest(sampled: Sampled, domain: Domain, growth: float, wanted: Floats, va
     leaving = steep[kept]
     finest = FINEST * np.minimum(sampled.d[leaving].min(axis=1), mine[leaving].min(axis=1))
     largest[leaving] = np.minimum(largest[leaving], np.maximum(finest, grid.sides[leaving] / 2))
-    return np.where(largest >= grid.sides, grid.sides, largest)
+    return np.where(grid.divisible, np.minimum(largest, grid.sides), grid.sides)
 
 
 def _steepest(sampled: Sampled, domain: Domain, growth: float) -> Steepest | None:
