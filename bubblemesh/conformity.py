@@ -11,6 +11,7 @@ from bubblemesh.wording import place
 __all__ = ["area_error", "require_conforming"]
 
 AREA_TOLERANCE = 1e-12
+MATCH = 1e-8  # of the domain's size; periodic sides are the same but for a tenth of that
 ROUNDING = 1e-15  # of the squared extent, which a thin domain's area may be far below
 
 
@@ -30,8 +31,8 @@ def require_conforming(mesh: Mesh) -> None:
     ------
     BubblemeshError
         If a triangle is not counter-clockwise, a node unused, a boundary edge missing, an edge labelled that is none
-        or labelled twice, or the area wrong; the text names the first place. It is an error of the program, not of
-        the case.
+        or labelled twice, the area wrong, or a node of a periodic side away from its counterpart; the text names the
+        first place. It is an error of the program, not of the case.
     """
     areas = signed_areas(mesh.points, mesh.triangles)
     if areas.min() <= 0:
@@ -40,6 +41,7 @@ def require_conforming(mesh: Mesh) -> None:
     if unused.any():
         raise _fault("a node belongs to no triangle", mesh.points[unused][0])
     _require_labelled_edges(mesh)
+    _require_matching_nodes(mesh)
     rounding = ROUNDING * float(np.ptp(mesh.points, axis=0).max()) ** 2 / float(areas.sum())
     if abs(area_error(mesh)) > AREA_TOLERANCE + rounding:
         raise _fault(f"the area is off by {area_error(mesh):.1e}", mesh.points[0])
@@ -59,6 +61,16 @@ def _require_labelled_edges(mesh: Mesh) -> None:
         raise _fault("the boundary is not met", mesh.points[pair].mean(axis=0))
     for pair in sides[labelled > 1][:1]:
         raise _fault("an edge is labelled twice", mesh.points[pair].mean(axis=0))
+
+
+def _require_matching_nodes(mesh: Mesh) -> None:
+    """Check that periodic sides are the same but for a shift."""
+    tolerance = MATCH * float(np.ptp(mesh.points, axis=0).max())
+    for sides in mesh.periodic_sides:
+        here, there = mesh.points[sides.nodes.T]
+        away = np.abs(there - here - sides.shift).max(axis=1)
+        if away.max() > tolerance:
+            raise _fault("a node of a periodic side has no counterpart", here[away.argmax()])
 
 
 def _fault(what: str, where: Floats) -> BubblemeshError:

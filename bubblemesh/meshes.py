@@ -2,17 +2,42 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
-__all__ = ["Mesh"]
+__all__ = ["Mesh", "PeriodicSides"]
+
+ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
 
 def _nothing() -> Integers:
     return np.zeros(0, np.int64)
+
+
+def _no_pairs() -> Integers:
+    return np.zeros((0, 2), np.int64)
+
+
+class PeriodicSides(NamedTuple):
+    """Two sides of which the second is the first one moved to the right, or else upwards.
+
+    Attributes
+    ----------
+    first, second : int
+        Index of each side's label.
+    shift : (2,)
+        From the first side to the second, in the unit of the coordinates.
+    nodes : (k, 2)
+        Nodes of the first side, and their counterparts on the second.
+    """
+
+    first: int
+    second: int
+    shift: Floats
+    nodes: Integers
 
 
 @dataclass(frozen=True)
@@ -44,6 +69,8 @@ class Mesh:
         Names of the labelled points.
     facet_middles : (f, 2)
         Point halfway along the true curve that each facet follows; the middle of the facet itself unless given.
+    periodic : (p, 2)
+        Facets that match: the second is the first one moved across the domain, and runs the other way.
     """
 
     points: Floats
@@ -57,6 +84,7 @@ class Mesh:
     vertex_labels: Integers = field(default_factory=_nothing)
     point_labels: tuple[str, ...] = ()
     facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    periodic: Integers = field(default_factory=_no_pairs)
 
     def __post_init__(self) -> None:
         if len(self.triangle_regions) == 0:
@@ -95,6 +123,24 @@ class Mesh:
 
     def _keys(self, pairs: Integers) -> Integers:
         return pairs[:, 0].astype(np.int64) * len(self.points) + pairs[:, 1]
+
+    @cached_property
+    def periodic_sides(self) -> tuple[PeriodicSides, ...]:
+        """Pairs of sides whose nodes match, by their labels."""
+        labels, which = np.unique(self.facet_labels[self.periodic], axis=0, return_inverse=True)
+        return tuple(self._matching(a, b, self.periodic[which == k]) for k, (a, b) in enumerate(labels.tolist()))
+
+    def _matching(self, first: int, second: int, pairs: Integers) -> PeriodicSides:
+        """The sides that pairs (p, 2) of facets make up."""
+        here, there = self.facets[pairs[:, 0]], self.facets[pairs[:, 1]].copy()
+        there[:, :2] = there[:, 1::-1]
+        nodes = np.unique(np.column_stack([here.ravel(), there.ravel()]), axis=0)
+        shift = (self.points[nodes[:, 1]] - self.points[nodes[:, 0]]).mean(axis=0)
+        shift[np.abs(shift) < ROUNDING * np.abs(shift).max()] = 0
+        if tuple(shift) > (0, 0):
+            return PeriodicSides(first, second, shift, nodes)
+        # One order for all pairs: chains of counterparts, as at the corners of a hexagon, then end.
+        return PeriodicSides(second, first, 0 - shift, nodes[:, ::-1])
 
     def second_order(self) -> tuple[Self, int]:
         """The mesh with a node on each edge, those of the facets on the true curves; and how many of them are not.

@@ -15,6 +15,7 @@ from bubblemesh.conformity import area_error, require_conforming
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes import Mesh
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import connected
@@ -128,6 +129,7 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
     names = (parts.rest, *(part.name for part in parts.regions))
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     vertices = [_node_at(point, bubbles) for point, _ in parts.points]
+    point_labels = tuple(dict.fromkeys(name for _, name in parts.points))
     return Mesh(
         bubbles.x,
         triangles,
@@ -137,9 +139,10 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
         regions=tuple(names[k] for k in numbers),
         triangle_regions=region,
         vertices=np.array(vertices, np.int64),
-        vertex_labels=np.arange(len(vertices)),
-        point_labels=tuple(name for _, name in parts.points),
+        vertex_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
+        point_labels=point_labels,
         facet_middles=_middles(boundary, bubbles, facets, piece),
+        periodic=matching_edges(domain.periodic, piece),
     )
 
 

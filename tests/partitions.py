@@ -8,6 +8,7 @@ import shapely
 
 from bubblemesh.case import load_case
 from bubblemesh.packing.rounds import rounds
+from bubblemesh.pipeline import mesh_case
 from bubblemesh.problem import prepared
 from bubblemesh.quality import signed_areas
 from bubblemesh.triangulation import regions
@@ -25,6 +26,11 @@ def packed(text, method="multilevel"):
     levels = problem.method.levels(domain, problem.spacing, problem.expected_nodes)
     *_, last = rounds(problem.method.placement(domain, levels[0], 100_000), domain, levels, problem.method)
     return domain, last.net
+
+
+def mesh_of(text):
+    """The mesh of a case."""
+    return mesh_case(load_case("parts.yaml", text=text)).mesh
 
 
 def region_of(domain, net):

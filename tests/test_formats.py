@@ -424,15 +424,21 @@ def test_normals_of_a_square_point_out_of_it():
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_sidecar_is_there_where_a_format_needs_it(tmp_path, form):
     files = write_files(sandwich(regions=("a", "b")), {}, {}, tmp_path, "plate", [form])["files"]
-    needed = form in {"vtu", "vtk", "xdmf", "mesh", "dat"}
+    needed = form in {"vtu", "vtk", "xdmf", "mesh", "su2", "dat", "openfoam"}
     assert ("plate.labels.json" in files) == needed
     if needed:
         sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
         assert list(sidecar.items())[5:9] == [
             ("interface", {"id": 6, "dimension": 1}),
             *[(name, {"id": k, "dimension": 2}) for k, name in ((7, "a"), (8, "b"))],
-            ("corner", {"id": 9, "dimension": 0}),
+            ("corner", {"id": 9, "dimension": 0, "nodes": [0]}),
         ]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_without_points_the_sidecar_is_there_for_ids_only(tmp_path, form):
+    files = write_files(holed_square(), {}, {}, tmp_path, "plate", [form])["files"]
+    assert ("plate.labels.json" in files) == (form in {"vtu", "vtk", "xdmf", "mesh", "dat"})
 
 
 def test_the_format_of_an_ending_is_the_first_that_has_it(tmp_path):

@@ -254,6 +254,11 @@ MISTAKES = [
     ([], {"points": ["{at: [2, 0.5], label: well}"]}, r"the point 'well' at \(2, 0\.5\) lies outside the domain"),
     (
         [],
+        {"points": ["{at: [0.5, 0.5]}", "{at: [0.2, 0.5]}", "{at: [0.5, 0.5000000000001], label: well}"]},
+        r"the points 'point-1' and 'well' are both at \(0\.5, 0\.5\)",
+    ),
+    (
+        [],
         {"points": ["{at: [0.5, 0.5]}"], "holes": ["{circle: {center: [0.5, 0.5], radius: 0.1}}"]},
         r"the point 'point-1' at \(0\.5, 0\.5\) lies outside the domain",
     ),

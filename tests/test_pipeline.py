@@ -251,6 +251,20 @@ def test_labels_lie_on_their_sides(plate):
             np.testing.assert_allclose(at @ normal, 1, rtol=1e-12)
 
 
+def test_points_of_one_label_are_one_group():
+    text = """
+domain:
+  outer: {rectangle: [0, 0, 2, 1]}
+  points: [{at: [0.5, 0.5], label: well}, {at: [1, 0]}, {at: [1.5, 0.5], label: well}]
+spacing: 0.25
+"""
+    mesh = mesh_case(load_case("points.yaml", text=text)).mesh
+    check_mesh(mesh)
+    assert mesh.point_labels == ("well", "point-2")
+    found = zip(mesh.points[mesh.vertices].tolist(), mesh.vertex_labels.tolist(), strict=True)
+    assert list(found) == [([0.5, 0.5], 0), ([1, 0], 1), ([1.5, 0.5], 0)]
+
+
 def test_rounds_are_told_as_they_end():
     told = []
     result = mesh_case(load_case("case.yaml", text=PLATE), told.append)

@@ -35,10 +35,15 @@ def commands(heading):
 
 def prepare(heading, folder, *more):
     """Write the case of the page and run the command of a section."""
-    (case,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
-    (folder / "disc.yaml").write_text(case)
     (command,) = commands(heading)
-    line = [sys.executable, "-m", "bubblemesh", *command.split(), "--quiet", *more]
+    meshed(folder, *command.split()[1:], *more)
+
+
+def meshed(folder, case, *options):
+    """Write the page's cases and mesh one of them."""
+    for text in re.findall(r"```yaml\n(# .*?)```", PAGE, flags=re.DOTALL):
+        (folder / text[2:].split()[0]).write_text(text)
+    line = [sys.executable, "-m", "bubblemesh", "run", case, *options, "--quiet"]
     subprocess.run(line, cwd=folder, check=True, capture_output=True, timeout=SECONDS)
 
 
@@ -213,6 +218,69 @@ def test_calculix_finds_the_widening_of_a_ring(tmp_path, order, tolerance):
     np.testing.assert_allclose(widening, scale * (a - b**2 / a), rtol=tolerance)
 
 
+# MFEM
+
+MFEM_POISSON = """
+import numpy as np
+
+assert (mesh.Dimension(), mesh.SpaceDimension()) == (2, 2)
+assert (rim.ToList(), bore.ToList(), disc.ToList()) == ([1, 0], [0, 1], [0, 0, 1])
+
+
+class Exact(mfem.PyCoefficient):
+    def EvalValue(self, x):
+        return np.exp(x[0]) * np.cos(2 * x[1])
+
+
+class Source(mfem.PyCoefficient):
+    def EvalValue(self, x):
+        return 3 * np.exp(x[0]) * np.cos(2 * x[1])
+
+
+class Slope(mfem.VectorPyCoefficient):
+    def EvalValue(self, x):
+        return [np.exp(x[0]) * np.cos(2 * x[1]), -2 * np.exp(x[0]) * np.sin(2 * x[1])]
+
+
+exact, source, slope = Exact(), Source(), Slope(2)
+kind = mfem.H1_FECollection(ORDER, 2)
+space = mfem.FiniteElementSpace(mesh, kind)
+stiffness, load, u = mfem.BilinearForm(space), mfem.LinearForm(space), mfem.GridFunction(space)
+stiffness.AddDomainIntegrator(mfem.DiffusionIntegrator())
+stiffness.Assemble()
+load.AddDomainIntegrator(mfem.DomainLFIntegrator(source))
+load.AddBoundaryIntegrator(mfem.BoundaryNormalLFIntegrator(slope), bore)
+load.Assemble()
+u.ProjectCoefficient(exact)
+fixed, A, X, B = mfem.intArray(), mfem.SparseMatrix(), mfem.Vector(), mfem.Vector()
+space.GetEssentialTrueDofs(rim, fixed)
+stiffness.FormLinearSystem(fixed, u, load, A, X, B)
+mfem.PCG(A, mfem.GSSmoother(A), B, X, 0, 2000, 1e-24, 0.0)
+stiffness.RecoverFEMSolution(X, load, u)
+print("error", u.ComputeL2Error(exact), mesh.GetNE(), mesh.GetNBE())
+"""
+
+
+def mfem_python():
+    """A Python with MFEM; without it the test is skipped."""
+    python = python_with("mfem.ser")
+    if python is None:
+        pytest.skip("the Python package mfem is not installed, so that MFEM's reading of the files is not tested")
+    return python
+
+
+@pytest.mark.parametrize(("order", "bound"), [(1, 0.005), (2, 0.0001)])
+def test_mfem_solves_with_the_labels(tmp_path, order, bound):
+    python = mfem_python()
+    prepare("MFEM", tmp_path, "--set", f"output.order={order}")
+    (code,) = blocks("MFEM", "python")
+    printed = run([python, "-c", code + MFEM_POISSON.replace("ORDER", str(order))], tmp_path)
+    error, triangles, edges = re.search(r"^error (\S+) (\d+) (\d+)", printed, flags=re.M).groups()
+    report = json.loads((tmp_path / "out/disc.report.json").read_text())
+    assert float(error) < bound
+    assert (int(triangles), int(edges)) == (report["triangles"], report["boundary_nodes"])
+
+
 # OpenFOAM
 
 SYSTEM = {
@@ -223,21 +291,107 @@ SYSTEM = {
 ETC = Path("/usr/share/openfoam")  # where Debian keeps what OpenFOAM's programs look for
 
 
+def openfoam(folder, lines, system):
+    """What OpenFOAM's programs print in a case folder with these files in ``system``."""
+    (folder / "system").mkdir()
+    for name, text in system.items():
+        head = f"FoamFile {{version 2.0; format ascii; class dictionary; object {name};}}\n"
+        (folder / "system" / name).write_text(head + text)
+    environment = os.environ if "WM_PROJECT_DIR" in os.environ else {**os.environ, "WM_PROJECT_DIR": str(ETC)}
+    return run(["bash", "-ec", lines], folder, env=environment)
+
+
 def test_openfoam_finds_a_sound_plane_mesh(tmp_path):
     program("gmshToFoam")
     prepare("OpenFOAM", tmp_path)
-    (tmp_path / "system").mkdir()
-    for name, text in SYSTEM.items():
-        head = f"FoamFile {{version 2.0; format ascii; class dictionary; object {name};}}\n"
-        (tmp_path / "system" / name).write_text(head + text)
     (lines,) = blocks("OpenFOAM", "sh")
-    environment = os.environ if "WM_PROJECT_DIR" in os.environ else {**os.environ, "WM_PROJECT_DIR": str(ETC)}
-    printed = run(["bash", "-ec", lines], tmp_path, env=environment)
+    printed = openfoam(tmp_path, lines, SYSTEM)
     assert "Mesh OK." in printed
     boundary = (tmp_path / "constant/polyMesh/boundary").read_text()
     for patch in ("rim", "bore", "front", "back"):
         assert re.search(rf"^\s*{patch}$", boundary, flags=re.M)
     assert "(1 1 0)" in printed  # geometric directions: a plane case
+
+
+# Periodic sides: the effective conductivity of a perforated cell, the same in all programs that can tell it
+
+CONDUCTIVITY = 0.78086
+
+SCIKIT_FEM_CELL = """
+from skfem import Basis, BilinearForm, ElementTriP1, Functional, LinearForm, condense, solve
+from skfem.helpers import dot, grad
+from skfem.io.meshio import from_meshio
+
+basis = Basis(from_meshio(mesh.to_meshio()), ElementTriP1())
+stiffness = spread.T @ BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis) @ spread
+load = spread.T @ LinearForm(lambda v, w: -grad(v)[0]).assemble(basis)
+u = spread @ solve(*condense(stiffness.tocsr(), load, D=np.zeros(1, int)))
+print("conductivity", Functional(lambda w: 1 + w["u"].grad[0]).assemble(basis, u=basis.interpolate(u)))
+"""
+
+MFEM_CELL = """
+import mfem.ser as mfem
+
+mesh = mfem.Mesh("out/cell.msh")
+kind = mfem.H1_FECollection(1, 2)
+space = mfem.FiniteElementSpace(mesh, kind)
+stiffness, load, area = mfem.BilinearForm(space), mfem.LinearForm(space), mfem.LinearForm(space)
+one, small, pull = mfem.ConstantCoefficient(1.0), mfem.ConstantCoefficient(1e-10), mfem.Vector([-1.0, 0.0])
+pull = mfem.VectorConstantCoefficient(pull)
+stiffness.AddDomainIntegrator(mfem.DiffusionIntegrator())
+stiffness.AddDomainIntegrator(mfem.MassIntegrator(small))
+load.AddDomainIntegrator(mfem.DomainLFGradIntegrator(pull))
+area.AddDomainIntegrator(mfem.DomainLFIntegrator(one))
+for form in (stiffness, load, area):
+    form.Assemble()
+u, ones = mfem.GridFunction(space), mfem.GridFunction(space)
+u.Assign(0.0)
+ones.Assign(1.0)
+A, X, B, none = mfem.SparseMatrix(), mfem.Vector(), mfem.Vector(), mfem.intArray()
+stiffness.FormLinearSystem(none, u, load, A, X, B)
+mfem.PCG(A, mfem.GSSmoother(A), B, X, 0, 2000, 1e-24, 0.0)
+stiffness.RecoverFEMSolution(X, load, u)
+print("conductivity", area(ones) - load(u))
+"""
+
+
+def conductivity(printed):
+    return float(re.search(r"^conductivity (\S+)", printed, flags=re.M)[1])
+
+
+def test_scikit_fem_joins_periodic_sides_by_their_pairs(tmp_path):
+    meshed(tmp_path, "cell.yaml")
+    (code,) = blocks("Periodic sides", "python")
+    printed = run([sys.executable, "-W", "error", "-c", code + SCIKIT_FEM_CELL], tmp_path)
+    assert conductivity(printed) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+
+
+def test_freefem_joins_periodic_sides_by_their_labels(tmp_path):
+    freefem = program("FreeFem++-nw", "FreeFem++")
+    meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "freefem")
+    (code,) = blocks("Periodic sides", "freefem")
+    (tmp_path / "cell.edp").write_text(code)
+    printed = run([freefem, "-nw", "-v", "0", "cell.edp"], tmp_path)
+    assert conductivity(printed) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+
+
+def test_mfem_joins_periodic_sides_by_itself(tmp_path):
+    python = mfem_python()
+    meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "mfem")
+    assert conductivity(run([python, "-c", MFEM_CELL], tmp_path)) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+
+
+def test_openfoam_joins_periodic_sides_as_cyclic_patches(tmp_path):
+    program("gmshToFoam")
+    meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "openfoam")
+    (patches,) = blocks("Periodic sides", "foam")
+    (lines,) = blocks("OpenFOAM", "sh")
+    lines = lines.replace("disc", "cell").replace("checkMesh", "createPatch -overwrite\ncheckMesh")
+    printed = openfoam(tmp_path, lines, {**SYSTEM, "createPatchDict": patches})
+    assert "Mesh OK." in printed
+    boundary = (tmp_path / "constant/polyMesh/boundary").read_text()
+    for patch in ("west", "east", "south", "north"):
+        assert re.search(rf"^\s*{patch}\s*{{\s*type\s+cyclic;", boundary, flags=re.M)
 
 
 # Meshless codes

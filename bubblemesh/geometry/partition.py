@@ -217,7 +217,7 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
     Raises
     ------
     GeometryError
-        If an embedded point is outside.
+        If an embedded point is outside, or where another one is.
     """
     line = boundary.polyline()
     rings = [line.points[line.ring == number] for number in range(int(line.ring.max()) + 1)]
@@ -228,11 +228,16 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
     open_ = ~kept.closed
     used = np.zeros(len(kept.corners), bool)
     used[kept.start[open_]] = used[kept.end[open_]] = True
+    owner: dict[int, str] = {}
     for at, label in points:
         there = np.hypot(*(kept.corners - at).T) <= tolerance
+        corner = int(there.argmax())  # a point inside is one by itself
+        if corner in owner:
+            raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
         if not (used[there].any() or shapely.contains_xy(domain, *at)):
             raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
         used |= there
+        owner[corner] = label
     number = np.cumsum(used) - 1
     ends = [np.where(open_, number[end], -1) for end in (kept.start, kept.end)]
     return replace(kept, start=ends[0], end=ends[1], corners=kept.corners[used])

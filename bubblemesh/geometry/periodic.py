@@ -10,7 +10,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.wording import meant, place
 
-__all__ = ["paired"]
+__all__ = ["matching_edges", "paired"]
 
 SAME = 1e-9  # of the domain's size
 SAMPLES = 9
@@ -50,6 +50,20 @@ def paired(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
         if len(first) != len(second):
             raise GeometryError(f"periodic sides {names[0]!r} and {names[1]!r} have different numbers of pieces")
     return np.array(pairs, np.int64).reshape(-1, 2)
+
+
+def matching_edges(pairs: Integers, piece: Integers) -> Integers:
+    """Pairs (m, 2) of edges on pieces that match, in opposite directions.
+
+    Parameters
+    ----------
+    pairs : (k, 2)
+        Pieces of which the second is the first one moved and run the other way.
+    piece : (e,)
+        The piece that each edge follows; those of one piece come in its direction.
+    """
+    found = [np.column_stack([np.flatnonzero(piece == a), np.flatnonzero(piece == b)[::-1]]) for a, b in pairs.tolist()]
+    return np.concatenate([np.empty((0, 2), np.int64), *found])
 
 
 def _pieces(boundary: Boundary, name: str) -> Integers:

@@ -24,6 +24,7 @@ __all__ = ["FORMATS", "Format", "format_named", "formats_by_ending", "require_or
 
 Writer = Callable[[Mesh, Fields, Path], None]
 BOTH = (1, 2)
+XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,10 @@ class Format:
         Gives the names of all groups as the files spell them; None where solvers find ids only.
     orders : tuple of int
         Orders of the triangles that it has a form for.
+    points : bool
+        Whether it holds labelled points.
+    periodic : bool
+        Whether it holds which nodes of periodic sides match.
     write_alone : callable, optional
         Writes the mesh to one file that needs no other; as ``write`` unless given.
     """
@@ -48,24 +53,30 @@ class Format:
     write: Writer
     names: Callable[[Mesh], dict[str, str]] | None
     orders: tuple[int, ...] = (1,)
+    points: bool = True
+    periodic: bool = False
     write_alone: Writer | None = None
+
+    def holds_all_of(self, mesh: Mesh) -> bool:
+        """Whether the labelled points and periodic pairs of a mesh have a place in it."""
+        return (self.points or not len(mesh.vertices)) and (self.periodic or not len(mesh.periodic))
 
 
 FORMATS: dict[FormatName, Format] = {
-    "msh": Format((".msh",), write_msh, as_they_are, BOTH),
-    "vtu": Format((".vtu",), write_vtu, None, BOTH),
-    "vtk": Format((".vtk",), write_vtk, None, BOTH),
-    "xdmf": Format((".xdmf", ".h5", "_facets.xdmf", "_facets.h5"), write_xdmf, None, BOTH, write_inline_xdmf),
-    "msh-ascii": Format((".msh",), write_msh_ascii, as_they_are, BOTH),
+    "msh": Format((".msh",), write_msh, as_they_are, BOTH, periodic=True),
+    "vtu": Format((".vtu",), write_vtu, None, BOTH, points=False),
+    "vtk": Format((".vtk",), write_vtk, None, BOTH, points=False),
+    "xdmf": Format(XDMF_FILES, write_xdmf, None, BOTH, points=False, write_alone=write_inline_xdmf),
+    "msh-ascii": Format((".msh",), write_msh_ascii, as_they_are, BOTH, periodic=True),
     "mesh": Format((".mesh",), write_medit, None),
     "inp": Format((".inp",), write_plane_stress, set_names, BOTH),
     "inp-strain": Format((".inp",), write_plane_strain, set_names, BOTH),
-    "su2": Format((".su2",), write_su2, plain_words),
+    "su2": Format((".su2",), write_su2, plain_words, points=False),
     "med": Format((".med",), write_med, plain_words, BOTH),
-    "dat": Format((".dat",), write_tecplot, None),
-    "openfoam": Format((".msh",), write_openfoam, patch_names),
+    "dat": Format((".dat",), write_tecplot, None, points=False),
+    "openfoam": Format((".msh",), write_openfoam, patch_names, points=False),
     "nodes.csv": Format((".nodes.csv",), write_csv, as_they_are),
-    "nodes.npz": Format((".nodes.npz",), write_npz, as_they_are),
+    "nodes.npz": Format((".nodes.npz",), write_npz, as_they_are, periodic=True),
 }
 
 

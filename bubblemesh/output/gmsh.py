@@ -1,6 +1,7 @@
 """Gmsh's mesh format 2.2: the one that solvers read most widely, with named groups."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,15 +26,31 @@ class Block(NamedTuple):
     ids: Integers
 
 
+class Matching(NamedTuple):
+    """An entity that is a copy of another one, in meshio's order.
+
+    ``entities`` are the copy's and the original's number, ``affine`` (16,) the map from the original to the copy by
+    rows, ``nodes`` (k, 2) those of the copy and of the original.
+    """
+
+    dimension: int
+    entities: tuple[int, int]
+    affine: Floats
+    nodes: Integers
+
+
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write points, edges and triangles with their physical groups, binary; the format has no place for the fields."""
+    """Write points, edges and triangles with their physical groups, binary, and which nodes of periodic sides match.
+
+    The format has no place for the fields.
+    """
     result = as_meshio(mesh)
     result.points = np.pad(mesh.points, ((0, 0), (0, 1)))
     result.write(path, file_format="gmsh22", binary=True)
 
 
 def as_meshio(mesh: Mesh) -> Any:
-    """Return a `meshio.Mesh` of points, edges and triangles, with Gmsh's ids and names of the groups."""
+    """Return a `meshio.Mesh` of points, edges and triangles, with Gmsh's ids and names, and its periodic sides."""
     import meshio
 
     blocks = _blocks(mesh)
@@ -44,13 +61,15 @@ def as_meshio(mesh: Mesh) -> Any:
         [(block.kind, block.cells) for block in blocks],
         cell_data={"gmsh:physical": ids, "gmsh:geometrical": ids},
         field_data={name: np.array(group) for name, group in group_names(mesh).items()},
+        gmsh_periodic=_periodic(mesh) or None,
     )
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write the same as text."""
     points = np.pad(mesh.points, ((0, 0), (0, 1)))
-    write_text(path, msh_text(points, _blocks(mesh), list(group_names(mesh).items())))
+    text = msh_text(points, _blocks(mesh), list(group_names(mesh).items()))
+    write_text(path, chain(text, _periodic_text(_periodic(mesh))))
 
 
 def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
@@ -67,6 +86,26 @@ def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str
         yield from lines(form, number + numbered(count), block.ids, block.ids, block.cells + 1)
         number += count
     yield "$EndElements\n"
+
+
+def _periodic(mesh: Mesh) -> list[Matching]:
+    """The periodic sides as Gmsh knows them: entities of edges, each with the one that it is a copy of."""
+    found = []
+    for sides in mesh.periodic_sides:
+        affine = np.eye(4)
+        affine[:2, 3] = sides.shift
+        found.append(Matching(1, (sides.second + 1, sides.first + 1), affine.ravel(), sides.nodes[:, ::-1]))
+    return found
+
+
+def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
+    if not matches:
+        return
+    yield f"$Periodic\n{len(matches)}\n"
+    for dimension, (copy, original), affine, nodes in matches:
+        yield f"{dimension} {copy} {original}\nAffine {' '.join(map(repr, affine.tolist()))}\n{len(nodes)}\n"
+        yield from lines("%d %d", nodes + 1)
+    yield "$EndPeriodic\n"
 
 
 def _blocks(mesh: Mesh) -> list[Block]:

@@ -3,9 +3,12 @@
 import json
 import re
 from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
 
 from bubblemesh.meshes import Mesh
-from bubblemesh.output.cells import group_names
+from bubblemesh.output.cells import group_names, vertex_ids
 
 __all__ = ["LABELS_FILE", "as_they_are", "labels_text", "plain_words"]
 
@@ -37,24 +40,45 @@ def plain_words(mesh: Mesh, reserved: Iterable[str] = ()) -> dict[str, str]:
     return words
 
 
-def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None]) -> str | None:
+def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *, complete: bool) -> str | None:
     """Text of the sidecar: id and dimension of each group by name, and its name in a format that spells it otherwise.
+
+    Labelled points have the numbers of their nodes, from 0, and periodic sides the label of their counterpart with
+    the shift to it.
 
     Parameters
     ----------
     mesh : Mesh
     spellings : mapping of str to mapping or None
         For each format that is written, the spelling of each name, or None if it holds ids only.
+    complete : bool
+        Whether the formats hold labelled points and periodic pairs, as far as the mesh has any.
 
     Returns
     -------
     str or None
-        JSON text; None if every format holds the names as they are.
+        JSON text; None if every format holds the names as they are, and all else.
     """
+    more = _places(mesh) | _counterparts(mesh)
     entries = {}
     for name, group in group_names(mesh).items():
         other = {form: words[name] for form, words in spellings.items() if words is not None and words[name] != name}
-        entries[name] = group._asdict() | ({"written": other} if other else {})
-    if None not in spellings.values() and not any("written" in entry for entry in entries.values()):
+        entries[name] = group._asdict() | more.get(group.id, {}) | ({"written": other} if other else {})
+    if complete and None not in spellings.values() and not any("written" in entry for entry in entries.values()):
         return None
     return json.dumps(entries, indent=2, ensure_ascii=False) + "\n"
+
+
+def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
+    """Nodes of the labelled points, by the ids of their groups."""
+    ids = vertex_ids(mesh)
+    return {int(number): {"nodes": mesh.vertices[ids == number].tolist()} for number in np.unique(ids)}
+
+
+def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
+    """Counterparts of the periodic sides, by the ids of their labels."""
+    found: dict[int, dict[str, Any]] = {}
+    for first, second, shift, _ in mesh.periodic_sides:
+        found[first + 1] = {"periodic": {"with": mesh.labels[second], "shift": shift.tolist()}}
+        found[second + 1] = {"periodic": {"with": mesh.labels[first], "shift": (0 - shift).tolist()}}
+    return found

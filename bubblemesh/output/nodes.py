@@ -68,9 +68,12 @@ def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write one NumPy array for each column."""
+    """Write one NumPy array for each column, and the pairs (k, 2) of nodes that match, if there are periodic sides."""
+    arrays = nodes_of(mesh)._asdict()
+    if mesh.periodic_sides:
+        arrays["periodic"] = np.concatenate([sides.nodes for sides in mesh.periodic_sides])
     with path.open("wb") as file:
-        np.savez_compressed(file, **nodes_of(mesh)._asdict())
+        np.savez_compressed(file, **arrays)
 
 
 def _normals(mesh: Mesh) -> Floats:

@@ -33,7 +33,8 @@ def write_files(
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
-    NAME.labels.json tells the ids of all names where a format cannot, or spells them otherwise.
+    NAME.labels.json tells the ids of all names where a format cannot or spells them otherwise, and what else of
+    labelled points and periodic sides a format has no place for.
 
     Parameters
     ----------
@@ -129,8 +130,9 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
 
 def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:
     """Text of the sidecar with the ids of all names, if a format needs it."""
-    names = {form: format_named(form).names for form in formats}
-    return labels_text(mesh, {form: None if spell is None else spell(mesh) for form, spell in names.items()})
+    table = {form: format_named(form) for form in formats}
+    spellings = {name: None if form.names is None else form.names(mesh) for name, form in table.items()}
+    return labels_text(mesh, spellings, complete=all(form.holds_all_of(mesh) for form in table.values()))
 
 
 def _completed(report: Mapping[str, Any], files: Sequence[str], writing: float) -> dict[str, Any]:
