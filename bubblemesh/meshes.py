@@ -47,7 +47,8 @@ class Mesh:
     Attributes
     ----------
     points : (n, 2)
-        Node coordinates, boundary nodes first; every node belongs to a triangle.
+        Node coordinates, first those of the boundary, of inner lines and of embedded points; every node belongs to a
+        triangle.
     triangles : (t, 3) or (t, 6)
         Counter-clockwise node indices; in a mesh of second order also the nodes on edges 0-1, 1-2 and 2-0.
     facets : (f, 2) or (f, 3)
