@@ -165,7 +165,8 @@ def _parts(case: Case) -> Parts:
     for model in case.domain.regions:
         try:
             (ring,) = rings_of(model.ring)
-            regions.append(Region(ring, model.name, label=f"{model.name}-rim"))
+            rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
+            regions.append(Region(ring.renamed(model.name, rim), model.name, label=rim))
         except ValueError:
             raise GeometryError(
                 f"region {model.name!r}: several rings are in the file: choose one by feature"

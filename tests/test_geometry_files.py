@@ -9,6 +9,8 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import Arc, Ellipse, Line, Spline
+from bubblemesh.output.cells import group_names
+from bubblemesh.pipeline import mesh_case
 from bubblemesh.readers.files import Selection, read_area, read_rings
 
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
@@ -141,6 +143,49 @@ def test_vertices_of_triangle_may_be_in_a_file_of_their_own(written):
     lines = POLY.splitlines()
     written("plate.node", "\n".join(lines[1:10]))
     assert area(written("plate.poly", "\n".join(["0 2 0 1", *lines[10:]]))) == pytest.approx(15)
+
+
+def labels_of(path, **options):
+    """Labels of the outer ring and of the holes."""
+    return [sorted({str(side.label) for side in ring.sides}) for ring in read_area(path, Selection(**options))]
+
+
+@pytest.mark.parametrize(
+    ("properties", "labels"),
+    [
+        ({"name": "plate"}, [["plate"], ["None"]]),
+        ({"name": "plate", "Label": "rim", "HOLE_LABEL": "bore"}, [["rim"], ["bore"]]),
+        ({"NAME": " Côte d'Azur ", "label": None}, [["Côte d'Azur"], ["None"]]),
+        ({"label": 3, "hole_label": 4.5}, [["3"], ["4.5"]]),
+        ({"label": "", "name": True, "hole_label": ["a"], "title": "b"}, [["None"], ["None"]]),
+    ],
+)
+def test_properties_of_a_polygon_are_labels(written, properties, labels):
+    feature = {"type": "Feature", "properties": properties, "geometry": PLATE}
+    assert labels_of(written("a.geojson", json.dumps(feature))) == labels
+
+
+def test_lines_that_join_keep_their_labels(written):
+    sides = {"south": SQUARE[:2], "east": SQUARE[1:3], "rest": SQUARE[2:]}
+    shapes = [{"type": "LineString", "coordinates": points} for points in sides.values()]
+    path = written("a.geojson", collection(*shapes, names=tuple(sides)))
+    (ring,) = read_rings(path, Selection())
+    assert sorted(side.label for side in ring.sides) == ["east", "rest", "rest", "south"]
+    assert labels_of(path) == [["east", "rest", "south"]]
+
+
+@pytest.mark.parametrize("name", ['a "wall"', "a\\wall", "a\nwall", "w" * 128, "ä" * 127])
+def test_a_name_that_no_mesh_file_can_hold_is_no_label(written, name):
+    path = written("a.geojson", collection(PLATE, names=(name,)))
+    assert labels_of(path) == [["None"], ["None"]]
+    (note,) = domain(path).notes
+    assert note.startswith(
+        f"a.geojson: feature 0 ({name}): {name[:40]!r} is no label, since it is too long or has quotes"
+    )
+
+
+def test_wkt_and_lists_of_points_have_no_labels(written):
+    assert labels_of(written("plate.wkt", WKT)) == labels_of(written("plate.csv", CSV)) == [["None"], ["None"]]
 
 
 FAULTS = {
@@ -419,6 +464,41 @@ class TestPictures:
         away = Domain.of(ring).nearest(exact).distance
         assert away.max() < 1e-4
 
+    def test_names_of_elements_groups_and_layers_are_labels(self, written):
+        text = """
+          <g inkscape:groupmode="layer" inkscape:label="Umriß" id="layer1"><path id="path10" d="M0 0 H30 V30 H0 Z"/>
+            <g id="g5"><path id="path12-3" inkscape:label="Bohrung" d="M1 1 H2 V2 Z"/></g>
+            <circle id="vent" class="round" cx="5" cy="5" r="1"/>
+            <g id="slots"><rect class="cls-1" x="10" y="10" width="3" height="2"/>
+              <rect class="wide cls-1" x="15" y="10" width="3" height="2"/></g>
+            <use id="pin" href="#proto" x="20" y="20"/>
+          </g>
+          <g inkscape:groupmode="layer" inkscape:label="Layer 2"><circle id="circle9" cx="25" cy="10" r="1"/></g>
+          <defs><circle id="proto" r="1"/></defs>"""
+        head = SVG.replace("<svg", '<svg xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"')
+        path = written("a.svg", head.format(text))
+        outer, *holes = read_area(path, Selection())
+        assert {side.label for side in outer.sides} == {"Umriß"}
+        found = [{side.label for side in hole.sides} for hole in holes]
+        assert sorted(str(*labels) for labels in found) == ["Bohrung", "None", "pin", "slots", "vent", "wide"]
+        assert area(path, layers=("slots",), feature={"label": "wide"}) == pytest.approx(6)
+        assert area(path, feature={"id": "vent"}) == pytest.approx(np.pi, rel=1e-3)
+        assert area(path, feature={"class": "wide cls-1"}) == pytest.approx(6)
+        with pytest.raises(CaseError, match="no layer 'Umriss': did you mean 'Umriß'"):
+            area(path, layers=("Umriss",))
+
+    def test_sides_of_a_ring_may_be_paths_of_their_own(self, written):
+        text = '<path id="inflow" d="M0 0 V10"/><path id="walls" d="M0 10 H20 M20 0 H0"/><path id="out" d="M20 10 V0"/>'
+        found = domain(written("a.svg", SVG.format(text))).boundary
+        sides = [(found.labels[k], length) for k, length in zip(found.label, found.lengths, strict=True)]
+        assert sorted(sides) == [("inflow", 10), ("out", 10), ("walls", 20), ("walls", 20)]
+
+    def test_what_is_hidden_is_noted(self, written):
+        text = '<circle id="c" cx="5" cy="5" r="2"/><g style="display:none"><circle id="old" cx="5" cy="5" r="1"/></g>'
+        plate = domain(written("a.svg", SVG.format(text)))
+        assert plate.hole_count == 0
+        assert plate.notes == ("a.svg: circle 'old' not used, since it is hidden",)
+
     def test_what_bounds_nothing_is_noted(self, written):
         path = written("a.svg", SVG.format('<circle cx="5" cy="5" r="2"/><text id="t" x="1" y="2">A</text>'))
         assert domain(path).notes == ("a.svg: text 't' not used",)
@@ -456,6 +536,7 @@ class TestGeographicFiles:
     @pytest.mark.parametrize("name", ["a.shp", "a.gpkg"])
     def test_polygons_with_holes(self, saved, name):
         path = saved(name, WKT, "POLYGON ((10 10, 12 10, 12 12, 10 10))")
+        assert labels_of(path, feature=0) == [["part 0"], ["None"]]
         assert area(path, feature=0) == pytest.approx(15)
         assert area(path, feature={"name": "part 1"}) == pytest.approx(2)
 
@@ -507,6 +588,21 @@ class TestCases:
         case = self.case(written, "{outer: {rectangle: [0, 0, 4, 4]}, holes: [{file: a.csv}]}")
         with pytest.raises(FileError, match=r"hole 1: .*a\.csv: the file cannot be read: there is no such file"):
             case.domain.rings()
+
+    def test_labels_of_the_case_stand_above_those_of_the_file(self, written):
+        written("plate.geojson", collection(PLATE, names=("plate",)))
+        found = {"{file: plate.geojson}": ("plate", "hole-1")}
+        found["{file: plate.geojson, label: rim, hole_label: bore}"] = ("rim", "bore")
+        for text, labels in found.items():
+            assert Domain.of(*self.case(written, text).domain.rings()).boundary.labels == labels
+
+    def test_a_region_keeps_its_name_though_the_file_calls_its_ring_the_same(self, written):
+        written("fibre.geojson", collection({"type": "Polygon", "coordinates": [HOLE]}, names=("fibre",)))
+        region = "{name: fibre, ring: {file: fibre.geojson}}"
+        case = self.case(written, "{outer: {rectangle: [0, 0, 4, 4]}, regions: [" + region + "]}")
+        mesh = mesh_case(case).mesh
+        assert (mesh.labels, mesh.regions) == (("outer", "fibre-rim"), ("domain", "fibre"))
+        assert group_names(mesh)["fibre"] == (4, 2)
 
     def test_names_in_a_base_are_relative_to_the_base(self, written, tmp_path):
         (tmp_path / "sub").mkdir()

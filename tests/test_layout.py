@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "wording"}
+FOUNDATION = {"arrays", "errors", "labels", "wording"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
+    "labels": set(),
     "wording": {"arrays"},
     "solvers": set(),
     "meshes": FOUNDATION,

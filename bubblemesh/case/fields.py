@@ -7,6 +7,8 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.labels import LONGEST, is_writable
+
 __all__ = [
     "TAG",
     "Choice",
@@ -126,15 +128,11 @@ Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
 Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]")]
 
-# A quote would end the name inside a Gmsh file, whose names have at most 127 characters.
 Label = Annotated[
     str,
     BeforeValidator(_label),
-    Field(min_length=1, max_length=127),
-    _refusing(
-        lambda text: not text.isprintable() or '"' in text or "\\" in text,
-        "must be printable, without double quotes and backslashes",
-    ),
+    Field(min_length=1, max_length=LONGEST),
+    _refusing(lambda text: not is_writable(text), "must be printable and short, without double quotes and backslashes"),
 ]
 OneLabel = Annotated[Label | None, Field(description="Name of this boundary in the mesh files.")]
 

@@ -152,6 +152,10 @@ class Ring:
         """The same ring with all its sides called ``label``, if that is given."""
         return self if label is None else replace(self, sides=tuple(replace(side, label=label) for side in self.sides))
 
+    def renamed(self, old: str, new: str) -> "Ring":
+        """The same ring with the sides that are called ``old`` called ``new``."""
+        return replace(self, sides=tuple(replace(s, label=new) if s.label == old else s for s in self.sides))
+
     def scaled(self, factor: float) -> "Ring":
         """The same ring in another unit of length."""
         sides = tuple(replace(side, curve=side.curve.scaled(factor)) for side in self.sides)

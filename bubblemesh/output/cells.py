@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
+from bubblemesh.labels import FORBIDDEN, LONGEST, is_writable
 from bubblemesh.meshes import Mesh
 
 __all__ = ["Fields", "Group", "facet_ids", "group_names", "region_ids", "vertex_ids"]
@@ -46,7 +47,7 @@ def group_names(mesh: Mesh) -> dict[str, Group]:
     Raises
     ------
     CaseError
-        If a name holds a character that XML has no form for, or that ends or escapes a quoted name in a msh file.
+        If a name is none that every format can hold.
     """
     kinds = [(mesh.labels, 1, ""), (mesh.regions, 2, "_region"), (mesh.point_labels, 0, "_point")]
     found: dict[str, Group] = {}
@@ -64,8 +65,8 @@ def _unused(name: str, suffix: str, taken: Iterable[str]) -> str:
 
 
 def _check_name(name: str) -> None:
-    if not name.isprintable() or '"' in name or "\\" in name:
+    if not is_writable(name):
         raise CaseError(
-            f"the label {name!r} cannot be written to a mesh file: use a name without quotes, backslashes, "
-            "line breaks and other control characters"
+            f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST} characters without "
+            f"{FORBIDDEN}"
         )

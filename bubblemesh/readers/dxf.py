@@ -13,7 +13,7 @@ from ezdxf.math import bulge_center
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
-from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked
+from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.text import unreadable
 from bubblemesh.wording import place
@@ -89,12 +89,12 @@ def _unused(kind: str, entities: list[Any]) -> str:
 
 def _feature(entity: Any) -> Feature:
     name, layer = _name(entity), str(entity.dxf.layer)
-    label = None if layer == "0" else layer
+    label, notes = fitting(None if layer == "0" else layer, "a layer")
     made = CURVES[entity.dxftype()](entity, name, label)
     properties = {"type": entity.dxftype(), "handle": entity.dxf.get("handle")}
     if isinstance(made, Stroke):
-        return Feature(name, layer, properties, strokes=(made,))
-    return Feature(name, layer, properties, rings=(made,))
+        return Feature(name, layer, properties, strokes=(made,), notes=notes)
+    return Feature(name, layer, properties, rings=(made,), notes=notes)
 
 
 def _mirrored(entity: Any) -> float:

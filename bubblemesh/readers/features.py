@@ -1,5 +1,6 @@
 """What every reader makes of a file: features with areas, closed rings and curves that may form rings."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -8,9 +9,10 @@ import numpy as np
 
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
+from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.wording import place
 
-__all__ = ["Content", "Feature", "Piece", "Point", "Stroke", "area", "checked", "end_of", "line"]
+__all__ = ["Content", "Feature", "Piece", "Point", "Stroke", "checked", "end_of", "fitting", "label_of", "line"]
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
 LARGEST = 1e70
@@ -48,6 +50,8 @@ class Feature:
         Closed curves; how they nest tells which are holes.
     strokes : tuple of Stroke
         Curves that form rings together.
+    notes : tuple of str
+        On what was left out of it.
     """
 
     name: str
@@ -56,6 +60,7 @@ class Feature:
     areas: tuple[tuple[Ring, ...], ...] = ()
     rings: tuple[Ring, ...] = ()
     strokes: tuple[Stroke, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -98,11 +103,29 @@ def checked(points: Sequence[Sequence[float]], name: str) -> list[Point]:
     return [(x, y) for x, y in array.tolist()]
 
 
+def label_of(properties: Mapping[str, Any], *keys: str) -> str | None:
+    """The text or number of the first of the keys, in any case, that has one."""
+    values = {str(key).lower(): value for key, value in properties.items()}
+    for key in keys:
+        text = _as_text(values.get(key))
+        if text:
+            return text
+    return None
+
+
+def _as_text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:g}" if math.isfinite(value) else ""
+    return str(value).strip() if isinstance(value, str | int) and not isinstance(value, bool) else ""
+
+
+def fitting(label: str | None, name: str) -> tuple[str | None, tuple[str, ...]]:
+    """The label if mesh files can hold it; else none, and a note."""
+    if label is None or is_writable(label):
+        return label, ()
+    return None, (f"{name}: {label[:40]!r} is no label, since it is too long or has {FORBIDDEN} in it",)
+
+
 def line(points: Sequence[Point], name: str, label: str | None = None) -> Stroke:
     """The stroke of straight lines through ``points``, at least two."""
     return Stroke(points[0], tuple(LineTo(point, label) for point in points[1:]), name)
-
-
-def area(name: str, layer: str | None, rings: Sequence[Ring]) -> Feature:
-    """A feature that is one area: its outer ring, then holes."""
-    return Feature(name, layer, areas=(tuple(rings),))

@@ -164,7 +164,7 @@ def _read(
         rings = rings_of(areas, [*(ring for one in features for ring in one.rings), *joined], content)
     except BubblemeshError as error:
         raise type(error)(f"{path}: {error}") from None
-    notes = [*content.notes, *gaps]
+    notes = [*content.notes, *dict.fromkeys(note for one in features for note in one.notes), *gaps]
     if chosen.unit and content.unit and chosen.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {chosen.unit}: the case counts")
     first, *others = (replace(ring.scaled(chosen.factor), notes=_named(path, ring.notes)) for ring in rings)

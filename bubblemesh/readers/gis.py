@@ -7,13 +7,11 @@ import shapely
 from pyogrio.errors import DataSourceError
 
 from bubblemesh.errors import CaseError
-from bubblemesh.readers.features import Content
+from bubblemesh.readers.features import Content, label_of
 from bubblemesh.readers.shapes import feature_of
 from bubblemesh.wording import meant
 
 __all__ = ["read_gis"]
-
-SHOWN = ("name", "NAME", "Name")  # properties that messages show
 
 
 def read_gis(path: Path, layer: str | None) -> Content:
@@ -35,13 +33,13 @@ def read_gis(path: Path, layer: str | None) -> Content:
         raise CaseError(f"not a valid file of its kind: {error}") from None
     features = []
     for k, (number, wkb) in enumerate(zip(numbers.tolist(), shapes, strict=True)):
-        properties = {str(key): column[k] for key, column in zip(meta["fields"], columns, strict=True)}
-        shown = next((f" ({properties[key]})" for key in SHOWN if key in properties), "")
-        name = f"feature {k}{shown}"
+        values = {str(key): column[k] for key, column in zip(meta["fields"], columns, strict=True)}
+        properties = {key: value.item() if hasattr(value, "item") else value for key, value in values.items()}
+        shown = label_of(properties, "name")
+        name = f"feature {k} ({shown})" if shown else f"feature {k}"
         if wkb is None:
             raise CaseError(f"{name}: it has no geometry")
-        plain = {key: value.item() if hasattr(value, "item") else value for key, value in properties.items()}
-        features.append(feature_of(shapely.from_wkb(wkb), name, layer or layers[0], {"fid": number} | plain))
+        features.append(feature_of(shapely.from_wkb(wkb), name, layer or layers[0], {"fid": number} | properties))
     if not features:
         raise CaseError("there are no features in it")
     degrees = meta["crs"] is not None and str(meta["crs"]).upper() in ("EPSG:4326", "OGC:CRS84", "EPSG:4269")

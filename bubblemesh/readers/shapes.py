@@ -8,7 +8,7 @@ import shapely
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import Ring
-from bubblemesh.readers.features import Feature, Stroke, checked, line
+from bubblemesh.readers.features import Feature, Stroke, checked, fitting, label_of, line
 
 __all__ = ["feature_of"]
 
@@ -18,6 +18,8 @@ def feature_of(
 ) -> Feature:
     """The feature that a shape makes.
 
+    Its property ``label``, else ``name``, names outer rings and lines, ``hole_label`` the holes.
+
     Raises
     ------
     CaseError
@@ -25,22 +27,25 @@ def feature_of(
     GeometryError
         If a ring has fewer than three different points.
     """
+    label, notes = fitting(label_of(properties or {}, "label", "name"), name)
+    hole_label, more = fitting(label_of(properties or {}, "hole_label"), name)
     areas: list[tuple[Ring, ...]] = []
     strokes: list[Stroke] = []
     for part in _parts(shape):
         if part.geom_type == "Polygon":
             loops = [part.exterior, *part.interiors]
-            areas.append(tuple(_ring(loop, _loop_name(name, k)) for k, loop in enumerate(loops)))
+            holes = [_ring(loop, f"{name}, hole {k}", hole_label) for k, loop in enumerate(loops[1:], start=1)]
+            areas.append((_ring(loops[0], name, label), *holes))
         elif part.geom_type in ("LineString", "LinearRing"):
             points = checked(shapely.get_coordinates(part), name)
             if len(set(points)) < 2:
                 raise GeometryError(f"{name}: the line has fewer than two different points")
-            strokes.append(line(points, name))
+            strokes.append(line(points, name, label))
         else:
             raise CaseError(f"{name}: a {part.geom_type} bounds no area: give polygons or lines, or choose a feature")
     if not areas and not strokes:
         raise CaseError(f"{name}: it is empty: remove it, or choose another feature")
-    return Feature(name, layer, properties or {}, tuple(areas), (), tuple(strokes))
+    return Feature(name, layer, properties or {}, tuple(areas), (), tuple(strokes), (*notes, *more))
 
 
 def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
@@ -51,13 +56,9 @@ def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
     return [simple for part in parts for simple in _parts(part)]
 
 
-def _loop_name(name: str, number: int) -> str:
-    return f"{name}, hole {number}" if number else name
-
-
-def _ring(loop: shapely.LinearRing, name: str) -> Ring:
+def _ring(loop: shapely.LinearRing, name: str, label: str | None) -> Ring:
     points = checked(shapely.get_coordinates(loop), name)
     try:
-        return rings.polygon(points)
+        return rings.polygon(points, label=label)
     except GeometryError as error:
         raise GeometryError(f"{name}: {error}") from None

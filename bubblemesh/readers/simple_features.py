@@ -10,13 +10,12 @@ import shapely
 from shapely.geometry import shape
 
 from bubblemesh.errors import CaseError
-from bubblemesh.readers.features import Content, Feature
+from bubblemesh.readers.features import Content, Feature, label_of
 from bubblemesh.readers.shapes import feature_of
 from bubblemesh.readers.text import read_text
 
 __all__ = ["read_geojson", "read_wkt"]
 
-NAMES = ("name", "NAME", "id")  # properties that messages show
 KINDS = ("Polygon", "MultiPolygon", "LineString", "MultiLineString", "Point", "MultiPoint", "GeometryCollection")
 
 
@@ -51,7 +50,8 @@ def _feature(entry: Any, number: int) -> Feature:
     if entry.get("type") == "Feature":
         given, geometry = entry.get("properties"), entry.get("geometry", {})
         properties = ({"id": entry["id"]} if "id" in entry else {}) | (given if isinstance(given, dict) else {})
-    name = next((f"feature {number} ({properties[key]})" for key in NAMES if key in properties), f"feature {number}")
+    shown = label_of(properties, "name", "id")
+    name = f"feature {number} ({shown})" if shown else f"feature {number}"
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     if not isinstance(geometry, dict) or kind not in KINDS:
         raise CaseError(f"{name}: no geometry of a kind that GeoJSON knows (found {kind!r})")

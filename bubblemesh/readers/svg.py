@@ -1,7 +1,9 @@
 """SVG drawings: shapes and paths with their transforms; y is turned to point up."""
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
@@ -9,7 +11,7 @@ import svgelements
 
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
-from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked
+from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.text import unreadable
 
@@ -17,6 +19,22 @@ __all__ = ["read_svg"]
 
 ROUND = 1e-9  # relative difference of an arc's radii that is rounding
 SKIPPED = (svgelements.Text, svgelements.Image)
+INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
+
+# Names that drawing programs give by themselves: path12-3, Layer 1, XMLID_7_, st0, cls-2.
+NUMBERED = re.compile(
+    r"(circle|clip|cls|curve|ellipse|fil|frame|g|group|image|layer|line|object|patch|path|poly(line|gon)|rect(angle)?"
+    r"|shape|st|str|svg|use|vector|xmlid)[-_ ]*\d[-_ .\d]*",
+    re.IGNORECASE,
+)
+
+
+class Drawn(NamedTuple):
+    """An element, the name of the layer or group that it is in, and its label: its own name, else that of the layer."""
+
+    element: Any
+    layer: str | None
+    label: str | None
 
 
 def read_svg(path: Path) -> Content:
@@ -30,7 +48,7 @@ def read_svg(path: Path) -> Content:
         With the element.
     """
     try:
-        drawing = svgelements.SVG.parse(str(path), reify=True)
+        drawing = svgelements.SVG.parse(str(path), reify=True, parse_display_none=True)
     except OSError as error:
         raise unreadable(error) from None
     except ParseError as error:
@@ -40,9 +58,12 @@ def read_svg(path: Path) -> Content:
     back.inverse()
     features: list[Feature] = []
     notes: list[str] = []
-    for element in drawing.elements():
-        if isinstance(element, svgelements.Shape):
-            features += _features(abs(svgelements.Path(element) * back), element, len(features))
+    for drawn in _shapes(drawing):
+        element = drawn.element
+        if element.values.get("display") == "none":
+            notes.append(f"{_name(element)} not used, since it is hidden")
+        elif isinstance(element, svgelements.Shape):
+            features += _features(abs(svgelements.Path(element) * back), drawn, len(features))
         elif isinstance(element, SKIPPED):
             notes.append(f"{_name(element)} not used")
     if not features:
@@ -50,20 +71,41 @@ def read_svg(path: Path) -> Content:
     return Content(tuple(features), tuple(notes))
 
 
+def _shapes(group: Any, layer: str | None = None, label: str | None = None) -> Iterator[Drawn]:
+    """What is drawn in a group."""
+    for element in group:
+        if isinstance(element, svgelements.Use):
+            yield from _shapes(element, layer, _given(element) or label)
+        elif isinstance(element, svgelements.Group):
+            yield from _shapes(element, _given(element) or layer, label)
+        else:
+            yield Drawn(element, layer, label or _given(element) or layer)
+
+
+def _given(element: Any) -> str | None:
+    """The name that somebody gave an element: its label in Inkscape, else its id, else its first class."""
+    own = element.values["attributes"]
+    names = [own.get(f"{INKSCAPE}label"), own.get("id"), *str(own.get("class", "")).split()[:1]]
+    return next((name.strip() for name in names if name and not NUMBERED.fullmatch(name.strip())), None)
+
+
 def _name(element: Any) -> str:
     kind = str(element.values.get("tag", type(element).__name__.lower()))
     return f"{kind} {element.id!r}" if element.id else kind
 
 
-def _features(path: Any, element: Any, first: int) -> list[Feature]:
+def _features(path: Any, drawn: Drawn, first: int) -> list[Feature]:
     """One feature for the element, with a stroke for each subpath."""
+    element = drawn.element
     name = f"feature {first} ({_name(element)})"
+    label, notes = fitting(drawn.label, name)
     strokes = []
     for subpath in path.as_subpaths():
         pieces, start = _pieces(list(svgelements.Path(subpath)), name)
         if pieces:
-            strokes.append(Stroke(start, tuple(pieces), name))
-    return [Feature(name, None, {"id": element.id}, strokes=tuple(strokes))] if strokes else []
+            strokes.append(Stroke(start, tuple(piece._replace(label=label) for piece in pieces), name))
+    properties = {"id": element.id, "label": label, "class": element.values["attributes"].get("class")}
+    return [Feature(name, drawn.layer, properties, strokes=tuple(strokes), notes=notes)] if strokes else []
 
 
 def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
