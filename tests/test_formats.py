@@ -115,6 +115,11 @@ def test_one_name_for_several_things_becomes_several_names():
     assert points == ["top_point", "hole_point"]
 
 
+def test_a_name_for_two_labels_is_refused():
+    with pytest.raises(CaseError, match="the name 'a' is there twice"):
+        group_names(holed_square(labels=("a", "b", "c", "a", "e")))
+
+
 def test_sides_are_the_triangles_left_of_the_facets(mesh):
     for (triangle, side), (a, b) in zip(mesh.sides, mesh.facets, strict=True):
         corners = mesh.triangles[triangle].tolist()
@@ -184,19 +189,6 @@ def test_gmsh_reads_msh(gmsh, mesh, tmp_path, form, order):
     assert gmsh.logger.getLastError() == ""
 
 
-# VTK and XDMF
-
-
-@pytest.mark.parametrize("form", ["vtu", "vtk", "xdmf"])
-def test_regions_are_materials(mesh, tmp_path, form):
-    read = meshio.read(written(mesh, tmp_path, form))
-    np.testing.assert_array_equal(read.cell_data["material"][0], region_ids(mesh))
-    if form == "xdmf":
-        facets = meshio.read(tmp_path / "plate_facets.xdmf")
-        np.testing.assert_array_equal(facets.cells_dict["line"], mesh.facets)
-        np.testing.assert_array_equal(facets.cell_data["label"][0], facet_ids(mesh))
-
-
 # Medit
 
 
@@ -262,15 +254,6 @@ def test_sets_of_an_input_file(mesh, tmp_path, form, kind, order):
         assert [rows for key, o, rows in blocks if key == "NSET" and o["NSET"] == word] == [[[str(node + 1)]]]
 
 
-def test_meshio_reads_an_input_file(mesh, tmp_path):
-    read = meshio.read(written(mesh, tmp_path, "inp"))
-    np.testing.assert_array_equal(read.points[:, :2], mesh.points)
-    by_region = [mesh.triangles[mesh.triangle_regions == k] for k in (0, 1)]
-    for block, cells in zip(read.cells, by_region, strict=True):
-        assert block.type == "triangle"
-        np.testing.assert_array_equal(block.data, cells)
-
-
 def test_names_that_input_files_cannot_hold_are_explained(tmp_path):
     path = written(sandwich(ODD), tmp_path, "inp")
     assert "** group__u_ere_Wand stands for äußere Wand\n" in path.read_text()
@@ -306,14 +289,7 @@ def test_su2_has_a_marker_for_each_label(mesh, tmp_path):
         np.testing.assert_array_equal(np.array([line.split() for line in lines], int), np.insert(mine, 0, 3, axis=1))
 
 
-def test_meshio_reads_su2(mesh, tmp_path, capfd):
-    read = meshio.read(written(mesh, tmp_path, "su2"))
-    np.testing.assert_array_equal(read.points, mesh.points)
-    np.testing.assert_array_equal(read.cells_dict["triangle"], mesh.triangles)
-    assert len(read.cells_dict["line"]) == len(mesh.facets)
-
-
-# MED and Tecplot
+# MED
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -330,15 +306,6 @@ def test_meshio_reads_med(mesh, tmp_path, order):
     assert read.cell_tags == {-(k + 1): [word] for k, word in enumerate(words[:8])}
     assert read.point_tags == {9: [words[8]], 10: [words[9]]}
     assert np.flatnonzero(read.point_data["point_tags"]).tolist() == sorted(mesh.vertices)
-
-
-def test_meshio_reads_tecplot(mesh, tmp_path):
-    read = meshio.read(written(mesh, tmp_path, "dat"))
-    np.testing.assert_array_equal(read.points, mesh.points)
-    np.testing.assert_array_equal(read.cells_dict["triangle"], mesh.triangles)
-    np.testing.assert_array_equal(read.cell_data["material"][0], region_ids(mesh))
-    for name, values in fields_of(mesh).items():
-        np.testing.assert_array_equal(read.cell_data[name][0], values)
 
 
 # OpenFOAM

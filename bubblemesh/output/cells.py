@@ -1,5 +1,6 @@
 """What the formats store with the cells: ids, names of the groups, fields."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -47,11 +48,14 @@ def group_names(mesh: Mesh) -> dict[str, Group]:
     Raises
     ------
     CaseError
-        If a name is none that every format can hold.
+        If a name is none that every format can hold, or two labels, regions or points have the same one.
     """
     kinds = [(mesh.labels, 1, ""), (mesh.regions, 2, "_region"), (mesh.point_labels, 0, "_point")]
     found: dict[str, Group] = {}
     for names, dimension, suffix in kinds:
+        twice = next((name for name, count in Counter(names).items() if count > 1), None)
+        if twice is not None:
+            raise CaseError(f"the name {twice!r} is there twice: give all that belong to it the same index")
         for name in names:
             _check_name(name)
             found[_unused(name, suffix, {*found, *names} - ({name} - {*found}))] = Group(len(found) + 1, dimension)
