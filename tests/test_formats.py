@@ -131,7 +131,7 @@ def test_plain_words_are_words_and_differ():
     words = plain_words(dataclasses.replace(sandwich(ODD), point_labels=("Steel", "STEEL_9")), reserved=("ON",))
     assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", word) for word in words.values())
     assert len({word.upper() for word in words.values()} - {"ON"}) == len(words)
-    assert words["äußere Wand"] == "group__u_ere_Wand"
+    assert words["äußere Wand"] == "au_ere_Wand"
     assert words["steel"] == "steel"
 
 
@@ -256,9 +256,9 @@ def test_sets_of_an_input_file(mesh, tmp_path, form, kind, order):
 
 def test_names_that_input_files_cannot_hold_are_explained(tmp_path):
     path = written(sandwich(ODD), tmp_path, "inp")
-    assert "** group__u_ere_Wand stands for äußere Wand\n" in path.read_text()
+    assert "** au_ere_Wand stands for äußere Wand\n" in path.read_text()
     sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
-    assert sidecar["äußere Wand"] == {"id": 3, "dimension": 1, "written": {"inp": "group__u_ere_Wand"}}
+    assert sidecar["äußere Wand"] == {"id": 3, "dimension": 1, "written": {"inp": "au_ere_Wand"}}
     assert sidecar["on"] == {"id": 1, "dimension": 1}
 
 

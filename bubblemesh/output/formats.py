@@ -14,7 +14,7 @@ from bubblemesh.output.names import as_they_are, plain_words
 from bubblemesh.output.nodes import write_csv, write_npz
 from bubblemesh.output.openfoam import patch_names, write_openfoam
 from bubblemesh.output.salome import write_med
-from bubblemesh.output.su2 import write_su2
+from bubblemesh.output.su2 import marker_names, write_su2
 from bubblemesh.output.tecplot import write_tecplot
 from bubblemesh.output.vtk import write_vtk, write_vtu
 from bubblemesh.output.xdmf import write_inline_xdmf, write_xdmf
@@ -38,7 +38,7 @@ class Format:
     write : callable
         Writes the mesh to the main file's path, and the other files beside it.
     names : callable or None
-        Gives the names of all groups as the files spell them; None where solvers find ids only.
+        Gives the names of the groups that it holds as the files spell them; None where solvers find ids only.
     orders : tuple of int
         Orders of the triangles that it has a form for.
     points : bool
@@ -71,7 +71,7 @@ FORMATS: dict[FormatName, Format] = {
     "mesh": Format((".mesh",), write_medit, None),
     "inp": Format((".inp",), write_plane_stress, set_names, BOTH),
     "inp-strain": Format((".inp",), write_plane_strain, set_names, BOTH),
-    "su2": Format((".su2",), write_su2, plain_words, points=False),
+    "su2": Format((".su2",), write_su2, marker_names, points=False),
     "med": Format((".med",), write_med, plain_words, BOTH),
     "dat": Format((".dat",), write_tecplot, None, points=False),
     "openfoam": Format((".msh",), write_openfoam, patch_names, points=False),

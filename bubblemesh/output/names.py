@@ -2,6 +2,7 @@
 
 import json
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -21,16 +22,19 @@ def as_they_are(mesh: Mesh) -> dict[str, str]:
     return {name: name for name in group_names(mesh)}
 
 
-def plain_words(mesh: Mesh, reserved: Iterable[str] = ()) -> dict[str, str]:
-    """Return for each group's name a word of letters, digits, ``_`` and ``-`` that begins with a letter.
+def plain_words(mesh: Mesh, reserved: Iterable[str] = (), dimensions: Iterable[int] = (0, 1, 2)) -> dict[str, str]:
+    """Return for the name of each group of these dimensions a word of letters, digits, ``_`` and ``-``.
 
-    The words differ in more than upper and lower case, as some readers know one of them only; none is a reserved one,
-    which are given in upper case.
+    It begins with a letter. The words differ in more than upper and lower case, as some readers know one of them only;
+    none is a reserved one, which are given in upper case.
     """
     words: dict[str, str] = {}
     taken = set(reserved)
     for name, group in group_names(mesh).items():
-        word = re.sub(r"[^A-Za-z0-9_-]", "_", name)[:LONGEST]
+        if group.dimension not in dimensions:
+            continue
+        bare = re.sub(r"[\u0300-\u036f]", "", unicodedata.normalize("NFKD", name))  # letters without their accents
+        word = re.sub(r"[^A-Za-z0-9_-]", "_", bare)[:LONGEST]
         if not re.match(r"[A-Za-z]", word):
             word = f"group_{word}"
         while word.upper() in taken:
@@ -62,7 +66,7 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
     more = _places(mesh) | _counterparts(mesh)
     entries = {}
     for name, group in group_names(mesh).items():
-        other = {form: words[name] for form, words in spellings.items() if words is not None and words[name] != name}
+        other = {form: words[name] for form, words in spellings.items() if words and words.get(name, name) != name}
         entries[name] = group._asdict() | more.get(group.id, {}) | ({"written": other} if other else {})
     if complete and None not in spellings.values() and not any("written" in entry for entry in entries.values()):
         return None

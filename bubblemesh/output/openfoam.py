@@ -18,7 +18,7 @@ FRONT, BACK = "front", "back"
 
 def patch_names(mesh: Mesh) -> dict[str, str]:
     """Return the name of each label's patch and of each region's zone."""
-    return plain_words(mesh, reserved=(FRONT.upper(), BACK.upper()))
+    return plain_words(mesh, reserved=(FRONT.upper(), BACK.upper()), dimensions=(1, 2))
 
 
 def write_openfoam(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -28,7 +28,7 @@ def write_openfoam(mesh: Mesh, fields: Fields, path: Path) -> None:
     above ``front``. Labelled points and the fields have no place.
     """
     n, names, words = len(mesh.points), group_names(mesh), patch_names(mesh)
-    groups = [(words[name], Group(g.id, g.dimension + 1)) for name, g in names.items() if g.dimension > 0]
+    groups = [(word, Group(names[name].id, names[name].dimension + 1)) for name, word in words.items()]
     front, back = len(names) + 1, len(names) + 2
     height = float(np.sqrt(signed_areas(mesh.points, mesh.triangles).mean()))
     points = np.vstack([np.pad(mesh.points, ((0, 0), (0, 1)), constant_values=z) for z in (0.0, height)])

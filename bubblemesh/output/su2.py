@@ -8,7 +8,7 @@ from bubblemesh.output.cells import Fields
 from bubblemesh.output.names import plain_words
 from bubblemesh.output.text import lines, write_text
 
-__all__ = ["write_su2"]
+__all__ = ["marker_names", "write_su2"]
 
 LINE, TRIANGLE = 3, 5  # VTK's numbers of the kinds of cells
 
@@ -21,8 +21,13 @@ def write_su2(mesh: Mesh, fields: Fields, path: Path) -> None:
     write_text(path, _parts(mesh))
 
 
+def marker_names(mesh: Mesh) -> dict[str, str]:
+    """Return the name of each label's marker."""
+    return plain_words(mesh, dimensions=(1,))
+
+
 def _parts(mesh: Mesh) -> Iterator[str]:
-    words = plain_words(mesh)
+    words = marker_names(mesh)
     yield f"NDIME= 2\nNELEM= {len(mesh.triangles)}\n"
     yield from lines(f"{TRIANGLE} %d %d %d", mesh.triangles)
     yield f"NPOIN= {len(mesh.points)}\n"
