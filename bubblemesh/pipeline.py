@@ -125,8 +125,7 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
     region = np.zeros(len(triangles), np.int64)
     if parts.regions:
         region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
-    numbers, region = np.unique(region, return_inverse=True)
-    names = (parts.rest, *(part.name for part in parts.regions))
+    numbers, region = np.unique(parts.named[region], return_inverse=True)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     vertices = [_node_at(point, bubbles) for point, _ in parts.points]
     point_labels = tuple(dict.fromkeys(name for _, name in parts.points))
@@ -136,7 +135,7 @@ def _mesh(last: Round, domain: Domain) -> Mesh:
         facets,
         label,
         tuple(boundary.labels[k] for k in labels),
-        regions=tuple(names[k] for k in numbers),
+        regions=tuple(parts.names[k] for k in numbers),
         triangle_regions=region,
         vertices=np.array(vertices, np.int64),
         vertex_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),

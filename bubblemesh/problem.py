@@ -164,13 +164,8 @@ def _parts(case: Case) -> Parts:
     regions = []
     for model in case.domain.regions:
         try:
-            (ring,) = rings_of(model.ring)
             rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
-            regions.append(Region(ring.renamed(model.name, rim), model.name, label=rim))
-        except ValueError:
-            raise GeometryError(
-                f"region {model.name!r}: several rings are in the file: choose one by feature"
-            ) from None
+            regions += [Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in rings_of(model.ring)]
         except GeometryError as error:
             raise GeometryError(f"region {model.name!r}: {error}") from None
     strands = []

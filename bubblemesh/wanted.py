@@ -17,11 +17,8 @@ def wanted_of(case: Case, domain: Domain) -> Spacing:
     """The case's spacing, those of its regions within these, before its rules."""
     terms = case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
     base = Spacing(_combined(terms, case, domain))
-    own = [
-        (region, _value(model.spacing, case))
-        for region, model in zip(domain.parts.regions, case.domain.regions, strict=True)
-        if model.spacing is not None
-    ]
+    finer = {model.name: _value(model.spacing, case) for model in case.domain.regions if model.spacing is not None}
+    own = [(region, finer[region.name]) for region in domain.parts.regions if region.name in finer]
     own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
     return by_region(base, [(region.core, region.reach, Spacing(value)) for region, value in own]) if own else base
 

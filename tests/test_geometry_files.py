@@ -11,6 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import Arc, Ellipse, Line, Spline
 from bubblemesh.output.cells import group_names
 from bubblemesh.pipeline import mesh_case
+from bubblemesh.quality import signed_areas
 from bubblemesh.readers.files import Selection, read_area, read_rings
 
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
@@ -595,6 +596,19 @@ class TestCases:
         found["{file: plate.geojson, label: rim, hole_label: bore}"] = ("rim", "bore")
         for text, labels in found.items():
             assert Domain.of(*self.case(written, text).domain.rings()).boundary.labels == labels
+
+    def test_all_rings_of_a_file_are_one_region(self, written):
+        written("fibres.csv", "0.5 0.5\n1.5 0.5\n1.5 1.5\n0.5 1.5\n\n2.5 2.5\n3.5 2.5\n3.5 3.5\n2.5 3.5\n")
+        region = "{name: fibres, ring: {file: fibres.csv}, spacing: 0.2}"
+        other = "{name: core, ring: {rectangle: [0.75, 0.75, 1.25, 1.25]}}"
+        case = self.case(written, "{outer: {rectangle: [0, 0, 4, 4]}, regions: [" + f"{region}, {other}" + "]}")
+        mesh = mesh_case(case).mesh
+        assert (mesh.labels, mesh.regions) == (("outer", "fibres-rim", "core-rim"), ("domain", "fibres", "core"))
+        areas = np.bincount(mesh.triangle_regions, signed_areas(mesh.points, mesh.triangles))
+        np.testing.assert_allclose(areas, [14, 1.75, 0.25])
+        lengths = np.hypot(*(mesh.points[mesh.facets[:, 1]] - mesh.points[mesh.facets[:, 0]]).T)
+        assert lengths[mesh.facet_labels == 1].max() < 0.26
+        assert lengths[mesh.facet_labels == 0].min() > 0.27
 
     def test_a_region_keeps_its_name_though_the_file_calls_its_ring_the_same(self, written):
         written("fibre.geojson", collection({"type": "Polygon", "coordinates": [HOLE]}, names=("fibre",)))

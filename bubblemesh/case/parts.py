@@ -22,7 +22,7 @@ class Region(Strict):
     """A part of the domain with a name, and a spacing of its own if it is given one."""
 
     name: Label = Field(description="Name of the region in the mesh files.")
-    ring: Ring = Field(description="The ring around the region; what of it lies outside the domain is left out.")
+    ring: Ring = Field(description="The ring around the region; what lies outside the domain is left out.")
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
 
 

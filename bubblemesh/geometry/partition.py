@@ -82,7 +82,8 @@ class Parts:
     Attributes
     ----------
     regions : tuple of Region
-        Numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts.
+        Numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts. Several
+        may have one name.
     rest : str
         Name of region 0.
     strands : tuple of Strand
@@ -101,6 +102,17 @@ class Parts:
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.strands or self.points)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of region 0 and the others, each once."""
+        return tuple(dict.fromkeys((self.rest, *(region.name for region in self.regions))))
+
+    @property
+    def named(self) -> Integers:
+        """Index (r + 1,) into ``names`` for region 0 and the others."""
+        number = {name: k for k, name in enumerate(self.names)}
+        return np.array([0, *(number[region.name] for region in self.regions)])
 
 
 def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> Boundary:
