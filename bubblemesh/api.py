@@ -3,16 +3,16 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 import shapely
 
 from bubblemesh import meshes, pipeline
+from bubblemesh.arguments import domain_of, spacing_of
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
-from bubblemesh.errors import CaseError, GeometryError
-from bubblemesh.geometry import rings
+from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.output import write_file
 from bubblemesh.output.gmsh import as_meshio
@@ -20,13 +20,13 @@ from bubblemesh.packing.options import OptionError, configured, options
 from bubblemesh.pipeline import Result
 from bubblemesh.problem import Task, posed
 from bubblemesh.quality import Shape, radius_ratios, shape_quality
-from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.summary import RoundRow
 
 __all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case"]
 
 MAX_NODES = 2_000_000
+Coloring = Literal["quality", "plain"]
 
 
 class Mesh(meshes.Mesh):
@@ -60,7 +60,7 @@ class Mesh(meshes.Mesh):
         self,
         path: Path | str | None = None,
         *,
-        color: Literal["quality", "plain"] = "quality",
+        color: Coloring = "quality",
         title: str | None = None,
     ) -> Any:
         """Draw the mesh, and write the picture if a path (.png, .svg) is given.
@@ -68,9 +68,18 @@ class Mesh(meshes.Mesh):
         Returns
         -------
         matplotlib.figure.Figure
+
+        Raises
+        ------
+        CaseError
+            If the ending or the colouring is unknown.
+        FileError
+            If the picture cannot be written.
         """
         from bubblemesh.output.plots import draw_mesh, mesh_figure
 
+        if color not in get_args(Coloring):
+            raise CaseError(f"color: unknown colouring {color!r}: choose one of {', '.join(get_args(Coloring))}")
         if path is not None:
             draw_mesh(self, Path(path), color=color, title=title)
         return mesh_figure(self, color=color, title=title)
@@ -103,6 +112,8 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
+    if not isinstance(case, Case):
+        raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
     return _public(pipeline.mesh_case(case, on_round))
 
 
@@ -144,7 +155,7 @@ def mesh(
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
-    domain, function = _domain(geometry, labels), _spacing(spacing)
+    domain, function = domain_of(geometry, labels), spacing_of(spacing)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
     problem = posed(domain, Spacing(function), Task("mesh", method, bound, max_nodes, None, parameters), {})
     return _public(pipeline.meshed(problem)).mesh
@@ -152,58 +163,3 @@ def mesh(
 
 def _public(result: Result[meshes.Mesh]) -> Result[Mesh]:
     return Result(Mesh.of(result.mesh), result.fields, result.report, result.speeds)
-
-
-def _domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
-    if isinstance(geometry, Domain):
-        if labels is not None:
-            raise CaseError("labels: a Domain has labels of its own: name its rings where they are made")
-        return geometry
-    if isinstance(geometry, shapely.MultiPolygon):
-        raise GeometryError(f"{len(geometry.geoms)} polygons: mesh one of them, or join them to one first")
-    if not isinstance(geometry, shapely.Polygon):
-        raise CaseError(f"geometry: must be a shapely.Polygon or a Domain (found {type(geometry).__name__})")
-    if geometry.is_empty:
-        raise GeometryError("the polygon is empty")
-    outlines = [geometry.exterior, *geometry.interiors]
-    names: Sequence[str | None] = labels if labels is not None else [None] * len(outlines)
-    if len(names) != len(outlines):
-        raise CaseError(f"labels: must be one for each ring: {len(names)} labels for {len(outlines)} rings")
-    corners = [shapely.get_coordinates(outline) for outline in outlines]
-    if not all(np.isfinite(points).all() for points in corners):
-        raise CaseError("geometry: has a coordinate that is no number")
-    outer, *holes = (rings.polygon(points.tolist(), label=name) for points, name in zip(corners, names, strict=True))
-    return Domain.of(outer, holes)
-
-
-def _spacing(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
-    """The spacing as a function of coordinates (n,), whose values are checked."""
-    if callable(spacing):
-        return _Checked(spacing)
-    if isinstance(spacing, bool) or not isinstance(spacing, int | float | str | np.integer | np.floating):
-        raise CaseError("spacing: must be a number, an expression in x and y, or a function of x and y")
-    return Expression.parse(spacing if isinstance(spacing, str) else repr(float(spacing)))
-
-
-class _Checked:
-    """A function of the user's that has to take and return arrays."""
-
-    def __init__(self, function: Callable[[Floats, Floats], Any]) -> None:
-        self.function = function
-
-    def __call__(self, x: Floats, y: Floats) -> Floats:
-        try:
-            with np.errstate(all="ignore"):
-                values = np.asarray(self.function(x, y))
-        except TypeError as error:
-            raise CaseError(
-                f"spacing: the function does not take arrays of coordinates ({error}): use NumPy's functions"
-            ) from error
-        if values.dtype.kind not in "iuf":
-            raise CaseError(f"spacing: the function gives values of type {values.dtype}: they have to be real numbers")
-        if values.shape not in ((), x.shape):
-            raise CaseError(
-                f"spacing: the function gives an array of shape {values.shape} for {len(x)} points: it has to give one "
-                "value for each"
-            )
-        return np.broadcast_to(values, x.shape).astype(float)

@@ -40,7 +40,7 @@ class PeriodicSides(NamedTuple):
     nodes: Integers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """A conforming triangle mesh of a plane domain.
 

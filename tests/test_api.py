@@ -98,13 +98,25 @@ def test_a_domain_keeps_its_curves(disc):
         (shapely.Polygon(), GeometryError, "empty"),
         (shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), GeometryError, r"\(0.5, 0.5\)"),
         (BROKEN, CaseError, "no number"),
+        (shapely.MultiPolygon(), GeometryError, "empty"),
         (shapely.Point(0, 0), CaseError, "found Point"),
-        ([(0, 0), (1, 0), (0, 1)], CaseError, "found list"),
+        ([(0, 0), (1, 0), (0, 1)], CaseError, r"found list\): shapely.Polygon\(points\) makes one"),
     ],
 )
 def test_what_is_no_domain(geometry, error, text):
     with pytest.raises(error, match=text):
         bubblemesh.mesh(geometry, 0.1)
+
+
+def test_a_collection_of_one_polygon_is_that_polygon():
+    one, same = (bubblemesh.mesh(shape, 0.3) for shape in (PLATE, shapely.MultiPolygon([PLATE])))
+    np.testing.assert_array_equal(one.points, same.points)
+
+
+@pytest.mark.parametrize("labels", ["ab", ["a", 1], ["a", 'b"'], ["a", ""], ["a", "b" * 128]])
+def test_labels_have_to_be_names(labels):
+    with pytest.raises(CaseError, match=r"labels: .*(is no name|must be a list)"):
+        bubblemesh.mesh(PLATE, 0.3, labels=labels)
 
 
 def test_labels_have_to_fit():
@@ -118,7 +130,16 @@ def test_labels_have_to_fit():
 
 
 @pytest.mark.parametrize(
-    "spacing", ["0.2", np.float64(0.2), lambda x, y: 0.2, lambda x, y: 0.2 + 0 * x, lambda x, y: np.full(x.shape, 0.2)]
+    "spacing",
+    [
+        "0.2",
+        np.float64(0.2),
+        np.array(0.2),
+        np.vectorize(lambda x, y: 0.2 if x < 9 else 0.1),
+        lambda x, y: 0.2,
+        lambda x, y: 0.2 + 0 * x,
+        lambda x, y: np.full(x.shape, 0.2),
+    ],
 )
 def test_all_forms_of_a_constant_give_the_same_mesh(spacing, disc):
     mesh = bubblemesh.mesh(DISC, spacing)
@@ -146,8 +167,15 @@ def test_an_expression_and_the_same_function_give_the_same_mesh():
         (lambda x, y: [0.1, 0.2], r"shape \(2,\)"),
         (lambda x, y: np.full((len(x), 1), 0.1), "shape"),
         (lambda x, y: math.sqrt(x) + 1, "NumPy's functions"),
+        (
+            lambda x, y: 0.1 if x < 1 else 0.2,
+            r"fails for arrays of coordinates \(The truth value .* np\.where in place of if",
+        ),
+        (lambda point: 0.1, "takes 1 positional argument"),
+        (math.inf, "is inf: it has to be positive and finite"),
+        (np.array([0.1, 0.2]), "must be a number"),
         (lambda x, y: None, "type object"),
-        ("0.1 + z", "unknown name 'z'"),
+        ("0.1 + z", "spacing: column 7: unknown name 'z'"),
         (None, "must be a number"),
         (True, "must be a number"),
     ],
@@ -196,7 +224,18 @@ spacing: 0.2
     assert result.report["case"] == "disc"
 
 
+def test_a_case_is_loaded_first():
+    with pytest.raises(CaseError, match=r"found str\): load_case reads one"):
+        bubblemesh.mesh_case("disc.yaml")
+
+
 # What a mesh does
+
+
+def test_meshes_are_the_same_only_as_objects(disc):
+    other = bubblemesh.Mesh.of(disc)
+    assert disc != other
+    assert len({disc, other, disc}) == 2
 
 
 def test_repr_is_short(disc):
@@ -246,6 +285,8 @@ def test_plot(disc, tmp_path, order):
     assert (tmp_path / "disc.png").read_bytes().startswith(b"\x89PNG")
     assert len(figure.axes) == 1
     assert mesh.plot().axes[0].get_title() == ""
+    with pytest.raises(CaseError, match="unknown colouring 'red': choose one of quality, plain"):
+        mesh.plot(color="red")
 
 
 # Second order on true curves

@@ -85,6 +85,7 @@ def test_every_room_of_the_package_is_known():
         "__init__",
         "__main__",
         "api",
+        "arguments",
         "cli",
         "clock",
         "compromises",
