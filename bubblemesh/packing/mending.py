@@ -11,6 +11,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, enmeshed, reconnected
+from bubblemesh.packing.perturbation import displacements
 from bubblemesh.packing.polish import ShapeSteps, eta
 from bubblemesh.spacing.spacing import Spacing
 
@@ -21,7 +22,6 @@ DISPLACED = 1  # rings around a triangle
 MOVING = 3  # rings around a triangle, the displaced ones among them
 AROUND = 6  # rings around a triangle; a patch needs no look beyond
 PASSES = 2
-CLIPPED_AT = 2.0  # standard deviations
 
 
 class Patches(NamedTuple):
@@ -108,7 +108,7 @@ class Mending:
     def _displaced(self, net: Net, patches: Patches, random: np.random.Generator) -> Bubbles:
         bubbles = net.bubbles
         which = patches.displaced & (np.arange(len(bubbles)) >= bubbles.boundary_count)
-        shift = random.standard_normal((int(which.sum()), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+        shift = displacements(random, int(which.sum()))
         x = bubbles.x.copy()
         x[which] += self.mend_amplitude * bubbles.d[which, None] * shift
         return replace(bubbles, x=x)

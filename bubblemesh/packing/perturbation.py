@@ -6,10 +6,11 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Le
 
+from bubblemesh.arrays import Floats
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["Perturbation"]
+__all__ = ["Perturbation", "displacements"]
 
 CLIPPED_AT = 2.0  # standard deviations
 
@@ -35,7 +36,12 @@ class Perturbation:
     def __call__(self, bubbles: Bubbles, spacing: Spacing, random: np.random.Generator) -> Bubbles:
         """The bubbles displaced."""
         inside = bubbles.interior
-        shift = random.standard_normal(bubbles.x[inside].shape).clip(-CLIPPED_AT, CLIPPED_AT)
         x = bubbles.x.copy()
+        shift = displacements(random, len(x[inside]))
         x[inside] += self.jitter * bubbles.d[inside, None] * shift
         return replace(bubbles, x=x, d=spacing(x))
+
+
+def displacements(random: np.random.Generator, count: int) -> Floats:
+    """Normal displacements (count, 2) of standard deviation 1, of which none is so long that a bubble would be lost."""
+    return random.standard_normal((count, 2)).clip(-CLIPPED_AT, CLIPPED_AT)

@@ -11,13 +11,13 @@ from annotated_types import Ge, Gt, Le
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net, enmeshed
+from bubblemesh.packing.perturbation import displacements
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Shaking"]
 
 CYCLES = {"fast": 20, "normal": 100, "best": 400}
-CLIPPED_AT = 2.0  # standard deviations
 REGULAR_VALENCE = 6
 
 
@@ -73,7 +73,7 @@ class Shaking:
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         """The bubbles after a displacement by this share of the first one."""
         bubbles, inside = net.bubbles, net.bubbles.interior
-        shift = random.standard_normal((len(bubbles), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+        shift = displacements(random, len(bubbles))
         at_boundary = net.joined(np.arange(len(bubbles)) < bubbles.boundary_count)
         amplitude = share * np.where(at_boundary, self.amplitude_at_boundary * self.amplitude, self.amplitude)
         amplitude[~net.joined(net.valence != REGULAR_VALENCE)] = 0
