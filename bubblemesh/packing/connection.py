@@ -48,13 +48,16 @@ class Net:
     @cached_property
     def inner(self) -> Booleans:
         """Which edges (m,) are not part of the boundary."""
-        n, last = len(self.bubbles), self.bubbles.boundary_count
         inner = np.ones(len(self.edges), bool)
-        chords = np.flatnonzero((self.edges < last).all(axis=1))
-        low, high = np.sort(self.facets, axis=1).T
-        mine = np.sort(self.edges[chords], axis=1)
-        inner[chords[np.isin(mine[:, 0] * n + mine[:, 1], low * n + high)]] = False
+        chords = np.flatnonzero((self.edges < self.bubbles.boundary_count).all(axis=1))
+        inner[chords] = ~self.are_facets(self.edges[chords])
         return inner
+
+    def are_facets(self, pairs: Integers) -> Booleans:
+        """Which pairs (k, 2) of bubbles, in either order, are the ends of a facet."""
+        n = len(self.bubbles)
+        (low, high), (first, last) = np.sort(pairs, axis=1).T, np.sort(self.facets, axis=1).T
+        return np.isin(low * n + high, first * n + last)
 
     def joined(self, marked: Booleans) -> Booleans:
         """Bubbles (n,) that are marked or next to one that is."""

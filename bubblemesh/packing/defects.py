@@ -119,6 +119,4 @@ def across_wide_corners(net: Net, gone: Booleans) -> Integers:
     wide = np.einsum("ij,ij->i", u, v) < WIDEST * lengths
     roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER * net.bubbles.d[apex]
     faced = np.sort(np.column_stack([a, b])[wide & roomy], axis=1)
-    n = len(net.bubbles)
-    low, high = np.sort(net.facets, axis=1).T
-    return faced[~np.isin(faced[:, 0] * n + faced[:, 1], low * n + high)]
+    return faced[~net.are_facets(faced)]
