@@ -20,7 +20,8 @@ MANY_NEIGHBOURS = 8
 FEWEST_ON_A_WALL = 3  # of a bubble on a straight wall, that is two triangles with right angles
 CLOSE_ON_A_WALL = 0.92  # spacings
 WIDEST = np.cos(np.radians(80.0))  # at a corner: two triangles of 45 degrees are better than one with a right angle
-NEAREST_TO_CORNER = 0.6  # spacings
+NEAREST_TO_CORNER = 0.6  # spacings that a new bubble keeps
+TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none comes and goes in turns
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Defects:
         wanted = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
         # What lies in a corner's angle cannot give way: it takes more to be too near.
         at_corner = (net.edges < net.bubbles.corners).any(axis=1)
-        i, j = net.edges[ratio < np.where(at_corner, NEAREST_TO_CORNER / 1.2, self.delete_shorter)].T
+        i, j = net.edges[ratio < np.where(at_corner, TOO_NEAR_CORNER, self.delete_shorter)].T
         # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
         second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
         loser = np.where(second, j, i)
