@@ -5,9 +5,13 @@ import numpy as np
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.forces import VanDerWaals
+from bubblemesh.packing.motion import SemiImplicitEuler
+from bubblemesh.packing.relaxation import Dynamics
 from bubblemesh.spacing.spacing import Spacing
 
 SQRT3 = np.sqrt(3.0)
+DAMPED = Dynamics(VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.4)  # as the multilevel method has it
 
 
 def uniform(d):

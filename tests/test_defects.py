@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lattices import packed_hexagon, uniform
+from lattices import DAMPED, packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -10,8 +10,6 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import connected
 from bubblemesh.packing.defects import Defects, edge_ratios
 from bubblemesh.packing.diffusion import ErrorDiffusion, on_boundary
-from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.spacing.spacing import Spacing
 
@@ -89,7 +87,7 @@ def test_vacancy_is_filled_and_relaxes_to_the_perfect_lattice(hole):
     assert change.bubbles.touched[-1]
     assert change.bubbles.d[-1] == 1
     net = connected(change.bubbles, domain)
-    end = Connected()(net, domain, spacing, VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.4, 300).bubbles.x
+    end = Connected()(net, domain, spacing, DAMPED, 300).bubbles.x
     distance = np.hypot(*(end[:, None] - bubbles.x).transpose(2, 0, 1))
     assert distance.min(axis=1).max() < 1e-2
     assert sorted(distance.argmin(axis=1).tolist()) == list(range(len(bubbles)))
@@ -297,7 +295,7 @@ def test_population_settles():
     changes = []
     for _ in range(12):
         net = connected(bubbles, domain)
-        bubbles = Connected()(net, domain, spacing, VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.4, 40).bubbles
+        bubbles = Connected()(net, domain, spacing, DAMPED, 40).bubbles
         change = controlled(Defects(), domain, spacing, replace(bubbles, d=spacing(bubbles.x)))
         changes.append(change.deleted + change.inserted)
         bubbles = change.bubbles

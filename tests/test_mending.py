@@ -2,15 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lattices import packed_hexagon
+from lattices import DAMPED, packed_hexagon
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.connection import connected, enmeshed
 from bubblemesh.packing.diffusion import ErrorDiffusion
-from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
-from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.polish import ShapeSteps, eta
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.spacing.spacing import Spacing
@@ -37,7 +35,7 @@ def polished_net(name, seed=0, steps=60):
     x = start.x.copy()
     x[start.interior] += 0.01 * np.random.default_rng(seed).standard_normal(x[start.interior].shape)
     net = connected(replace(start, x=x), domain)
-    bubbles = Connected()(net, domain, spacing, VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.4, steps).bubbles
+    bubbles = Connected()(net, domain, spacing, DAMPED, steps).bubbles
     return domain, spacing, ShapeSteps()(enmeshed(bubbles, domain, spacing), domain, spacing)
 
 

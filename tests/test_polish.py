@@ -2,14 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lattices import hexagonal, packed_hexagon, uniform
+from lattices import DAMPED, hexagonal, packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.connection import connected
 from bubblemesh.packing.diffusion import ErrorDiffusion
-from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.polish import FLATTEST, MOST_MOVE, WORST, ShapeSteps, eta, shape_gradient, spacing_gradient
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.quality import radius_ratios
@@ -27,7 +25,7 @@ def relaxed_net(seed=0, domain=DOMAIN, spacing=SPACING):
     x = start.x.copy()
     x[start.interior] += 0.01 * np.random.default_rng(seed).standard_normal(x[start.interior].shape)
     net = connected(replace(start, x=x), domain)
-    bubbles = Connected()(net, domain, spacing, VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.4, 60).bubbles
+    bubbles = Connected()(net, domain, spacing, DAMPED, 60).bubbles
     return connected(replace(bubbles, d=spacing(bubbles.x)), domain)
 
 

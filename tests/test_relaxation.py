@@ -13,7 +13,7 @@ from bubblemesh.packing.connection import connected
 from bubblemesh.packing.diffusion import ErrorDiffusion, on_boundary
 from bubblemesh.packing.forces import VanDerWaals, pair_force
 from bubblemesh.packing.motion import ClassicalRungeKutta, SecondOrderEuler, SemiImplicitEuler
-from bubblemesh.packing.relaxation import MOST_MOVE, Connected, Nearby, Relaxed
+from bubblemesh.packing.relaxation import MOST_MOVE, Connected, Dynamics, Nearby, Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
 SIDE = 5
@@ -40,7 +40,7 @@ class Drift:
 
 def relaxed(relax, domain, spacing, bubbles, steps, motion=None, damping=constant):
     motion = motion or SecondOrderEuler()
-    return relax(connected(bubbles, domain), domain, spacing, VanDerWaals(), motion, damping, steps)
+    return relax(connected(bubbles, domain), domain, spacing, Dynamics(VanDerWaals(), motion, damping), steps)
 
 
 def disturbed(bubbles, amplitude=0.1):
@@ -148,8 +148,8 @@ def test_connected_step_is_that_of_the_forces_along_the_edges():
         expected[i] += 0.3**2 / (1 + 2.0 * 0.3) * force
         expected[j] -= 0.3**2 / (1 + 2.0 * 0.3) * force
     expected[: start.boundary_count] = start.x[: start.boundary_count]
-    motion, force = SemiImplicitEuler(dt=0.3), VanDerWaals()
-    found = Connected()(net, domain, spacing, force, motion, lambda step, touched: 2.0, 1)
+    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(dt=0.3), lambda step, touched: 2.0)
+    found = Connected()(net, domain, spacing, dynamics, 1)
     np.testing.assert_allclose(found.bubbles.x, expected, atol=1e-13)
 
 

@@ -97,7 +97,7 @@ def test_closing_relaxation_is_repeated_while_bubbles_are_lost(lost, relaxations
     domain, spacing, bubbles = packed_hexagon(4)
     calls = iter(lost)
 
-    def relaxation(net, domain, spacing, force, motion, damping, steps):
+    def relaxation(net, domain, spacing, dynamics, steps):
         return Relaxed(net.bubbles, 0, next(calls), np.zeros(steps), 7)
 
     method = replace(ACCELERATED, relaxation=relaxation, termination=FixedRounds(rounds=1, iterations=10))

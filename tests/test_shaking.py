@@ -10,8 +10,9 @@ from bubblemesh.packing.connection import connected, enmeshed
 from bubblemesh.packing.diffusion import ErrorDiffusion
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
-from bubblemesh.packing.relaxation import Connected, Relaxed
-from bubblemesh.packing.shaking import CLIPPED_AT, CYCLES, Shaking
+from bubblemesh.packing.perturbation import CLIPPED_AT
+from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxed
+from bubblemesh.packing.shaking import CYCLES, Shaking
 
 SIDE = 7
 
@@ -171,10 +172,10 @@ def test_perfect_lattice_far_from_the_boundary_is_left_alone():
 
 def test_shaking_heals_a_disordered_packing():
     domain, spacing = Domain.of(rings.rectangle(0, 0, 16, 16)), uniform(1.0)
-    motion, force = SemiImplicitEuler(), VanDerWaals()
+    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.0)
 
     def relax(net, steps):
-        return Connected()(net, domain, spacing, force, motion, lambda *_: 1.0, steps)
+        return Connected()(net, domain, spacing, dynamics, steps)
 
     def irregular(bubbles):
         net = enmeshed(bubbles, domain, spacing)

@@ -18,7 +18,7 @@ from bubblemesh.packing.motion import Motion
 from bubblemesh.packing.rails import Clearance, Rails
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["Connected", "Damping", "Nearby", "Relaxation", "Relaxed"]
+__all__ = ["Connected", "Damping", "Dynamics", "Nearby", "Relaxation", "Relaxed"]
 
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
 REFRESH_STEPS = 10
@@ -26,6 +26,14 @@ REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
 MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many small neighbours that it would fly
 
 Damping = Callable[[int, Booleans], Floats | float]  # viscosity in a step of bubbles touched (n,) or not
+
+
+class Dynamics(NamedTuple):
+    """How bubbles move: the force between two of them, the step of their motion, and what damps it."""
+
+    force: VanDerWaals
+    motion: Motion
+    damping: Damping
 
 
 class Relaxed(NamedTuple):
@@ -58,16 +66,7 @@ class Relaxation(Protocol):
 
     boundary_stays: ClassVar[bool]
 
-    def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        force: VanDerWaals,
-        motion: Motion,
-        damping: Damping,
-        steps: int,
-    ) -> Relaxed:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles of a net after ``steps`` steps."""
 
 
@@ -77,18 +76,9 @@ class Nearby:
 
     boundary_stays: ClassVar[bool] = False
 
-    def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        force: VanDerWaals,
-        motion: Motion,
-        damping: Damping,
-        steps: int,
-    ) -> Relaxed:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles after ``steps`` steps."""
-        start = net.bubbles
+        start, (force, motion, damping) = net.bubbles, dynamics
         rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
         x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
         neighbours, listed = Neighbours.of(x, d, REACH), 0
@@ -126,18 +116,10 @@ class Connected:
 
     boundary_stays: ClassVar[bool] = True
 
-    def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        force: VanDerWaals,
-        motion: Motion,
-        damping: Damping,
-        steps: int,
-    ) -> Relaxed:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles after ``steps`` steps."""
         before, speeds, evaluations = len(net.bubbles), np.empty(steps), 0
+        force, motion, damping = dynamics
         for begin in range(0, steps, self.refresh):
             if begin:
                 net = enmeshed(net.bubbles, domain, spacing)

@@ -12,7 +12,7 @@ from bubblemesh.packing.connection import Net, connected, enmeshed
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.population import Change
-from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.relaxation import Dynamics, Relaxed
 from bubblemesh.packing.workload import CONNECTING, POLISHING, Stage, TimeUp, Watch, Workload, stages_of
 from bubblemesh.spacing.spacing import Spacing
 
@@ -85,7 +85,8 @@ class Course:
             c = method.viscosity(step, number)
             return method.odd(c, touched) if odd and method.odd is not None else c
 
-        return method.relaxation(net, self.domain, self.spacing, method.force, method.motion, damping, steps)
+        dynamics = Dynamics(method.force, method.motion, damping)
+        return method.relaxation(net, self.domain, self.spacing, dynamics, steps)
 
     def controlled(self, net: Net) -> Change:
         """The bubbles after the method's population control."""
