@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from test_output import fields_of, holed_square
+from test_solvers import python_with, run
 
 from bubblemesh.output import FORMATS, write_files
 from bubblemesh.output.cells import facet_ids, group_names, region_ids, vertex_ids
@@ -132,6 +133,66 @@ def test_gmsh_reads_msh(gmsh, mesh, written, form):
             cells = nodes.reshape(-1, dimension + 1).astype(int) - 1
             found |= gathered([(cells, np.full(len(cells), number))])
     assert found == cells_of(mesh)
+
+
+@pytest.mark.parametrize("form", ["mesh", "med"])
+def test_gmsh_reads_medit_and_med(gmsh, mesh, written, form):
+    path, words = written(form)
+    gmsh.clear()  # else the meshes of two MED files become one
+    gmsh.open(str(path))
+    tags, points, _ = gmsh.model.mesh.getNodes()
+    np.testing.assert_array_equal(points.reshape(-1, 3)[np.argsort(tags), :2], mesh.points)
+    found, place = {}, {tag: k for k, tag in enumerate(np.sort(tags))}
+    for dimension, entity in gmsh.model.getEntities():
+        (nodes,) = gmsh.model.mesh.getElements(dimension, entity)[2]
+        cells = [tuple(place[node] for node in cell) for cell in nodes.reshape(-1, dimension + 1)]
+        groups = gmsh.model.getPhysicalGroupsForEntity(dimension, entity)
+        name = gmsh.model.getPhysicalName(dimension, groups[0]) if form == "med" else entity
+        found[dimension, name] = found.get((dimension, name), []) + cells
+    names = {group.id: words[name] if words else group.id for name, group in group_names(mesh).items()}
+    assert found == {(d, names[number]): cells for (d, number), cells in only(cells_of(mesh), 1, 2).items()}
+
+
+VTK = """
+import json
+import sys
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+readers = {"vtk": vtkUnstructuredGridReader, "vtu": vtkXMLUnstructuredGridReader, "xdmf": vtkXdmfReader}
+reader = readers[sys.argv[1].rpartition(".")[2]]()
+reader.SetFileName(sys.argv[1])
+if hasattr(reader, "ReadAllScalarsOn"):
+    reader.ReadAllScalarsOn()
+    reader.ReadAllFieldsOn()
+reader.Update()
+grid = reader.GetOutputDataObject(0)
+data = grid.GetCellData()
+found = {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k)).tolist() for k in range(data.GetNumberOfArrays())}
+found["points"] = vtk_to_numpy(grid.GetPoints().GetData())[:, :2].tolist()
+found["cells"] = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).tolist()
+found["kinds"] = sorted({grid.GetCellType(k) for k in range(grid.GetNumberOfCells())})
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("form", ["vtu", "vtk", "xdmf"])
+def test_vtk_reads_its_formats(tmp_path, form, order):
+    python = python_with("vtkmodules.vtkIOXdmf2")
+    if python is None:
+        pytest.skip("the Python package vtk is not installed, so that VTK's reading of the files is not tested")
+    flat = with_groups(3, 2, 0)
+    mesh = flat if order == 1 else flat.second_order()[0]
+    (name, *_) = write_files(mesh, fields_of(flat), {}, tmp_path, "plate", [form])["files"]
+    found = json.loads(run([python, "-c", VTK, str(tmp_path / name)], tmp_path))
+    np.testing.assert_array_equal(found.pop("points"), mesh.points)
+    np.testing.assert_array_equal(np.reshape(found.pop("cells"), mesh.triangles.shape), mesh.triangles)
+    assert found.pop("kinds") == [{1: 5, 2: 22}[order]]
+    expected = {"material": region_ids(mesh).tolist()} | {name: v.tolist() for name, v in fields_of(flat).items()}
+    assert found == expected
 
 
 @pytest.mark.parametrize("form", ["vtu", "vtk", "xdmf", "dat"])
