@@ -84,6 +84,7 @@ TEXTS = {
     "z.wkt": WKT.replace("POLYGON", "POLYGON Z").replace(",", " 7,").replace("0))", "0 7))").replace("0)", "0)"),
     "rings.csv": CSV,
     "semicolons.txt": CSV.replace(",", "; "),
+    "decimal-commas.csv": "0;0\n4,0;0\n4,0;4,0\n0;4e0\n\n1;1\n2,0; 1\n2;2,0\n1,0\t;2,0\n",
     "blanks.xy": CSV.replace("x,y", "# made by hand").replace(",", "\t "),
     "plate.poly": POLY,
 }
@@ -180,9 +181,8 @@ def test_a_name_that_no_mesh_file_can_hold_is_no_label(written, name):
     path = written("a.geojson", collection(PLATE, names=(name,)))
     assert labels_of(path) == [["None"], ["None"]]
     (note,) = domain(path).notes
-    assert note.startswith(
-        f"a.geojson: feature 0 ({name}): {name[:40]!r} is no label, since it is too long or has quotes"
-    )
+    shown = f" ({name})" if name.isprintable() and len(name) <= 80 else ""
+    assert note.startswith(f"a.geojson: feature 0{shown}: {name[:40]!r} is no label, since it is too long or has")
 
 
 def test_wkt_and_lists_of_points_have_no_labels(written):
@@ -256,6 +256,19 @@ FAULTS = {
         r"\(9, 9\) is out",
     ),
     "short poly": ("a.poly", "3 2 0 0\n1 0 0\n", CaseError, "end of the file: expected a vertex"),
+    "nan poly": (
+        "a.poly",
+        "nan 2 0 0\n1 0 0\n",
+        CaseError,
+        "line 1: nan is no number of rows: expected the number of v",
+    ),
+    "half poly": ("a.poly", "2.5 2 0 0\n1 0 0\n", CaseError, "line 1: 2.5 is no number of rows"),
+    "negative poly": (
+        "a.poly",
+        POLY.replace("1\n1 1.5 1.5", "-5"),
+        CaseError,
+        "line 20: -5 is no number of rows: expected the number of holes",
+    ),
     "unknown vertex": ("a.poly", POLY.replace("5 5 6 9", "5 5 66 9"), CaseError, "line 16: there is no vertex 66"),
     "word in poly": ("a.poly", "x", CaseError, "line 1: not a row of numbers"),
     "latin": ("a.csv", "0 0\n\udce4", CaseError, None),
@@ -499,6 +512,15 @@ class TestPictures:
         plate = domain(written("a.svg", SVG.format(text)))
         assert plate.hole_count == 0
         assert plate.notes == ("a.svg: circle 'old' not used, since it is hidden",)
+
+    @pytest.mark.parametrize("shape", ['<path id="a" d="M1 1"/>', '<path id="a" d="M1 1 L1 x"/>'])
+    def test_what_has_no_extent_is_noted(self, written, shape):
+        plate = domain(written("a.svg", SVG.format(shape + '<circle cx="5" cy="5" r="2"/>')))
+        assert plate.notes == ("a.svg: path 'a' not used, since it has no extent",)
+
+    def test_zero_is_not_negative(self, written):
+        with pytest.raises(GeometryError, match=r"open ends: feature 0 \(path\) at \(0, 0\), "):
+            domain(written("a.svg", SVG.format('<path d="M0 0 H4 V2"/>')))
 
     def test_what_bounds_nothing_is_noted(self, written):
         path = written("a.svg", SVG.format('<circle cx="5" cy="5" r="2"/><text id="t" x="1" y="2">A</text>'))

@@ -12,10 +12,24 @@ from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.wording import place
 
-__all__ = ["Content", "Feature", "Piece", "Point", "Stroke", "checked", "end_of", "fitting", "label_of", "line"]
+__all__ = [
+    "Content",
+    "Feature",
+    "Piece",
+    "Point",
+    "Stroke",
+    "checked",
+    "end_of",
+    "feature_name",
+    "fitting",
+    "label_of",
+    "line",
+]
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
 LARGEST = 1e70
+
+SHOWN = 80  # characters
 
 Point = tuple[float, float]
 Piece = LineTo | ArcTo | SplineTo
@@ -111,6 +125,14 @@ def label_of(properties: Mapping[str, Any], *keys: str) -> str | None:
         if text:
             return text
     return None
+
+
+def feature_name(number: int, properties: Mapping[str, Any], *keys: str) -> str:
+    """What messages call a feature: its number, and the first of the keys that has a short printable value."""
+    shown = label_of(properties, *keys)
+    return (
+        f"feature {number} ({shown})" if shown and shown.isprintable() and len(shown) <= SHOWN else f"feature {number}"
+    )
 
 
 def _as_text(value: Any) -> str:

@@ -7,7 +7,7 @@ import shapely
 from pyogrio.errors import DataSourceError
 
 from bubblemesh.errors import CaseError
-from bubblemesh.readers.features import Content, label_of
+from bubblemesh.readers.features import Content, feature_name
 from bubblemesh.readers.shapes import feature_of
 from bubblemesh.wording import meant
 
@@ -35,8 +35,7 @@ def read_gis(path: Path, layer: str | None) -> Content:
     for k, (number, wkb) in enumerate(zip(numbers.tolist(), shapes, strict=True)):
         values = {str(key): column[k] for key, column in zip(meta["fields"], columns, strict=True)}
         properties = {key: value.item() if hasattr(value, "item") else value for key, value in values.items()}
-        shown = label_of(properties, "name")
-        name = f"feature {k} ({shown})" if shown else f"feature {k}"
+        name = feature_name(k, properties, "name")
         if wkb is None:
             raise CaseError(f"{name}: it has no geometry")
         features.append(feature_of(shapely.from_wkb(wkb), name, layer or layers[0], {"fid": number} | properties))

@@ -10,7 +10,7 @@ import shapely
 from shapely.geometry import shape
 
 from bubblemesh.errors import CaseError
-from bubblemesh.readers.features import Content, Feature, label_of
+from bubblemesh.readers.features import Content, Feature, feature_name
 from bubblemesh.readers.shapes import feature_of
 from bubblemesh.readers.text import read_text
 
@@ -50,8 +50,7 @@ def _feature(entry: Any, number: int) -> Feature:
     if entry.get("type") == "Feature":
         given, geometry = entry.get("properties"), entry.get("geometry", {})
         properties = ({"id": entry["id"]} if "id" in entry else {}) | (given if isinstance(given, dict) else {})
-    shown = label_of(properties, "name", "id")
-    name = f"feature {number} ({shown})" if shown else f"feature {number}"
+    name = feature_name(number, properties, "name", "id")
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     if not isinstance(geometry, dict) or kind not in KINDS:
         raise CaseError(f"{name}: no geometry of a kind that GeoJSON knows (found {kind!r})")

@@ -63,7 +63,9 @@ def read_svg(path: Path) -> Content:
         if element.values.get("display") == "none":
             notes.append(f"{_name(element)} not used, since it is hidden")
         elif isinstance(element, svgelements.Shape):
-            features += _features(abs(svgelements.Path(element) * back), drawn, len(features))
+            made = _feature(abs(svgelements.Path(element) * back), drawn, len(features))
+            features += [made] if made.strokes else []
+            notes += [] if made.strokes else [f"{_name(element)} not used, since it has no extent"]
         elif isinstance(element, SKIPPED):
             notes.append(f"{_name(element)} not used")
     if not features:
@@ -94,10 +96,10 @@ def _name(element: Any) -> str:
     return f"{kind} {element.id!r}" if element.id else kind
 
 
-def _features(path: Any, drawn: Drawn, first: int) -> list[Feature]:
-    """One feature for the element, with a stroke for each subpath."""
+def _feature(path: Any, drawn: Drawn, number: int) -> Feature:
+    """The element with a stroke for each subpath."""
     element = drawn.element
-    name = f"feature {first} ({_name(element)})"
+    name = f"feature {number} ({_name(element)})"
     label, notes = fitting(drawn.label, name)
     strokes = []
     for subpath in path.as_subpaths():
@@ -105,7 +107,7 @@ def _features(path: Any, drawn: Drawn, first: int) -> list[Feature]:
         if pieces:
             strokes.append(Stroke(start, tuple(piece._replace(label=label) for piece in pieces), name))
     properties = {"id": element.id, "label": label, "class": element.values["attributes"].get("class")}
-    return [Feature(name, drawn.layer, properties, strokes=tuple(strokes), notes=notes)] if strokes else []
+    return Feature(name, drawn.layer, properties, strokes=tuple(strokes), notes=notes)
 
 
 def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
@@ -153,4 +155,4 @@ def _same(a: Point, b: Point) -> bool:
 
 
 def _up(point: Any) -> Point:
-    return float(point.x), -float(point.y)
+    return float(point.x), 0.0 - float(point.y)  # no negative zero

@@ -1,4 +1,7 @@
-"""Lists of points as text: two numbers in a line, separated by commas, semicolons or blanks."""
+"""Lists of points as text: two numbers in a line, separated by commas, semicolons or blanks.
+
+In a line with semicolons a comma is a decimal point.
+"""
 
 import re
 from collections.abc import Iterator
@@ -43,7 +46,8 @@ def _blocks(path: Path) -> Iterator[tuple[int, list[Point], int]]:
     points: list[Point] = []
     first = columns = 0
     for number, text in enumerate([*read_text(path).splitlines(), ""], start=1):
-        words = [word for word in SEPARATOR.split(COMMENT.sub("", text).strip()) if word]
+        plain = COMMENT.sub("", text).strip()
+        words = [word for word in SEPARATOR.split(plain.replace(",", ".") if ";" in plain else plain) if word]
         values = _numbers(words)
         if values is None or not words:
             if points and words:

@@ -28,7 +28,10 @@ class Rows:
 
     def head(self, what: str) -> list[float]:
         """The line that says how many rows of a section follow."""
-        return self._next(1, what)[1]
+        line, row = self._next(1, what)
+        if not (row[0] >= 0 and row[0] == row[0] // 1):
+            raise CaseError(f"line {line}: {row[0]:g} is no number of rows: expected {what}")
+        return row
 
     def section(self, count: float, columns: int, what: str) -> Iterator[tuple[int, list[float]]]:
         """Line and numbers of each row."""
@@ -60,7 +63,9 @@ def read_poly(path: Path) -> Content:
     rows = Rows(path)
     head = rows.head("the number of vertices")
     vertices = (
-        _vertices(rows, head) if head[0] else _vertices(nodes := Rows(path.with_suffix(".node")), nodes.head("a"))
+        _vertices(rows, head)
+        if head[0]
+        else _vertices(nodes := Rows(path.with_suffix(".node")), nodes.head("the number of vertices"))
     )
     count, marked, *_ = [*rows.head("the number of segments"), 0.0]
     strokes = []
