@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 __all__ = ["Layer", "layers_of", "merged", "place_of"]
 
 OWN_KEYS = ("base", "name")  # that a case does not take over from its base
+WITH_FILES = ("domain", "spacing")  # keys below which other files are named
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def merged(layers: Sequence[Layer]) -> dict[str, Any]:
     for layer in layers:
         data = {key: value for key, value in data.items() if key not in OWN_KEYS}
         for key, given in layer.document.data.items():
-            value = _with_files_found(given, layer.folder) if key == "domain" else given
+            value = _with_files_found(given, layer.folder) if key in WITH_FILES else given
             present = data.get(key)
             data[key] = {**present, **value} if isinstance(present, dict) and isinstance(value, dict) else value
     data.pop("base", None)
