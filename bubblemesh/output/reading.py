@@ -75,6 +75,8 @@ def read_mesh(path: Path) -> Any:
     """
     import meshio
 
+    if not path.exists():  # meshio has an error of its own for this
+        raise FileError(f"{path}: cannot be read: there is no such file")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
