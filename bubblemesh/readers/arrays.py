@@ -51,11 +51,10 @@ def _listed(names: list[str]) -> str:
 
 def _arrays(path: Path) -> dict[str, Any]:
     try:
-        loaded = np.load(path, allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return {path.stem: loaded}
-        with loaded:
-            return {key: loaded[key] for key in loaded.files}
+        # Opened here, since the library leaves damaged files open.
+        with path.open("rb") as stream:
+            loaded = np.load(stream, allow_pickle=False)
+            return {path.stem: loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
     except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
         raise unreadable(error) from None
     except Exception as error:  # damaged files fail in any way, and text as pickled data
