@@ -5,18 +5,17 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-import shapely
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.location import Locator
+from bubblemesh.spacing.rim import Rim
 from bubblemesh.spacing.samples import require_positive
 from bubblemesh.wording import place
 
 __all__ = ["Field"]
 
 FLAT = 1e-13  # height in terms of the longest side
-AT_A_TIME = 1 << 16  # points outside, each of which becomes an object
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,10 @@ class Field:
         a, b, c = self.values[self.triangles[triangle]].T
         d = a + second * (b - a) + third * (c - a)
         outside = np.flatnonzero(triangle < 0)
-        d[outside] = self._nearest(points[outside])
+        if len(outside):
+            nodes, share = self._rim.nearest(points[outside])
+            first, last = self.values[nodes].T
+            d[outside] = first + share * (last - first)
         return d
 
     @cached_property
@@ -89,24 +91,9 @@ class Field:
         return Locator.of(self.points[self.triangles])
 
     @cached_property
-    def _rim(self) -> tuple[Integers, shapely.STRtree]:
-        """Edges (k, 2) that belong to one triangle only, and a tree to find them."""
-        edges = self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-        keys, count = np.unique(edges.min(axis=1) * len(self.points) + edges.max(axis=1), return_counts=True)
-        rim = np.column_stack(np.divmod(keys[count == 1], len(self.points)))
-        return rim, shapely.STRtree(shapely.linestrings(self.points[rim]))
-
-    def _nearest(self, points: Floats) -> Floats:
-        """Values (m,) where the rim is nearest to points (m, 2) outside."""
-        edges, tree = self._rim
-        nearest = np.zeros(len(points), np.int64)
-        for k in range(0, len(points), AT_A_TIME):
-            found = tree.query_nearest(shapely.points(points[k : k + AT_A_TIME]), all_matches=False)
-            nearest[k : k + AT_A_TIME] = found[1]
-        first, last = edges[nearest].T
-        along = self.points[last] - self.points[first]
-        share = ((points - self.points[first]) * along).sum(axis=1) / (along**2).sum(axis=1)
-        return self.values[first] + np.clip(share, 0, 1) * (self.values[last] - self.values[first])
+    def _rim(self) -> Rim:
+        clockwise = _doubled_areas(self.points, self.triangles) < 0
+        return Rim.of(self.points, np.where(clockwise[:, None], self.triangles[:, ::-1], self.triangles))
 
 
 def _doubled_areas(points: Floats, triangles: Integers) -> Floats:
