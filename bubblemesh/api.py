@@ -11,6 +11,7 @@ import shapely
 from bubblemesh import meshes, pipeline
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
+from bubblemesh.case.terms import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -21,8 +22,10 @@ from bubblemesh.pipeline import Result
 from bubblemesh.problem import Task, posed
 from bubblemesh.quality import Shape, radius_ratios, shape_quality
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.summary import RoundRow
+from bubblemesh.wanted import rules_of, wanted_of
 
 __all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case"]
 
@@ -108,7 +111,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
 
 def mesh(
     geometry: shapely.Polygon | Domain,
-    spacing: float | str | Callable[[Floats, Floats], Any],
+    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any],
     *,
     labels: Sequence[str] | None = None,
     method: str = "multilevel",
@@ -122,9 +125,10 @@ def mesh(
     ----------
     geometry : shapely.Polygon or Domain
         The holes of a polygon are kept, and each of its vertices becomes a node.
-    spacing : float, str or callable
-        Wanted edge length in the unit of the geometry: a number, an expression in x and y, or a function of the
-        coordinates x (n,) and y (n,) of many points that returns the (n,) values there.
+    spacing : float, str, mapping or callable
+        Wanted edge length in the unit of the geometry: a number, an expression in x and y, a mapping of terms as in a
+        case file (whose files are relative to the working directory), or a function of the coordinates x (n,) and
+        y (n,) of many points that returns the (n,) values there.
     labels : sequence of str, optional
         Names of the polygon's rings, the outer one first; else ``outer``, ``hole-1`` and so on.
     method, packing, schedule
@@ -134,7 +138,9 @@ def mesh(
     Raises
     ------
     CaseError
-        If the spacing is not positive and finite everywhere, or an option is wrong.
+        If the spacing is not positive and finite everywhere, or a term of it or an option is wrong.
+    FileError
+        If a file that the spacing names cannot be read.
     GeometryError
         If the polygon is empty, invalid or several polygons.
     LimitError
@@ -144,9 +150,10 @@ def mesh(
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
-    domain, function = _domain(geometry, labels), _spacing(spacing)
+    domain = _domain(geometry, labels)
+    wanted, rules = _wanted(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
-    problem = posed(domain, Spacing(function), Task("mesh", method, bound, max_nodes, None, parameters), {})
+    problem = posed(domain, wanted, Task("mesh", method, bound, max_nodes, None, parameters), {}, rules)
     return _public(pipeline.meshed(problem)).mesh
 
 
@@ -176,12 +183,24 @@ def _domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) ->
     return Domain.of(outer, holes)
 
 
+def _wanted(
+    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain
+) -> tuple[Spacing, Rules]:
+    """The spacing, and its rules."""
+    if not isinstance(spacing, Mapping):
+        return Spacing(_spacing(spacing)), Rules()
+    case = spacing_case(spacing, [region.name for region in domain.parts.regions])
+    return wanted_of(case, domain), rules_of(case)
+
+
 def _spacing(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
     """The spacing as a function of coordinates (n,), whose values are checked."""
     if callable(spacing):
         return _Checked(spacing)
     if isinstance(spacing, bool) or not isinstance(spacing, int | float | str | np.integer | np.floating):
-        raise CaseError("spacing: must be a number, an expression in x and y, or a function of x and y")
+        raise CaseError(
+            "spacing: must be a number, an expression in x and y, a mapping of terms, or a function of x and y"
+        )
     return Expression.parse(spacing if isinstance(spacing, str) else repr(float(spacing)))
 
 

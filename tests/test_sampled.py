@@ -6,10 +6,16 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import shapely
+import yaml
 from PIL import Image
 
+import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.partition import Parts, Region
 from bubblemesh.pipeline import mesh_case
 from bubblemesh.problem import prepared
 
@@ -99,12 +105,11 @@ class TestTerms:
 
     def test_the_report_tells_what_was_given(self, tmp_path):
         np.save(tmp_path / "a.npy", [[0.3]])
-        spacing = (
-            "{raster: {file: a.npy, bounds: [0, 0, 1, 1]}, scattered: {points: [[0, 0, 1], [1, 0, 1], [0, 1, 1]]}}"
-        )
+        points = [[0, 0, 1], [1, 0, 1], [0, 1, 1]]
+        spacing = f"{{raster: {{file: a.npy, bounds: [0, 0, 1, 1]}}, scattered: {{points: {points}}}}}"
         given = posed(tmp_path, spacing).task.parameters["spacing"]
         assert given["raster"]["file"] == str(tmp_path / "a.npy")
-        assert given["scattered"]["points"] == [[0, 0, 1], [1, 0, 1], [0, 1, 1]]
+        assert given["scattered"]["points"] == points
 
 
 KEYS = [
@@ -178,6 +183,37 @@ def test_a_mesh_made_by_the_spacing_of_the_one_before_is_like_it(at, tmp_path):
     assert again.report["spacing"]["std"] == pytest.approx(first.report["spacing"]["std"], abs=0.01)
     assert again.report["spacing"]["mean"] == pytest.approx(first.report["spacing"]["mean"], abs=0.01)
     assert again.report["warnings"] == first.report["warnings"]
+
+
+class TestFromPython:
+    def test_a_mapping_is_that_of_a_case_file_with_files_in_the_working_directory(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        np.save("a.npy", [[0.2, 0.08]])
+        spacing = {"raster": {"file": "a.npy", "bounds": [0, 0, 1, 1]}, "growth": 0.1, "maximum": 0.15}
+        square = shapely.Polygon([(0, 0), (1, 0), (1, 1), (0, 1)])
+        found = bubblemesh.mesh(square, spacing)
+        text = f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {spacing}"
+        wanted = mesh_case(load_case("case.yaml", text=text)).mesh
+        np.testing.assert_array_equal(found.points, wanted.points)
+        assert len(found.points) > len(bubblemesh.mesh(square, spacing | {"growth": 9.0}).points)
+
+    @pytest.mark.parametrize(("spacing", "message"), KEYS, ids=[spacing for spacing, _ in KEYS])
+    def test_what_is_wrong_is_named_with_the_key(self, spacing, message):
+        with pytest.raises(CaseError, match="^" + re.escape(message)):
+            bubblemesh.mesh(shapely.box(0, 0, 1, 1), yaml.safe_load(spacing))
+
+    def test_expressions_in_a_mapping_are_checked(self):
+        with pytest.raises(CaseError, match=r"^spacing.value: column 1: unknown name 'z'"):
+            bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"value": "z"})
+
+    def test_files_that_are_missing_are_named(self):
+        with pytest.raises(FileError, match=r"^spacing.field: none.vtu: cannot be read: there is no such file"):
+            bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"field": {"file": "none.vtu"}})
+
+    def test_regions_of_a_domain_do_not_matter(self):
+        parts = Parts((Region(rings.rectangle(0, 0, 1, 1), "west", "rim"),), "east")
+        domain = Domain.of(rings.rectangle(0, 0, 2, 1), [], parts)
+        assert set(bubblemesh.mesh(domain, {"value": 0.2, "growth": 0.2}).regions) == {"west", "east"}
 
 
 def test_the_page_shows_every_kind_of_term():
