@@ -122,6 +122,8 @@ def test_values_that_are_none_are_named_with_their_place(bad):
     values = np.array([1.0, 1, bad, 1])
     with pytest.raises(CaseError, match=r"is \S+ at node 2 \(from 0\), \(1, 1\): a spacing has to be positive"):
         Field.of(CORNERS, np.array([[0, 1, 2], [0, 2, 3]]), values)
+    with pytest.raises(CaseError, match=r"at node 3 \(from 0\), \(1, 1\)"):
+        Field.of(np.vstack([[[7, 7]], CORNERS]), np.array([[1, 2, 3]]), np.insert(values, 0, np.nan))
     unused = Field.of(CORNERS, np.array([[0, 1, 3]]), values)
     assert unused(np.array([0.2]), np.array([0.2])) == pytest.approx(1)
     with pytest.raises(CaseError, match=r"is \S+ in the triangle around \(0.333333, 0.666667\), and 1 more values"):

@@ -83,8 +83,8 @@ def test_corners_and_edges_belong_to_a_triangle(name):
 
 def test_cells_hold_few_candidates_however_the_triangles_are_graded():
     locator = Locator.of(graded(n=3000))
-    assert np.diff(locator.begin).max() <= 13
-    assert len(locator.candidates) < 6 * len(locator.maps)
+    assert np.diff(locator.begin).max() <= 12
+    assert len(locator.candidates) < 4 * len(locator.maps)
 
 
 @pytest.mark.parametrize("name", ["fan", "stacked"])

@@ -5,17 +5,14 @@ from scipy.spatial import Delaunay
 from bubblemesh.spacing.rim import Rim
 
 
-def turned(points, triangles):
-    (ux, uy), (vx, vy) = (points[triangles[:, 1:]] - points[triangles[:, :1]]).transpose(1, 2, 0)
-    return np.where((ux * vy < uy * vx)[:, None], triangles[:, ::-1], triangles)
-
-
 def holed(n=500):
     points = np.random.default_rng(0).uniform(-1, 1, (n, 2))
     triangles = Delaunay(points).simplices.astype(np.int64)
     middles = points[triangles].mean(axis=1)
     kept = (np.hypot(*(middles - 0.4).T) > 0.3) & (np.hypot(*(middles + 0.4).T) > 0.2)
-    return points, turned(points, triangles[kept])
+    triangles = triangles[kept]
+    triangles[::3] = triangles[::3, ::-1]
+    return points, triangles
 
 
 def exploded():
@@ -38,7 +35,7 @@ def overlapping():
 
 def touching():
     points = np.array([[0.0, 0], [1, 0], [0.5, 1], [-1, 0], [-0.5, -1], [0, -1], [1, -1]])
-    return points, turned(points, np.array([[0, 1, 2], [0, 3, 4], [0, 5, 6]]))
+    return points, np.array([[0, 1, 2], [0, 3, 4], [0, 6, 5]])
 
 
 MESHES = {"holed": holed, "exploded": exploded, "apart": apart, "overlapping": overlapping, "touching": touching}
@@ -51,7 +48,8 @@ def inside(points, triangles, queries):
         return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
 
     at = queries[:, None]
-    return (np.stack([area(a, b, at), area(b, c, at), area(c, a, at)]) >= 0).all(axis=0).any(axis=1)
+    parts = np.stack([area(a, b, at), area(b, c, at), area(c, a, at)]) / area(a, b, c)
+    return (parts >= 0).all(axis=0).any(axis=1)
 
 
 @pytest.mark.parametrize("name", MESHES)

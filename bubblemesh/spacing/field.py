@@ -92,8 +92,7 @@ class Field:
 
     @cached_property
     def _rim(self) -> Rim:
-        clockwise = _doubled_areas(self.points, self.triangles) < 0
-        return Rim.of(self.points, np.where(clockwise[:, None], self.triangles[:, ::-1], self.triangles))
+        return Rim.of(self.points, self.triangles)
 
 
 def _doubled_areas(points: Floats, triangles: Integers) -> Floats:

@@ -30,9 +30,12 @@ class Rim:
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers) -> "Rim":
-        """Rim of triangles (t, 3), all of which turn the same way and have an area."""
+        """Rim of triangles (t, 3) that turn either way and have an area."""
         _, places = np.unique(points, axis=0, return_inverse=True)
-        edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+        a, b, c = np.moveaxis(points[triangles], 1, 0)
+        clockwise = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+        turned = np.where(clockwise[:, None], triangles[:, ::-1], triangles)
+        edges = turned[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
         edges = edges[_one_sided(places[edges], len(points))]
         order, successor, loop = _loops(*places[edges].T)
         nodes = edges[order]
