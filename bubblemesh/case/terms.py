@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.models import Case
@@ -19,7 +19,7 @@ __all__ = ["spacing_case"]
 class Given(Strict):
     """What the keys in messages start with."""
 
-    spacing: SpacingTerms
+    spacing: SpacingTerms = Field(description="The terms.")
 
 
 def spacing_case(spacing: Mapping[str, Any], regions: Sequence[str]) -> Case:
