@@ -20,7 +20,6 @@ from bubblemesh.packing.options import OptionError, configured, options
 from bubblemesh.pipeline import Result
 from bubblemesh.problem import Task, posed
 from bubblemesh.quality import Shape, radius_ratios, shape_quality
-from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.summary import RoundRow
 
 __all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case"]
@@ -119,7 +118,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
 
 def mesh(
     geometry: shapely.Polygon | Domain,
-    spacing: float | str | Callable[[Floats, Floats], Any],
+    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any],
     *,
     labels: Sequence[str] | None = None,
     method: str = "multilevel",
@@ -133,9 +132,10 @@ def mesh(
     ----------
     geometry : shapely.Polygon or Domain
         The holes of a polygon are kept, and each of its vertices becomes a node.
-    spacing : float, str or callable
-        Wanted edge length in the unit of the geometry: a number, an expression in x and y, or a function of the
-        coordinates x (n,) and y (n,) of many points that returns the (n,) values there.
+    spacing : float, str, mapping or callable
+        Wanted edge length in the unit of the geometry: a number, an expression in x and y, a mapping of terms as in a
+        case file (whose files are relative to the working directory), or a function of the coordinates x (n,) and
+        y (n,) of many points that returns the (n,) values there.
     labels : sequence of str, optional
         Names of the polygon's rings, the outer one first; else ``outer``, ``hole-1`` and so on.
     method, packing, schedule
@@ -145,7 +145,9 @@ def mesh(
     Raises
     ------
     CaseError
-        If the spacing is not positive and finite everywhere, or an option is wrong.
+        If the spacing is not positive and finite everywhere, or a term of it or an option is wrong.
+    FileError
+        If a file that the spacing names cannot be read.
     GeometryError
         If the polygon is empty, invalid or several polygons.
     LimitError
@@ -155,9 +157,10 @@ def mesh(
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
-    domain, function = domain_of(geometry, labels), spacing_of(spacing)
+    domain = domain_of(geometry, labels)
+    wanted, rules = spacing_of(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
-    problem = posed(domain, Spacing(function), Task("mesh", method, bound, max_nodes, None, parameters), {})
+    problem = posed(domain, wanted, Task("mesh", method, bound, max_nodes, None, parameters), {}, rules)
     return _public(pipeline.meshed(problem)).mesh
 
 

@@ -1,17 +1,21 @@
 """What Python programs give: polygons of shapely and spacings of their own, checked."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
+from bubblemesh.case.terms import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.rules import Rules
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.wanted import rules_of, wanted_of
 
 __all__ = ["domain_of", "spacing_of"]
 
@@ -69,20 +73,31 @@ def _names(labels: Sequence[str] | None, count: int) -> Sequence[str | None]:
     return labels
 
 
-def spacing_of(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
-    """The spacing as a function of coordinates (n,), whose values are checked.
+def spacing_of(
+    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain
+) -> tuple[Spacing, Rules]:
+    """The spacing, whose values are checked, and its rules.
 
     Raises
     ------
     CaseError
-        If it is neither a number nor an expression nor a function.
+        If it is neither a number nor an expression nor a mapping of terms nor a function.
     """
+    if isinstance(spacing, Mapping):
+        case = spacing_case(spacing, [region.name for region in domain.parts.regions])
+        return wanted_of(case, domain), rules_of(case)
+    return Spacing(_function(spacing)), Rules()
+
+
+def _function(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
     if callable(spacing):
         return _Checked(spacing)
     if not isinstance(spacing, str):
         value = np.asarray(spacing)
         if value.ndim > 0 or value.dtype.kind not in "iuf":
-            raise CaseError("spacing: must be a number, an expression in x and y, or a function of x and y")
+            raise CaseError(
+                "spacing: must be a number, an expression in x and y, a mapping of terms, or a function of x and y"
+            )
         if not np.isfinite(value):
             raise CaseError(f"spacing: is {value}: it has to be positive and finite")
         spacing = repr(float(value))

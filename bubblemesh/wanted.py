@@ -5,6 +5,7 @@ import numpy as np
 from bubblemesh.case import Case
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.sampled import sampled_terms
 from bubblemesh.spacing.combination import Combination, Term
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules import Rules
@@ -42,7 +43,7 @@ def _terms(terms: SpacingTerms, case: Case, domain: Domain) -> list[Term]:
     found: list[Term] = []
     if terms.value is not None:
         found.append(_value(terms.value, case))
-    return found
+    return [*found, *sampled_terms(terms)]
 
 
 def _value(value: float | str, case: Case) -> Term:

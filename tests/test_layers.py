@@ -88,3 +88,13 @@ def test_a_missing_base_is_a_file_error(folder):
 def test_the_base_is_not_an_option(folder):
     with pytest.raises(CaseError, match="--set base"):
         case_of(folder, BASE, overrides=["base=base.yaml"])
+
+
+def test_only_terms_of_data_name_files(folder):
+    text = "spacing: {value: 1, field: {file: a.vtu}, raster: [{file: b.npy}, {file: /c.npy}]}\n"
+    (folder / "sub").mkdir()
+    (folder / "sub/base.yaml").write_text(BASE.replace('spacing: "h*k"\n', text))
+    spacing = case_of(folder, "base: sub/base.yaml\nspacing: {image: null}\n").spacing
+    assert spacing.field.file == str(folder / "sub/a.vtu")
+    assert [raster.file for raster in spacing.raster] == [str(folder / "sub/b.npy"), "/c.npy"]
+    assert spacing.value == 1

@@ -21,7 +21,8 @@ MAY_IMPORT = {
     "spacing": FOUNDATION | {"geometry", "spacing", "triangulation"},
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
     "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
-    "wanted": FOUNDATION | {"case", "geometry", "spacing"},
+    "sampled": FOUNDATION | {"case", "output", "readers", "spacing"},
+    "wanted": FOUNDATION | {"case", "geometry", "sampled", "spacing"},
     "output": FOUNDATION | {"meshes", "output", "quality", "solvers"},
 }
 LIBRARIES = {
@@ -33,6 +34,7 @@ LIBRARIES = {
     "rich": {"console"},
     "typer": {"cli"},
     "pythoncdt": {"triangulation"},
+    "PIL": {"readers"},
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},
     "svgelements": {"readers"},

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 __all__ = ["Layer", "layers_of", "merged", "place_of"]
 
 OWN_KEYS = ("base", "name")  # that a case does not take over from its base
+DATA_TERMS = ("field", "raster", "image", "scattered")  # of a spacing, which may name other files
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,18 @@ def merged(layers: Sequence[Layer]) -> dict[str, Any]:
     for layer in layers:
         data = {key: value for key, value in data.items() if key not in OWN_KEYS}
         for key, given in layer.document.data.items():
-            value = _with_files_found(given, layer.folder) if key == "domain" else given
+            value = _at_home(key, given, layer.folder)
             present = data.get(key)
             data[key] = {**present, **value} if isinstance(present, dict) and isinstance(value, dict) else value
     data.pop("base", None)
     return data
+
+
+def _at_home(key: str, value: Any, folder: Path) -> Any:
+    """The value of a key of the case, with the folder before the names of files where it may have some."""
+    if key == "spacing" and isinstance(value, dict):
+        return value | {name: _with_files_found(value[name], folder) for name in DATA_TERMS if name in value}
+    return _with_files_found(value, folder) if key == "domain" else value
 
 
 def _with_files_found(value: Any, folder: Path) -> Any:

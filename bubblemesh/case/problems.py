@@ -49,13 +49,14 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
     model : type
         The model that the data should fit.
     place : callable
-        Gives the place of a key path, such as ``plate.yaml:12``.
+        Gives the place of a key path, such as ``plate.yaml:12``; empty where there is none to tell.
     """
     found = error.errors(include_url=False)
     lines = []
     for one in found[:MAX_PROBLEMS]:
         path = tuple(part for part in one["loc"] if not _is_mark(part))
-        lines.append(f"{place(path)}: {'.'.join(map(str, path))}: {_message(dict(one), model)}")
+        parts = (place(path), ".".join(map(str, path)), _message(dict(one), model))
+        lines.append(": ".join(part for part in parts if part))
     if len(found) > MAX_PROBLEMS:
         lines.append(f"... and {len(found) - MAX_PROBLEMS} more")
     return lines
@@ -91,8 +92,8 @@ def _fields(model: type[BaseModel], loc: list[str | int]) -> list[str]:
     models = [model]
     for part in loc:
         if _is_mark(part):
-            # A tag is the key that tells its model apart.
-            models = [one for one in models if str(part)[1:-1] in one.model_fields]
+            # A tag is the key that tells its model apart, where there are several.
+            models = [one for one in models if str(part)[1:-1] in one.model_fields] or models
         elif isinstance(part, str):
             models = _models(models[0].model_fields[part].annotation)
     return [field.alias or name for name, field in models[0].model_fields.items()]

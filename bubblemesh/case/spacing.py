@@ -7,6 +7,7 @@ from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, mode
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Positive, Strict
+from bubblemesh.case.tabulated import FieldTerm, ImageTerm, OneOrMore, RasterTerm, ScatteredTerm
 
 __all__ = ["SpacingTerms", "SpacingValue", "WantedSpacing", "expressions"]
 
@@ -39,6 +40,14 @@ class SpacingTerms(Strict):
     """Terms of which the smallest counts, and what limits it."""
 
     value: SpacingValue | None = Field(default=None, description="A number, or an expression in x and y.")
+    field: OneOrMore[FieldTerm] | None = Field(
+        default=None, description="Data at the nodes or of the cells of a mesh, or a list of such."
+    )
+    raster: OneOrMore[RasterTerm] | None = Field(default=None, description="An array over a rectangle, or a list.")
+    image: OneOrMore[ImageTerm] | None = Field(default=None, description="A picture over a rectangle, or a list.")
+    scattered: OneOrMore[ScatteredTerm] | None = Field(
+        default=None, description="Values at points with triangles between them, or a list of such."
+    )
     per_circle: Annotated[Positive, Field(ge=3)] | None = Field(
         default=None, description="Nodes that a full turn of the boundary's curves gets at least."
     )
@@ -54,7 +63,8 @@ class SpacingTerms(Strict):
     def _consistent(self) -> "SpacingTerms":
         if self.minimum is not None and self.maximum is not None and self.minimum > self.maximum:
             raise PydanticCustomError("spacing_range", "minimum must not be above maximum")
-        if self.value is None and self.maximum is None:
+        everywhere = (self.value, self.maximum, self.field, self.raster, self.image, self.scattered)
+        if all(term is None for term in everywhere):
             raise PydanticCustomError("spacing_open", "must have a value or a maximum, for where no other term counts")
         return self
 

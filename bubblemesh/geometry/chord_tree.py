@@ -44,7 +44,8 @@ class ChordTree:
     @classmethod
     def of(cls, points: Floats, successor: Integers, ring: Integers) -> "ChordTree":
         """Tree of the chords from each of ``points`` (m, 2) to its successor; the rings (m,) are contiguous."""
-        leaves = np.concatenate([_padded(np.flatnonzero(ring == k)) for k in range(int(ring.max()) + 1)])
+        parts = np.split(np.arange(len(ring)), np.flatnonzero(np.diff(ring)) + 1)
+        leaves = np.concatenate([_padded(chords) for chords in parts])
         first, last, below, size = leaves, leaves, 0, len(leaves)
         boxes, children = [_boxes(points, successor, ring, first, last)], [np.full(size, -1)]
         while size > MOST_ROOTS:

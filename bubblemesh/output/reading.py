@@ -11,7 +11,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
 from bubblemesh.output.atomic import reason
 
-__all__ = ["PlaneMesh", "read_triangles"]
+__all__ = ["NO_FACES", "PlaneMesh", "plane_points", "read_mesh", "read_triangles"]
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
 FORMAT_OF_ENDING = {".msh": "gmsh"}
@@ -36,27 +36,47 @@ def read_triangles(path: Path) -> PlaneMesh:
     FileError
         If the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
     """
-    mesh = _read(path)
+    mesh = read_mesh(path)
     blocks = [block.data[:, :3] for block in mesh.cells if block.type in TRIANGLES and len(block.data)]
     if not blocks:
         raise FileError(f"{path}: holds no triangles")
-    points, cells = np.asarray(mesh.points, float), np.concatenate(blocks).astype(np.int64)
-    if cells.min() < 0 or cells.max() >= len(points):
+    cells = np.concatenate(blocks).astype(np.int64)
+    used = plane_points(path, mesh, cells)
+    left_out = {block.type for block in mesh.cells} - {*TRIANGLES, *NO_FACES}
+    return PlaneMesh(mesh.points[used, :2].astype(float), np.searchsorted(used, cells), tuple(sorted(left_out)))
+
+
+def plane_points(path: Path, mesh: Any, triangles: Integers) -> Integers:
+    """The nodes (n,) that triangles (t, 3) of a mesh use, ascending.
+
+    Raises
+    ------
+    FileError
+        If one is not there, has a coordinate that is no number, or they are not plane.
+    """
+    if triangles.min() < 0 or triangles.max() >= len(mesh.points):
         raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
-    used, triangles = np.unique(cells, return_inverse=True)
-    points = points[used]
+    used = np.unique(triangles)
+    points = np.asarray(mesh.points[used], float)
     if not np.isfinite(points).all():
         raise FileError(f"{path}: node {used[~np.isfinite(points).all(axis=1)][0]} has a coordinate that is no number")
     if np.ptp(points[:, 2:], axis=0).max(initial=0) > PLANE * np.ptp(points, axis=0).max():
-        raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are measured")
-    left_out = {block.type for block in mesh.cells} - {*TRIANGLES, *NO_FACES}
-    return PlaneMesh(points[:, :2], triangles.reshape(-1, 3), tuple(sorted(left_out)))
+        raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are read")
+    return used
 
 
-def _read(path: Path) -> Any:
-    """The mesh as meshio has it."""
+def read_mesh(path: Path) -> Any:
+    """The mesh as meshio has it.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    """
     import meshio
 
+    if not path.exists():  # meshio has an error of its own for this
+        raise FileError(f"{path}: cannot be read: there is no such file")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):

@@ -96,7 +96,7 @@ class Background:
         return np.searchsorted(self._key, _interleaved(column_row), side="right") - 1
 
     def split(self, cells: Booleans) -> tuple["Background", Integers, Booleans]:
-        """The grid with some divisible ``cells`` (n,) in four, from which cell each new one stems, and which are quarters."""
+        """The grid with some divisible ``cells`` (n,) in four; from which cell each stems, and which are quarters."""
         old, new = np.flatnonzero(~cells), np.repeat(np.flatnonzero(cells), 4)
         level = np.concatenate([self.level[old], self.level[new] + 1])
         half = 1 << (DEEPEST - self.level[new] - 1)

@@ -1,0 +1,89 @@
+"""Terms of a spacing whose values are in files: read, and made functions of the place."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.case.spacing import SpacingTerms
+from bubblemesh.case.tabulated import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm, several
+from bubblemesh.errors import BubblemeshError, CaseError
+from bubblemesh.output.fields import read_field
+from bubblemesh.readers.arrays import read_gridded
+from bubblemesh.readers.pictures import read_grey
+from bubblemesh.readers.tables import read_columns
+from bubblemesh.spacing.combination import Term
+from bubblemesh.spacing.field import Field
+from bubblemesh.spacing.raster import Raster
+from bubblemesh.spacing.scattered import scattered
+
+__all__ = ["sampled_terms"]
+
+
+def sampled_terms(terms: SpacingTerms) -> list[Term]:
+    """The terms given by values on meshes, on grids, by pictures and at points.
+
+    Raises
+    ------
+    CaseError, FileError
+        With the key, the file and the place in it.
+    """
+    made: list[tuple[str, Callable[[Any], Term]]] = [
+        ("field", _field),
+        ("raster", _raster),
+        ("image", _image),
+        ("scattered", _scattered),
+    ]
+    found = []
+    for key, of in made:
+        models: tuple[Any, ...] = several(getattr(terms, key))
+        for number, model in enumerate(models):
+            with _at(f"spacing.{key}" if len(models) == 1 else f"spacing.{key}.{number}"):
+                found.append(of(model))
+    return found
+
+
+@contextmanager
+def _at(place: object) -> Iterator[None]:
+    """Errors with the place before them."""
+    try:
+        yield
+    except BubblemeshError as error:
+        raise type(error)(f"{place}: {error}") from None
+
+
+def _field(term: FieldTerm) -> Term:
+    data = read_field(Path(term.file), term.name)
+    of = Field.of if data.at_points else Field.of_triangles
+    with _at(f"{term.file}: {data.name}"):
+        return of(data.points, data.triangles, data.values).scaled(term.scale)
+
+
+def _raster(term: RasterTerm) -> Term:
+    with _at(term.file):
+        data = read_gridded(Path(term.file), term.name)
+        with _at(data.name):
+            if term.bounds is not None:
+                return Raster.within(term.bounds, data.values, upper=term.origin == "upper").scaled(term.scale)
+            if data.x is None or data.y is None:
+                raise CaseError("has no arrays x and y with it: give bounds, the rectangle that its pixels fill")
+            if term.origin == "upper":
+                raise CaseError("has an array y with it, which says where its rows are: leave origin out")
+            return Raster.of(data.x, data.y, data.values).scaled(term.scale)
+
+
+def _image(term: ImageTerm) -> Term:
+    with _at(term.file):
+        grey = read_grey(Path(term.file))
+        return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
+
+
+def _scattered(term: ScatteredTerm) -> Term:
+    if term.file is None:
+        samples = np.array(term.points, float)
+        return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
+    with _at(term.file):
+        samples = read_columns(Path(term.file), ("x", "y", "d"))
+        return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)

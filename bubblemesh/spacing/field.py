@@ -1,0 +1,112 @@
+"""A spacing given by values on a triangle mesh."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError
+from bubblemesh.spacing.location import Locator
+from bubblemesh.spacing.rim import Rim
+from bubblemesh.spacing.samples import require_positive
+from bubblemesh.wording import place
+
+__all__ = ["Field"]
+
+FLAT = 1e-13  # height in terms of the longest side
+
+
+@dataclass(frozen=True)
+class Field:
+    """Linear interpolation of values at the nodes of a mesh; outside the mesh, the value at its nearest point.
+
+    The mesh may have holes and several parts, and its triangles may turn either way. Made by `of` and `of_triangles`.
+
+    Attributes
+    ----------
+    points : (n, 2)
+    triangles : (t, 3)
+        Each has an area.
+    values : (n,)
+        Positive and finite at the nodes of triangles.
+    """
+
+    points: Floats
+    triangles: Integers
+    values: Floats
+
+    @classmethod
+    def of(cls, points: Floats, triangles: Integers, values: Floats) -> Self:
+        """Field of values (n,) at the points (n, 2) of triangles (t, 3), those without an area left out.
+
+        Raises
+        ------
+        CaseError
+            If a value is not positive and finite (the text names the node and its place), or no triangle is left.
+        """
+        used = np.unique(triangles)
+        require_positive(values[used], lambda k: f"at node {used[k]} (from 0), {place(points[used[k]])}")
+        return cls(points, _with_area(points, triangles), values)
+
+    @classmethod
+    def of_triangles(cls, points: Floats, triangles: Integers, values: Floats) -> Self:
+        """Field of values (t,) of the triangles, averaged at the points so that the number of bubbles stays the same.
+
+        That number goes with 1/d^2, which is averaged by the area around each point.
+
+        Raises
+        ------
+        CaseError
+            If a value is not positive and finite (the text names the triangle's place), or no triangle has an area.
+        """
+        require_positive(values, lambda k: f"in the triangle around {place(points[triangles[k]].mean(axis=0))}")
+        areas = np.abs(_doubled_areas(points, triangles))
+        corner = triangles.ravel()
+        area = np.bincount(corner, np.repeat(areas, 3), len(points))
+        bubbles = np.bincount(corner, np.repeat(areas / values**2, 3), len(points))
+        with np.errstate(divide="ignore", invalid="ignore"):  # points of no triangle
+            return cls(points, _with_area(points, triangles), np.sqrt(area / bubbles))
+
+    def scaled(self, factor: float) -> Self:
+        """The field with all values multiplied."""
+        return replace(self, values=factor * self.values)
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (m,) at x (m,) and y (m,)."""
+        points = np.column_stack([x, y])
+        triangle, (second, third) = self._locator.located(points)
+        a, b, c = self.values[self.triangles[triangle]].T
+        d = a + second * (b - a) + third * (c - a)
+        outside = np.flatnonzero(triangle < 0)
+        if len(outside):
+            nodes, share = self._rim.nearest(points[outside])
+            first, last = self.values[nodes].T
+            d[outside] = first + share * (last - first)
+        return d
+
+    @cached_property
+    def _locator(self) -> Locator:
+        return Locator.of(self.points[self.triangles])
+
+    @cached_property
+    def _rim(self) -> Rim:
+        return Rim.of(self.points, self.triangles)
+
+
+def _doubled_areas(points: Floats, triangles: Integers) -> Floats:
+    """Twice the areas (t,), negative for triangles that turn clockwise."""
+    a = points[triangles[:, 0]]
+    (ux, uy), (vx, vy) = (points[triangles[:, 1]] - a).T, (points[triangles[:, 2]] - a).T
+    return ux * vy - uy * vx
+
+
+def _with_area(points: Floats, triangles: Integers) -> Integers:
+    """The triangles but those whose corners lie on a line."""
+    corners = points[triangles]
+    longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
+    real = triangles[np.abs(_doubled_areas(points, triangles)) > FLAT * longest]
+    if len(real) == 0:
+        raise CaseError("none of the triangles has an area")
+    return real
