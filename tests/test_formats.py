@@ -402,6 +402,16 @@ def test_the_sidecar_is_there_where_a_format_needs_it(tmp_path, form):
         ]
 
 
+@pytest.mark.parametrize(
+    ("form", "dimensions"), [("su2", {1}), ("openfoam", {1, 2}), ("inp", {0, 1, 2}), ("med", {0, 1, 2}), ("msh", set())]
+)
+def test_the_sidecar_spells_the_names_that_a_format_holds(tmp_path, form, dimensions):
+    mesh = dataclasses.replace(sandwich(ODD, ("glass fibre", "b c")), point_labels=("a corner", "a probe"))
+    write_files(mesh, {}, {}, tmp_path, "plate", [form, "vtu"])
+    sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
+    assert {entry["dimension"] for entry in sidecar.values() if "written" in entry} == dimensions
+
+
 @pytest.mark.parametrize("form", FORMATS)
 def test_without_points_the_sidecar_is_there_for_ids_only(tmp_path, form):
     files = write_files(holed_square(), {}, {}, tmp_path, "plate", [form])["files"]
