@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bubblemesh.spacing.hilbert import along_hilbert_curve, hilbert_index
+from bubblemesh.geometry.hilbert import along_hilbert_curve, hilbert_index
 
 
 def grid(bits):

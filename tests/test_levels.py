@@ -6,11 +6,11 @@ from lattices import hexagon, packed_hexagon, uniform
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.connection import connected
 from bubblemesh.packing.diffusion import ErrorDiffusion
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
 from bubblemesh.problem import prepared
-from bubblemesh.spacing.hilbert import along_hilbert_curve
 from bubblemesh.spacing.quadtree import leaves
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes

@@ -78,6 +78,6 @@ def test_edges_between_triangles_are_no_rim_whether_or_not_they_share_nodes():
 def test_loops_close_where_parts_touch_in_a_point():
     points, triangles = touching()
     rim = Rim.of(points, triangles)
-    ends = rim.begin + rim.way
-    assert sorted(map(tuple, ends)) == sorted(map(tuple, rim.begin))
+    begin, end = rim.runs.start, rim.runs.end
+    assert sorted(map(tuple, end)) == sorted(map(tuple, begin))
     assert len(rim.nodes) == 9

@@ -3,18 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
-from bubblemesh.geometry.chord_tree import ChordTree, by_cells
 from bubblemesh.geometry.contacts import joined
-from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.geometry.partition import Parts, partitioned
 from bubblemesh.geometry.periodic import paired
+from bubblemesh.geometry.projection import Nearest, Projection
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
@@ -22,17 +21,6 @@ __all__ = ["Domain", "Nearest"]
 
 TOGETHER = 64  # points that one distance may answer for
 ROUNDING = 1e-9
-PROJECTION_STEPS = 8
-FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
-
-
-class Nearest(NamedTuple):
-    """Nearest boundary points of m points: piece (m,), arc length (m,), the point (m, 2) and its distance (m,)."""
-
-    piece: Integers
-    s: Floats
-    foot: Floats
-    distance: Floats
 
 
 @dataclass(frozen=True)
@@ -108,16 +96,6 @@ class Domain:
         shapely.prepare(polygon)
         return polygon
 
-    @cached_property
-    def _chords(self) -> ChordTree:
-        return ChordTree.of(self.polyline.points, self.polyline.successor, self.polyline.ring)
-
-    @cached_property
-    def _curvature(self) -> Floats:
-        """Mean curvature (m,) of the boundary along each chord of the polygonal copy, positive where it turns left."""
-        line, tangents = self.polyline, self.boundary.tangents
-        return turning(tangents(line.piece, line.s), tangents(line.piece, line.s + line.step)) / line.step
-
     @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Bounding box (x0, y0, x1, y1)."""
@@ -137,31 +115,12 @@ class Domain:
 
     def nearest(self, points: Floats) -> Nearest:
         """Nearest boundary points of ``points`` (m, 2), on the true curves."""
-        line, boundary = self.polyline, self.boundary
-        chord = self._chords.nearest(points)
-        a, b = line.points[chord], line.points[line.successor[chord]]
-        t = np.einsum("ij,ij->i", points - a, b - a) / np.einsum("ij,ij->i", b - a, b - a)
-        t = np.clip(t, 0, 1)[:, None]
-        piece, s = line.piece[chord], line.s[chord] + t[:, 0] * line.step[chord]
-        foot = a + t * (b - a)
-        curved = np.flatnonzero(boundary.approximated[piece])
-        if len(curved):
-            curvature = self._curvature[chord[curved]]
-            s[curved] = self._projected(points[curved], piece[curved], s[curved], curvature)
-            foot[curved] = boundary.points(piece[curved], s[curved])
-        return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
+        return self._projection(points)
 
-    def _projected(self, points: Floats, piece: Integers, s: Floats, curvature: Floats) -> Floats:
-        """Arc length (m,) of the nearest point on each curve, from a start close to it.
-
-        Newton's method for a foot where the tangent is square to the way to the point. Without the curvature the
-        steps would diverge for a point farther from a convex curve than its radius.
-        """
-        for _ in range(PROJECTION_STEPS):
-            (rx, ry), (tx, ty) = (points - self.boundary.points(piece, s)).T, self.boundary.tangents(piece, s).T
-            slope = 1 - curvature * (tx * ry - ty * rx)
-            s = self.boundary.wrapped(piece, s + (rx * tx + ry * ty) / np.maximum(slope, FLATTEST))
-        return s
+    @cached_property
+    def _projection(self) -> Projection:
+        line = self.polyline
+        return Projection(self.boundary, line.piece, line.s, line.step, line.points, line.points[line.successor])
 
     def contains(self, points: Floats) -> Booleans:
         """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
@@ -174,7 +133,7 @@ class Domain:
         """
         clear = self.contains(points)
         rest = np.flatnonzero(clear)
-        rest = rest[by_cells(points[rest], TOGETHER)]
+        rest = rest[along_hilbert_curve(points[rest])]
         first = np.arange(0, len(rest), TOGETHER)
         if len(first) == 0:
             return clear

@@ -8,11 +8,11 @@ from annotated_types import Gt
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net
 from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
 from bubblemesh.spacing.grading import GROWTH
-from bubblemesh.spacing.hilbert import along_hilbert_curve
 from bubblemesh.spacing.quadtree import Leaves, leaves
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.rules import resolving_gaps

@@ -6,7 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.hilbert import hilbert_index
+from bubblemesh.geometry.hilbert import hilbert_index
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Leaves", "leaves"]

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.chord_tree import ChordTree
+from bubblemesh.geometry.chord_runs import ChordRuns
+from bubblemesh.geometry.nearest_chord import nearest_chord
 
 __all__ = ["Rim"]
 
@@ -18,15 +19,12 @@ class Rim:
     ----------
     nodes : (k, 2)
         Nodes of the edges, in closed loops.
-    begin, way : (k, 2)
-        Where each edge begins, and the way to its end.
-    tree : ChordTree
+    runs : ChordRuns
+        The edges as chords.
     """
 
     nodes: Integers
-    begin: Floats
-    way: Floats
-    tree: ChordTree
+    runs: ChordRuns
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers) -> "Rim":
@@ -37,17 +35,13 @@ class Rim:
         turned = np.where(clockwise[:, None], triangles[:, ::-1], triangles)
         edges = turned[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
         edges = edges[_one_sided(places[edges], len(points))]
-        order, successor, loop = _loops(*places[edges].T)
-        nodes = edges[order]
-        begin = points[nodes[:, 0]]
-        return cls(nodes, begin, points[nodes[:, 1]] - begin, ChordTree.of(begin, successor, loop))
+        nodes = edges[_along_loops(*places[edges].T)]
+        return cls(nodes, ChordRuns.of(points[nodes[:, 0]], points[nodes[:, 1]]))
 
     def nearest(self, points: Floats) -> tuple[Integers, Floats]:
         """Nodes (m, 2) of the edges nearest to points (m, 2), and the shares (m,) of the ways along them."""
-        edge = self.tree.nearest(points)
-        way = self.way[edge]
-        share = ((points - self.begin[edge]) * way).sum(axis=1) / (way**2).sum(axis=1)
-        return self.nodes[edge], np.clip(share, 0, 1)
+        edge = nearest_chord(self.runs, points)
+        return self.nodes[edge], self.runs.feet(points, edge)[0]
 
 
 def _one_sided(edges: Integers, count: int) -> Integers:
@@ -62,21 +56,15 @@ def _one_sided(edges: Integers, count: int) -> Integers:
     return np.repeat(first, np.maximum(number - against, 0))
 
 
-def _loops(start: Integers, end: Integers) -> tuple[Integers, Integers, Integers]:
-    """Edges (k,) in the order of loops, the place in it of each one's successor, and the number of each one's loop."""
+def _along_loops(start: Integers, end: Integers) -> Integers:
+    """Edges (k,) in the order of loops."""
     following = np.empty_like(start)
     following[np.argsort(end, kind="stable")] = np.argsort(start, kind="stable")
     follow, seen = following.tolist(), [False] * len(start)
     order: list[int] = []
-    first: list[int] = []
     for edge in range(len(follow)):
-        if not seen[edge]:
-            first.append(len(order))
         while not seen[edge]:
             seen[edge] = True
             order.append(edge)
             edge = follow[edge]
-    loop = np.repeat(np.arange(len(first)), np.diff(first, append=len(order)))
-    place = np.empty_like(following)
-    place[order] = np.arange(len(order))
-    return np.array(order), place[following[order]], loop
+    return np.array(order)

@@ -26,15 +26,19 @@ def hilbert_index(cells: Integers, bits: int) -> Integers:
     ----------
     H. S. Warren, "Hacker's Delight", 2nd edition (2012), chapter 16.
     """
-    x, y = cells.T.astype(np.int64)
+    x, y = np.array(cells.T, np.int64, order="C")
     index = np.zeros(len(cells), np.int64)
     for bit in range(bits - 1, -1, -1):
         right, upper = (x >> bit) & 1, (y >> bit) & 1
-        index = (index << 2) | ((3 * right) ^ upper)
-        below = (1 << bit) - 1
-        x, y = x & below, y & below
+        index <<= 2
+        index |= (3 * right) ^ upper
         # The lower quarters are transposed, and the one on the right is turned about as well.
-        turned = np.where(right & ~upper, below, 0)
-        x, y = x ^ turned, y ^ turned
-        x, y = np.where(upper, x, y), np.where(upper, y, x)
+        lower = upper - 1  # all bits, or none
+        below = (1 << bit) - 1
+        turned = lower & -right & below
+        x = (x & below) ^ turned
+        y = (y & below) ^ turned
+        exchanged = (x ^ y) & lower
+        x ^= exchanged
+        y ^= exchanged
     return index
