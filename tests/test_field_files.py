@@ -253,9 +253,11 @@ class TestReadGrey:
 
 class TestReadColumns:
     def test_separators_comments_and_headers(self, tmp_path):
-        (tmp_path / "a.csv").write_text("\ufeffx, y, size\n# note\n0, 0, 0.1\n\n1;0;2e-1 # corner\n0 1\t.3\n")
+        (tmp_path / "a.csv").write_text(
+            "\ufeffx, y, size\n# note\n0, 0, 0.1\n\n1;0;2e-1 # corner\n0 1\t.3\n0,5; 1,5; 0,4\n"
+        )
         np.testing.assert_array_equal(
-            read_columns(tmp_path / "a.csv", ("x", "y", "d")), [[0, 0, 0.1], [1, 0, 0.2], [0, 1, 0.3]]
+            read_columns(tmp_path / "a.csv", ("x", "y", "d")), [[0, 0, 0.1], [1, 0, 0.2], [0, 1, 0.3], [0.5, 1.5, 0.4]]
         )
 
     @pytest.mark.parametrize(
@@ -266,7 +268,7 @@ class TestReadColumns:
             ("0, 0, 1\n1, 1\n", r"line 2: must have 3 numbers, x, y, d \(found '1, 1'\)"),
             ("0, 0, 1, 4\n", "line 1: must have 3 numbers"),
             ("0, 0, 1\nx, y, d\n", "line 2: must have 3 numbers"),
-            ("0, 0, 1\n0,5; 1,5; 2,5\n", "line 2: must have 3 numbers"),
+            ("0, 0, 1\n0,5, 1,5, 2,5\n", "line 2: must have 3 numbers"),
         ],
     )
     def test_lines_that_do_not_fit_are_named(self, text, message, tmp_path):
