@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal, Self, get_args
+from types import MappingProxyType
+from typing import Any, Self
 
 import numpy as np
 import shapely
@@ -25,7 +26,6 @@ from bubblemesh.summary import RoundRow
 __all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case"]
 
 MAX_NODES = 2_000_000
-Coloring = Literal["quality", "plain"]
 
 
 class Mesh(meshes.Mesh):
@@ -59,10 +59,26 @@ class Mesh(meshes.Mesh):
         self,
         path: Path | str | None = None,
         *,
-        color: Coloring = "quality",
+        color: str = "quality",
         title: str | None = None,
+        style: str = "screen",
+        fields: Mapping[str, Floats] = MappingProxyType({}),
+        **options: Any,
     ) -> Any:
-        """Draw the mesh, and write the picture if a path (.png, .svg) is given.
+        """Draw the mesh, and write the picture if a path (.png, .svg, .pdf) is given.
+
+        Parameters
+        ----------
+        path : Path or str, optional
+        color : str
+            ``quality``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field.
+        title, style
+            Text above the picture; ``screen`` or ``paper``.
+        fields : mapping of str to (t,)
+            Data of the triangles, such as ``Result.fields``, which ``spacing`` needs.
+        **options
+            ``colormap``, ``limits``, ``edges``, ``nodes``, ``labels``, ``view``, ``width`` and ``dpi``, as the options
+            of ``bubblemesh plot``.
 
         Returns
         -------
@@ -75,13 +91,12 @@ class Mesh(meshes.Mesh):
         FileError
             If the picture cannot be written.
         """
-        from bubblemesh.output.plots import draw_mesh, mesh_figure
+        from bubblemesh.output.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
 
-        if color not in get_args(Coloring):
-            raise CaseError(f"color: unknown colouring {color!r}: choose one of {', '.join(get_args(Coloring))}")
+        shown = PlotOptions(color=color, title=title, style=style, **options)
         if path is not None:
-            draw_mesh(self, Path(path), color=color, title=title)
-        return mesh_figure(self, color=color, title=title)
+            return draw_mesh(self, Path(path), shown, MeshData(fields))
+        return mesh_figure(self, shown, MeshData(fields))
 
     def write(self, path: Path | str) -> list[str]:
         """Write the mesh in the format of the path's ending, with STEM.report.json, and return the files' names.

@@ -10,11 +10,14 @@ __all__ = [
     "Shape",
     "SpacingFit",
     "angles",
+    "edge_means",
+    "edge_ratios",
     "edges",
     "radius_ratios",
     "shape_quality",
     "signed_areas",
     "spacing_fit",
+    "spacing_ratios",
     "worst_triangles",
 ]
 
@@ -119,6 +122,14 @@ def edges(triangles: Integers) -> tuple[Integers, Integers]:
     return np.stack(np.divmod(keys, size), axis=1), counts
 
 
+def edge_means(triangles: Integers, values: Floats) -> Floats:
+    """Mean (e,) of what the triangles at each edge have, for values (t,); the edges are those of `edges`."""
+    pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    keys = pairs[:, 0].astype(np.int64) * (np.int64(triangles.max(initial=0)) + 1) + pairs[:, 1]
+    _, edge, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    return np.bincount(edge, np.tile(values, 3)) / counts
+
+
 def shape_quality(points: Floats, triangles: Integers) -> Shape:
     """Summarize the shape of the triangles of a mesh.
 
@@ -153,9 +164,19 @@ def spacing_fit(points: Floats, edges: Integers, wanted: Floats) -> SpacingFit:
     wanted : (e,)
         Wanted spacing at the middle of each edge, same length unit as the points.
     """
-    ratios = _lengths(points[edges[:, 1]] - points[edges[:, 0]]) / wanted
+    ratios = edge_ratios(points, edges, wanted)
     p01, p99 = np.quantile(ratios, [0.01, 0.99])
     return SpacingFit(mean=float(ratios.mean()), std=float(ratios.std()), p01=float(p01), p99=float(p99))
+
+
+def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
+    """Return the length of each edge (e, 2) over the spacing (e,) wanted there."""
+    return _lengths(points[edges[:, 1]] - points[edges[:, 0]]) / wanted
+
+
+def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Floats:
+    """Return the mean edge length (t,) of each triangle over the spacing (t,) wanted there."""
+    return sum(_sides(points, triangles), np.zeros(len(triangles))) / (3 * wanted)
 
 
 def worst_triangles(points: Floats, triangles: Integers, count: int) -> list[tuple[float, tuple[float, float]]]:

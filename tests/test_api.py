@@ -281,11 +281,11 @@ def test_write_an_unknown_format(disc, tmp_path):
 @pytest.mark.parametrize("order", [1, 2])
 def test_plot(disc, tmp_path, order):
     mesh = disc if order == 1 else disc.second_order()[0]
-    figure = mesh.plot(tmp_path / "disc.png", color="plain", title="disc")
+    figure = mesh.plot(tmp_path / "disc.png", color="none", title="disc")
     assert (tmp_path / "disc.png").read_bytes().startswith(b"\x89PNG")
     assert len(figure.axes) == 1
     assert mesh.plot().axes[0].get_title() == ""
-    with pytest.raises(CaseError, match="unknown colouring 'red': choose one of quality, plain"):
+    with pytest.raises(CaseError, match="the mesh has no 'red': allowed: quality, spacing"):
         mesh.plot(color="red")
 
 

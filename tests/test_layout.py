@@ -12,6 +12,7 @@ MAY_IMPORT = {
     "errors": set(),
     "labels": set(),
     "wording": {"arrays"},
+    "histograms": FOUNDATION,
     "solvers": set(),
     "meshes": FOUNDATION,
     "readers": FOUNDATION | {"geometry", "readers"},
@@ -23,7 +24,7 @@ MAY_IMPORT = {
     "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
     "sampled": FOUNDATION | {"case", "output", "readers", "spacing"},
     "wanted": FOUNDATION | {"case", "geometry", "sampled", "spacing"},
-    "output": FOUNDATION | {"meshes", "output", "quality", "solvers"},
+    "output": FOUNDATION | {"histograms", "meshes", "output", "quality", "solvers"},
 }
 LIBRARIES = {
     "yaml": {"case"},
@@ -34,7 +35,7 @@ LIBRARIES = {
     "rich": {"console"},
     "typer": {"cli"},
     "pythoncdt": {"triangulation"},
-    "PIL": {"readers"},
+    "PIL": {"output", "readers"},
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},
     "svgelements": {"readers"},
@@ -90,6 +91,7 @@ def test_every_room_of_the_package_is_known():
         "arguments",
         "cli",
         "clock",
+        "comparison",
         "compromises",
         "conformity",
         "console",

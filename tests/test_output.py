@@ -2,7 +2,6 @@ import dataclasses
 import errno
 import io
 import json
-import math
 import os
 import subprocess
 import sys
@@ -10,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from squares import holed_square
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshes import Mesh
 from bubblemesh.output import FORMATS, dump, plain, write_file, write_files, write_stream
 from bubblemesh.output.atomic import transaction
 from bubblemesh.output.cells import facet_ids, group_names, region_ids
@@ -25,38 +24,6 @@ ALL_FILES = [
     *("plate.mesh", "plate.inp", "plate.su2", "plate.med", "plate.dat", "plate.nodes.csv", "plate.nodes.npz"),
     *("plate.labels.json", "plate.report.json"),
 ]
-
-
-def holed_square(cells=9, labels=("bottom", "right", "top", "left", "hole")):
-    """Return a mesh of the square [0, 3] x [0, 3] without its middle ninth; `cells` is a multiple of three."""
-    third = cells // 3
-    kept = [
-        (i, j) for i in range(cells) for j in range(cells) if not (third <= i < 2 * third and third <= j < 2 * third)
-    ]
-    corner = {(i + k, j + m) for i, j in kept for k in (0, 1) for m in (0, 1)}
-    outline = [
-        *[((i, 0), (i + 1, 0), 0) for i in range(cells)],
-        *[((cells, j), (cells, j + 1), 1) for j in range(cells)],
-        *[((i + 1, cells), (i, cells), 2) for i in range(cells)],
-        *[((0, j + 1), (0, j), 3) for j in range(cells)],
-        *[((i + 1, third), (i, third), 4) for i in range(third, 2 * third)],
-        *[((i, 2 * third), (i + 1, 2 * third), 4) for i in range(third, 2 * third)],
-        *[((third, j), (third, j + 1), 4) for j in range(third, 2 * third)],
-        *[((2 * third, j + 1), (2 * third, j), 4) for j in range(third, 2 * third)],
-    ]
-    boundary = list(dict.fromkeys(node for start, end, _ in outline for node in (start, end)))
-    order = [*boundary, *sorted(corner - set(boundary))]
-    number = {node: index for index, node in enumerate(order)}
-    squares = [[number[i, j], number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]] for i, j in kept]
-    triangles = [t for a, b, c, d in squares for t in ((a, b, c), (a, c, d))]
-    return Mesh(
-        # A factor that leaves digits to lose.
-        points=np.array(order) * (3 / cells) + np.array([1 / 3, -math.pi]),
-        triangles=np.array(triangles),
-        facets=np.array([[number[start], number[end]] for start, end, _ in outline]),
-        facet_labels=np.array([label for _, _, label in outline]),
-        labels=labels,
-    )
 
 
 def fields_of(mesh):
@@ -449,93 +416,6 @@ def test_plain_values_have_plain_types():
 def test_what_json_has_no_form_for_is_an_error(value):
     with pytest.raises(TypeError, match="report"):
         plain(value)
-
-
-# Pictures
-
-
-def png_size(data):
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
-
-
-def draw_mesh(*args, **kwargs):
-    from bubblemesh.output import plots
-
-    plots.draw_mesh(*args, **kwargs)
-
-
-@pytest.mark.parametrize("ending", ["png", "svg"])
-def test_the_same_mesh_gives_the_same_picture(mesh, tmp_path, ending):
-    for name in "ab":
-        draw_mesh(mesh, tmp_path / "new" / f"{name}.{ending}", title="a plate")
-    first, second = contents(tmp_path / "new").values()
-    assert first == second
-
-
-def test_a_png_has_the_shape_of_the_mesh(mesh, tmp_path):
-    flat = dataclasses.replace(mesh, points=mesh.points * [1, 0.1])
-    draw_mesh(mesh, tmp_path / "square.png", color="plain")
-    draw_mesh(flat, tmp_path / "flat.png", color="plain")
-    pictures = contents(tmp_path)
-    width, height = png_size(pictures["square.png"])
-    assert width > 800
-    assert abs(width - height) < 0.15 * width
-    width, height = png_size(pictures["flat.png"])
-    assert width > 3 * height
-
-
-def test_an_svg_shows_labels_title_and_scale(mesh, tmp_path):
-    from matplotlib import rc_context
-
-    with rc_context({"svg.fonttype": "none"}):
-        draw_mesh(mesh, tmp_path / "a.svg", title="a $plate$")
-    text = (tmp_path / "a.svg").read_text()
-    for word in (*mesh.labels, "a $plate$", "radius ratio"):
-        assert word in text
-
-
-def test_only_the_triangles_of_a_large_mesh_become_a_bitmap(mesh, tmp_path):
-    draw_mesh(mesh, tmp_path / "small.svg", color="plain")
-    draw_mesh(holed_square(60), tmp_path / "large.svg", color="plain")
-    assert "<image" not in (tmp_path / "small.svg").read_text()
-    assert "<image" in (tmp_path / "large.svg").read_text()
-
-
-def test_nine_labels_have_no_legend(mesh, tmp_path):
-    from matplotlib import rc_context
-
-    labels = tuple(f"side{i}" for i in range(9))
-    many = dataclasses.replace(mesh, labels=labels, facet_labels=np.arange(len(mesh.facets)) % 9)
-    with rc_context({"svg.fonttype": "none"}):
-        draw_mesh(many, tmp_path / "a.svg")
-    assert "side0" not in (tmp_path / "a.svg").read_text()
-
-
-@pytest.mark.parametrize("label", ["_hidden", r"$\wrong{$", "a & <b>"])
-def test_any_label_can_be_drawn(tmp_path, label):
-    draw_mesh(holed_square(labels=(label, "b", "c", "d", "e")), tmp_path / "a.svg")
-
-
-def test_a_picture_of_an_unknown_kind(mesh, tmp_path):
-    with pytest.raises(CaseError, match=r"\.png, \.svg"):
-        draw_mesh(mesh, tmp_path / "a.jpg")
-
-
-def test_a_picture_that_cannot_be_written(mesh, tmp_path):
-    (tmp_path / "a.png").mkdir()
-    with pytest.raises(FileError, match=r"a\.png"):
-        draw_mesh(mesh, tmp_path / "a.png")
-    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
-
-
-def test_pictures_leave_no_global_state(mesh, tmp_path):
-    import matplotlib as mpl
-
-    before = dict(mpl.rcParams)
-    draw_mesh(mesh, tmp_path / "a.png")
-    assert dict(mpl.rcParams) == before
-    assert "matplotlib.pyplot" not in sys.modules or not sys.modules["matplotlib.pyplot"].get_fignums()
 
 
 # Cost of the import

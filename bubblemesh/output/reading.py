@@ -11,7 +11,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
 from bubblemesh.output.atomic import reason
 
-__all__ = ["NO_FACES", "PlaneMesh", "plane_points", "read_mesh", "read_triangles"]
+__all__ = ["NO_FACES", "TRIANGLES", "PlaneMesh", "plane_points", "read_mesh", "read_triangles"]
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
 FORMAT_OF_ENDING = {".msh": "gmsh"}

@@ -1,0 +1,1 @@
+"""Parts of a picture of a mesh; `bubblemesh.output.plots` puts them together."""
