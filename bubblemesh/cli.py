@@ -101,6 +101,9 @@ def run(
         float | None,
         typer.Option("--time-limit", metavar="SECONDS", help="End the packing then, with the mesh as it is."),
     ] = None,
+    page: Annotated[
+        bool | None, typer.Option("--report/--no-report", help="Write a page to look at, NAME.html, over the case's.")
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -112,7 +115,7 @@ def run(
         loaded = read_case(case, settings, method, seed, time_limit)
         if as_json and output == "-":
             raise CaseError("--json and -o - would both write to the standard output: drop one of them")
-        place = delivery.destination(loaded, case, output, format_name, solver, history=history)
+        place = delivery.destination(loaded, case, output, format_name, solver, history=history, page=page)
         if dry_run:
             show_estimate(loaded, case, as_json, quiet)
             return

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +15,7 @@ from bubblemesh.output import (
     FORMATS,
     HISTORY_FILES,
     LABELS_FILE,
+    PAGE_FILE,
     file_names,
     formats_by_ending,
     history_tables,
@@ -44,6 +47,8 @@ class Destination:
         Order of the triangles, 1 or 2.
     history : bool
         Whether tables of all rounds and steps are written too.
+    page : bool
+        Whether a page to look at is written too.
     """
 
     folder: Path | None
@@ -51,13 +56,14 @@ class Destination:
     formats: tuple[str, ...]
     order: int
     history: bool
+    page: bool = False
 
     @property
     def files(self) -> list[Path]:
         """All files that may be written."""
         if self.folder is None:
             return []
-        tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ())]
+        tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
         return [self.folder / name for name in file_names(self.name, self.formats, tables)]
 
     def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
@@ -76,7 +82,8 @@ class Destination:
             write_stream(mesh, result.fields, self.formats[0], output_stream())
             return {**report, "files": []}
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
-        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables)
+        pages = {PAGE_FILE: partial(_page, mesh, result)} if self.page else {}
+        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, pages)
 
 
 def destination(
@@ -87,8 +94,9 @@ def destination(
     solver: str | None = None,
     *,
     history: bool = False,
+    page: bool | None = None,
 ) -> Destination:
-    """What the options ``-o``, ``--format`` and ``--for`` and the case say together.
+    """What the options ``-o``, ``--format``, ``--for`` and ``--report`` and the case say together.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending.
@@ -110,8 +118,9 @@ def destination(
     if output == "-":
         if output_stream().isatty():
             raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
-        if history:
-            raise CaseError("--history: there is no place for its files with -o -: drop one of them")
+        for option, asked_for in (("--history", history), ("--report", page)):
+            if asked_for:
+                raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
         folder, formats = None, formats[:1]
     elif output is not None:
         folder = Path(output)
@@ -119,7 +128,8 @@ def destination(
             formats = (_format_of(folder, asked, case.output.formats),)
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     require_order(formats, case.output.order)
-    place = Destination(folder, name, formats, case.output.order, history)
+    wanted = case.output.report if page is None else page
+    place = Destination(folder, name, formats, case.output.order, history, wanted and folder is not None)
     if source != "-" and Path(source).resolve() in [path.resolve() for path in place.files]:
         raise FileError(f"{source}: the results would overwrite the case file: give another name")
     return place
@@ -134,6 +144,13 @@ def require_finished(report: Mapping[str, Any]) -> None:
     """
     if not report["finished"]:
         raise LimitError(f"limits.seconds: stopped by {report['stop_reason']}: the mesh is written as it was then")
+
+
+def _page(mesh: Mesh, result: Result[Mesh], report: Mapping[str, Any]) -> str:
+    """The page of a run whose report is as written."""
+    from bubblemesh.output.html.report import report_page
+
+    return report_page(mesh, result.fields, report, result.speeds, datetime.now().astimezone())
 
 
 def require_quality(case: Case, report: Mapping[str, Any]) -> None:

@@ -128,7 +128,8 @@ def test_the_format_is_that_of_the_options_the_case_or_the_ending(options, name,
 def test_the_report_tells_the_solver_and_the_order(square, tmp_path):
     process = bubblemesh("run", square, "-q", "--json", "--set", "output={for: calculix, order: 2}", folder=tmp_path)
     report = json.loads(process.stdout)
-    assert report["parameters"]["output"] == {"formats": ["inp"], "for": "calculix", "order": 2}
+    resolved = {"formats": ["inp"], "for": "calculix", "order": 2, "report": False}
+    assert report["parameters"]["output"] == resolved
     assert b"CPS6" in (tmp_path / "square.inp").read_bytes()
 
 

@@ -91,6 +91,7 @@ class Output(Strict):
     order: Literal[1, 2] = Field(
         default=1, description="Order of the triangles: 2 adds a node on each edge, on the boundary's true curve."
     )
+    report: bool = Field(default=False, description="Whether to write a page to look at, NAME.html, beside the mesh.")
     directory: Annotated[str, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."
     )

@@ -52,6 +52,7 @@ output:
   formats: [msh, vtu, xdmf]              # any of msh, vtu, vtk, xdmf, mesh, inp, su2, med, nodes.csv and others
   # for: calculix                        # in place of formats: fenicsx, scikit-fem, mfem, freefem, su2, openfoam
   # order: 2                             # six-node triangles, on the true curves
+  # report: true                         # NAME.html, a page to look at
   # directory: out                       # relative to this file
 
 # A case that would need more nodes is refused.

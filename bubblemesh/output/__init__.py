@@ -4,12 +4,13 @@ from bubblemesh.output.formats import FORMATS, formats_by_ending, require_order
 from bubblemesh.output.history import HISTORY_FILES, history_tables
 from bubblemesh.output.names import LABELS_FILE
 from bubblemesh.output.report import dump, plain
-from bubblemesh.output.writing import file_names, write_file, write_files, write_stream
+from bubblemesh.output.writing import PAGE_FILE, file_names, write_file, write_files, write_stream
 
 __all__ = [
     "FORMATS",
     "HISTORY_FILES",
     "LABELS_FILE",
+    "PAGE_FILE",
     "dump",
     "file_names",
     "formats_by_ending",

@@ -2,7 +2,7 @@
 
 import shutil
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -16,10 +16,13 @@ from bubblemesh.output.formats import FORMATS, format_named, formats_by_ending, 
 from bubblemesh.output.names import LABELS_FILE, labels_text
 from bubblemesh.output.report import dump
 
-__all__ = ["file_names", "write_file", "write_files", "write_stream"]
+__all__ = ["PAGE_FILE", "file_names", "write_file", "write_files", "write_stream"]
 
 _REPORT = ".report.json"
+PAGE_FILE = ".html"
+Page = Callable[[Mapping[str, Any]], str]
 NO_TABLES: Mapping[str, str] = {}
+NO_PAGES: Mapping[str, Page] = {}
 
 
 def write_files(
@@ -30,6 +33,7 @@ def write_files(
     name: str,
     formats: Sequence[str],
     tables: Mapping[str, str] = NO_TABLES,
+    pages: Mapping[str, Page] = NO_PAGES,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
@@ -52,6 +56,8 @@ def write_files(
         Keys of ``FORMATS``.
     tables : mapping of str to str
         Text of more files, by the end of their names.
+    pages : mapping of str to callable
+        What makes the text of still more files from the report as written but for the time that this takes.
 
     Returns
     -------
@@ -68,7 +74,7 @@ def write_files(
     require_order(formats, mesh.order)
     labels = _labels(mesh, formats)
     tables = tables if labels is None else {**tables, LABELS_FILE: labels}
-    files = file_names(name, formats, tables)
+    files = file_names(name, formats, (*tables, *pages))
     _check_distinct(files, folder)
     begun = perf_counter()
     with transaction(folder) as staging:
@@ -76,7 +82,11 @@ def write_files(
             form.write(mesh, fields, staging / f"{name}{form.files[0]}")
         for end, text in tables.items():
             (staging / f"{name}{end}").write_text(text, encoding="utf-8")
-        written = _completed(report, files, perf_counter() - begun)
+        written = _completed(report, files, "writing", perf_counter() - begun)
+        for end, make in pages.items():
+            begun = perf_counter()
+            (staging / f"{name}{end}").write_text(make(written), encoding="utf-8")
+            written = _completed(written, files, "page", perf_counter() - begun)
         (staging / files[-1]).write_text(dump(written), encoding="utf-8")
     return written
 
@@ -135,10 +145,11 @@ def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:
     return labels_text(mesh, spellings, complete=all(form.holds_all_of(mesh) for form in table.values()))
 
 
-def _completed(report: Mapping[str, Any], files: Sequence[str], writing: float) -> dict[str, Any]:
+def _completed(report: Mapping[str, Any], files: Sequence[str], stage: str, time: float) -> dict[str, Any]:
+    """The report with the time of a stage and the names of all files."""
     seconds = dict(report.get("seconds", {}))
-    total = seconds.pop("total", 0.0) + writing
-    return {**report, "seconds": {**seconds, "writing": writing, "total": total}, "files": list(files)}
+    total = seconds.pop("total", 0.0) + time
+    return {**report, "seconds": {**seconds, stage: time, "total": total}, "files": list(files)}
 
 
 def _check_name(name: str) -> None:
