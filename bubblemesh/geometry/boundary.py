@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.rings import Curve, Ring, Strand, family
 
-__all__ = ["Boundary", "Polyline", "outline"]
+__all__ = ["Boundary", "Chords", "Polyline", "outline"]
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
@@ -18,6 +19,23 @@ ROUNDING = 1e-9  # relative
 CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
 CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
 MOST_GRADED = 100
+
+
+class Chords(NamedTuple):
+    """Straight lines that follow pieces of a boundary.
+
+    Attributes
+    ----------
+    piece, s, step : (m,)
+        Piece, arc length at which the chord starts, and how much of the piece it follows.
+    start, end : (m, 2)
+    """
+
+    piece: Integers
+    s: Floats
+    step: Floats
+    start: Floats
+    end: Floats
 
 
 @dataclass(frozen=True)
@@ -42,6 +60,11 @@ class Polyline:
     step: Floats
     successor: Integers
     ring: Integers
+
+    @property
+    def chords(self) -> Chords:
+        """Chord from each point to its successor."""
+        return Chords(self.piece, self.s, self.step, self.points, self.points[self.successor])
 
 
 @dataclass(frozen=True)
@@ -164,6 +187,24 @@ class Boundary:
         """Piece, arc length and length (m,) of the chords of a fine polygonal copy of all pieces."""
         return self._chords
 
+    def chords(self) -> Chords:
+        """Chords of the polygonal copy; those of a piece follow each other without a gap."""
+        piece, s, step = self.panels()
+        start = self._vertices(piece, s)
+        last = np.flatnonzero(np.diff(piece, append=-1))
+        end = np.roll(start, -1, axis=0)
+        end[last] = start[np.append(0, last[:-1] + 1)]
+        last = last[~self.closed[piece[last]]]
+        end[last] = self.corners[self.end[piece[last]]]
+        return Chords(piece, s, step, start, end)
+
+    def _vertices(self, piece: Integers, s: Floats) -> Floats:
+        """Points (m, 2) at the places where chords start: exactly the corners at the starts of pieces."""
+        points = self.points(piece, s)
+        at_corner = (s == 0) & ~self.closed[piece]
+        points[at_corner] = self.corners[self.start[piece[at_corner]]]
+        return points
+
     @cached_property
     def closed(self) -> Booleans:
         """Which pieces (p,) are closed curves without a corner."""
@@ -260,9 +301,7 @@ class Boundary:
             piece, s, step = self._sorted(np.append(piece, more_piece), np.append(s, more_s))
         mine = ~self.inner[piece]
         piece, s, step = piece[mine], s[mine], step[mine]
-        points = self.points(piece, s)
-        at_corner = (s == 0) & ~self.closed[piece]
-        points[at_corner] = self.corners[self.start[piece[at_corner]]]
+        points = self._vertices(piece, s)
         ring = self.ring[piece]
         successor = np.arange(1, len(piece) + 1)
         ends = np.flatnonzero(np.diff(ring, append=-1))

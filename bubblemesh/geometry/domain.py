@@ -11,6 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.hilbert import along_hilbert_curve
+from bubblemesh.geometry.labelled import known_labels, onto
 from bubblemesh.geometry.partition import Parts, partitioned
 from bubblemesh.geometry.periodic import paired
 from bubblemesh.geometry.projection import Nearest, Projection
@@ -119,8 +120,29 @@ class Domain:
 
     @cached_property
     def _projection(self) -> Projection:
-        line = self.polyline
-        return Projection(self.boundary, line.piece, line.s, line.step, line.points, line.points[line.successor])
+        return Projection(self.boundary, self.polyline.chords)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the sides, lines and points of the domain, each once."""
+        return known_labels(self.boundary, self.parts)
+
+    def distance_to(self, points: Floats, *labels: str) -> Floats:
+        """Distance (m,) of points (m, 2) from the nearest side, line or point that has one of the ``labels``.
+
+        Raises
+        ------
+        GeometryError
+            If there is no such label, or none is given.
+        """
+        if labels not in self._labelled:
+            self._labelled[labels] = onto(self.boundary, self.parts, labels)
+        return self._labelled[labels](points).distance
+
+    @cached_property
+    def _labelled(self) -> dict[tuple[str, ...], Projection]:
+        """Projections that have been asked for, by labels."""
+        return {}
 
     def contains(self, points: Floats) -> Booleans:
         """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""

@@ -161,14 +161,11 @@ def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: 
 
 def _areas(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
     """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
-    piece, s, _ = boundary.panels()
-    points = boundary.points(piece, s)
-    at_corner = (s == 0) & ~boundary.closed[piece]
-    points[at_corner] = boundary.corners[boundary.start[piece[at_corner]]]
-    number = -boundary.ring[piece] - lines
+    chords = boundary.chords()
+    number = -boundary.ring[chords.piece] - lines
     order = np.argsort(number, kind="stable")
     bounds = np.searchsorted(number[order], np.arange(1, len(outlines) + 2))
-    areas = [shapely.Polygon(points[order[a:b]]) for a, b in pairwise(bounds)]
+    areas = [shapely.Polygon(chords.start[order[a:b]]) for a, b in pairwise(bounds)]
     for area in areas:
         shapely.prepare(area)
     return areas

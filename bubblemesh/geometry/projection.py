@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.chord_runs import ChordRuns
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.nearest_chord import nearest_chord
@@ -30,46 +30,48 @@ class Nearest(NamedTuple):
 
 @dataclass(frozen=True)
 class Projection:
-    """Projection of points onto pieces of a boundary.
+    """Projection of points onto pieces of a boundary, and onto points.
 
     Attributes
     ----------
     boundary : Boundary
-    piece, s, step : (m,)
-        Piece, arc length and its step of the chords that follow the pieces.
-    start, end : (m, 2)
-        Ends of these chords.
+    chords : Chords
+        Those that follow the pieces; mere points have the piece -1.
     """
 
     boundary: Boundary
-    piece: Integers
-    s: Floats
-    step: Floats
-    start: Floats
-    end: Floats
+    chords: Chords
 
     def __call__(self, points: Floats) -> Nearest:
         """Nearest points of ``points`` (k, 2), on the true curves."""
-        boundary = self.boundary
         chord = nearest_chord(self._runs, points)
         share, foot = self._runs.feet(points, chord)
-        piece, s = self.piece[chord], self.s[chord] + share * self.step[chord]
-        curved = np.flatnonzero(boundary.approximated[piece])
+        piece, s = self.chords.piece[chord], self.chords.s[chord] + share * self.chords.step[chord]
+        curved = np.flatnonzero(self._approximated[chord])
         for begin in range(0, len(curved), AT_A_TIME):
             mine = curved[begin : begin + AT_A_TIME]
             s[mine] = self._projected(points[mine], piece[mine], s[mine], self._curvature[chord[mine]])
-            foot[mine] = boundary.points(piece[mine], s[mine])
+            foot[mine] = self.boundary.points(piece[mine], s[mine])
         return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
 
     @cached_property
     def _runs(self) -> ChordRuns:
-        return ChordRuns.of(self.start, self.end)
+        return ChordRuns.of(self.chords.start, self.chords.end)
+
+    @cached_property
+    def _approximated(self) -> Booleans:
+        """Which chords (m,) are not the curve itself."""
+        return (self.chords.piece >= 0) & self.boundary.approximated[self.chords.piece]
 
     @cached_property
     def _curvature(self) -> Floats:
         """Mean curvature (m,) of the curve along each chord, positive where it turns left."""
-        tangents = self.boundary.tangents
-        return turning(tangents(self.piece, self.s), tangents(self.piece, self.s + self.step)) / self.step
+        curvature = np.zeros(len(self.chords.piece))
+        mine = np.flatnonzero(self._approximated)
+        piece, s, step = self.chords.piece[mine], self.chords.s[mine], self.chords.step[mine]
+        before, after = self.boundary.tangents(piece, s), self.boundary.tangents(piece, s + step)
+        curvature[mine] = turning(before, after) / step
+        return curvature
 
     def _projected(self, points: Floats, piece: Integers, s: Floats, curvature: Floats) -> Floats:
         """Arc length (k,) of the nearest point on each curve, from a start close to it.
