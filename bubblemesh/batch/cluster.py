@@ -37,12 +37,10 @@ def cluster_workers(address: str) -> Iterator[Workers]:
     notes: SimpleQueue[Note] = SimpleQueue()
     topic = f"bubblemesh-{uuid4()}"
     executor = client.get_executor(pure=False)
+    lost = f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
     try:
         client.subscribe_topic(topic, lambda event: notes.put(Note(*event[1])))
-        yield Workers(
-            executor, partial(tell_client, topic), notes, _capacity(client), _failure, f"--cluster {address}: the "
-            "scheduler is out of reach: start it, and run the batch again with --resume",
-        )  # fmt: skip
+        yield Workers(executor, partial(tell_client, topic), notes, _capacity(client), _failure, lost)
     finally:
         executor.shutdown(wait=False)
         with suppress(Exception):  # of a connection that is being closed

@@ -1,7 +1,9 @@
 """Worker processes on this machine."""
 
 import os
+import shutil
 import signal
+import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -12,6 +14,7 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
+from tempfile import TemporaryDirectory
 from threading import Lock, Thread
 from typing import Any, ParamSpec, TypeVar
 
@@ -24,15 +27,19 @@ __all__ = ["LocalExecutor", "local_workers"]
 P = ParamSpec("P")
 T = TypeVar("T")
 
-THREADS = tuple(f"{library}_NUM_THREADS" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS"))
+LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS")
+THREADS = (*(f"{library}_NUM_THREADS" for library in LIBRARIES), "VECLIB_MAXIMUM_THREADS")
 
 
 @contextmanager
 def local_workers(count: int) -> Iterator[Workers]:
     """So many processes with one thread of NumPy each; they end with the block, at once if by an exception."""
     notes: SimpleQueue[Note] = SimpleQueue()
-    with _environment(dict.fromkeys((*THREADS, "VECLIB_MAXIMUM_THREADS"), "1")):
-        executor = LocalExecutor(count, notes)
+    with (
+        _environment(dict.fromkeys(THREADS, "1")),
+        TemporaryDirectory(prefix="bubblemesh-", ignore_cleanup_errors=True) as staging,
+    ):
+        executor = LocalExecutor(count, notes, staging)
         try:
             yield Workers(executor, tell_parent, notes, lambda: 2 * count, _failure, "the workers have been stopped")
         except BaseException:
@@ -83,8 +90,9 @@ class Lane:
 class LocalExecutor(Executor):
     """Several lanes of one process each: a process that dies takes no case with it but its own, and is replaced."""
 
-    def __init__(self, count: int, notes: "SimpleQueue[Note]") -> None:
+    def __init__(self, count: int, notes: "SimpleQueue[Note]", staging: str) -> None:
         self._notes = notes
+        self._staging = staging
         self._threads = ThreadPoolExecutor(count, "lane")
         self._idle: SimpleQueue[Lane] = SimpleQueue()
         self._lanes: list[Lane] = []
@@ -128,7 +136,7 @@ class LocalExecutor(Executor):
     def _started(self, old: Lane | None = None) -> Lane:
         """A lane whose process has begun to load what it needs."""
         reader, writer = get_context("spawn").Pipe(duplex=False)
-        pool = ProcessPoolExecutor(1, get_context("spawn"), begin_worker, (writer,))
+        pool = ProcessPoolExecutor(1, get_context("spawn"), begin_worker, (writer, self._staging))
         with self._lock, _uninterrupted():
             if self._stopped:
                 raise WorkerDied("the batch has been stopped", 130)
@@ -172,16 +180,19 @@ def _forward(reader: "Connection[Any, Note]", notes: "SimpleQueue[Note]") -> Non
 to_parent: "list[Connection[Note, Any]]" = []
 
 
-def begin_worker(notes: "Connection[Note, Any]") -> None:
-    """Make a worker process ready, and let it end when the batch does, even by a crash."""
+def begin_worker(notes: "Connection[Note, Any]", staging: str) -> None:
+    """Make a worker process ready, whose temporary files go to a folder of the batch."""
     to_parent.append(notes)
-    Thread(target=_end_with_parent, daemon=True).start()
+    tempfile.tempdir = staging
+    Thread(target=_end_with_parent, args=(staging,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
+def _end_with_parent(staging: str) -> None:
+    """End when the batch does, even if by a crash; then nobody else tidies up."""
     parent = parent_process()
     if parent is not None:
         parent.join()
+        shutil.rmtree(staging, ignore_errors=True)
         os._exit(1)
 
 

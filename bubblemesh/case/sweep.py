@@ -83,14 +83,17 @@ def _problem(key: str, values: Any) -> str | None:
         return "has an empty part: write key.key"
     if key.split(".")[0] in OWN_KEYS:
         return f"cannot be swept: a sweep keeps {', '.join(OWN_KEYS)}"
-    for number, value in enumerate(values):
-        if any(_same(value, earlier) for earlier in values[:number]):
+    seen = set()
+    for value in values:
+        if _identity(value) in seen:
             return f"{described(value)} is there twice: every case needs values of its own"
+        seen.add(_identity(value))
     return None
 
 
-def _same(one: Any, other: Any) -> bool:
-    return isinstance(one, bool) == isinstance(other, bool) and bool(one == other)
+def _identity(value: Any) -> tuple[bool, Any]:
+    """What equal values share: 1 and 1.0 do, 1 and true do not."""
+    return isinstance(value, bool), repr(value) if isinstance(value, list | dict) else value
 
 
 def _combinations(sweep: Mapping[str, list[Any]]) -> Iterator[Variant]:

@@ -7,7 +7,7 @@ from types import TracebackType
 
 from rich.console import Group
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -15,6 +15,8 @@ from bubblemesh import console
 from bubblemesh.batch import Begun, Event, Finished, Note
 
 __all__ = ["BatchProgress"]
+
+COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 
 
 class BatchProgress:
@@ -25,12 +27,10 @@ class BatchProgress:
         self.begun: Begun | None = None
         self.names: dict[int, str] = {}
         self.running: dict[int, tuple[Note, float]] = {}
-        self.ended: Counter[str] = Counter()
-        self.bar = Progress(
-            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-            TextColumn("left"), TimeRemainingColumn(), console=console.terminal,
-        )  # fmt: skip
-        self.task = self.bar.add_task("cases", total=None)
+        self.over: set[int] = set()
+        self.counts: Counter[str] = Counter()
+        self.bar = Progress("cases", *COLUMNS, console=console.terminal)
+        self.task = self.bar.add_task("", total=None)
         is_live = console.terminal.is_terminal and not quiet
         self.live = Live(get_renderable=self._picture, console=console.terminal, transient=True) if is_live else None
 
@@ -66,14 +66,16 @@ class BatchProgress:
                 self._finish(event)
 
     def _follow(self, note: Note) -> None:
-        _, since = self.running.get(note.number, (note, monotonic()))
-        self.running[note.number] = note, since
+        if note.number not in self.over:  # a note may be late
+            _, since = self.running.get(note.number, (note, monotonic()))
+            self.running[note.number] = note, since
 
     def _finish(self, event: Finished) -> None:
         row = event.row
+        self.over.add(event.number)
         self.running.pop(event.number, None)
         self.bar.advance(self.task)
-        self.ended["unchanged" if event.unchanged else "failed" if row.exit_code else "done"] += 1
+        self.counts["unchanged" if event.unchanged else "failed" if row.exit_code else "done"] += 1
         if row.error is not None:
             console.fail(f"{row.case}: {row.error}")
         elif not self.quiet and self.live is None:
@@ -83,15 +85,15 @@ class BatchProgress:
 
     def _line(self, event: Finished) -> str:
         figures = event.row.figures
-        count = f"[{self.ended.total()}/{len(self.names)}]"
+        count = f"[{len(self.over)}/{len(self.names)}]"
         result = f"{figures['nodes']} nodes, q {figures['quality_mean']:.4f}, least {figures['quality_min']:.3f}"
         end = "unchanged" if event.unchanged else f"{figures['seconds']:.2f} s"
         return f"{count} {event.row.case}: {result}, {end}"
 
     def _totals(self) -> str:
         assert self.begun is not None
-        left = len(self.begun.entries) - self.ended.total()
-        parts = [f"{self.ended[kind]} {kind}" for kind in ("done", "failed", "unchanged") if self.ended[kind]]
+        left = len(self.begun.entries) - len(self.over)
+        parts = [f"{self.counts[kind]} {kind}" for kind in ("done", "failed", "unchanged") if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
         total = len(self.begun.entries)
         cases = f"{total} case" if total == 1 else f"{total or 'no'} cases"
