@@ -43,12 +43,17 @@ def threads(count):
         yield Workers(executor, notes.put, notes, lambda: 4, unexpected, "lost")
 
 
-def events_of(*paths, workers=threads, shard=None, resume=False, **settings):
-    """All events of a batch."""
+def stream(*paths, workers=threads, shard=None, resume=False, **settings):
+    """The events of a batch, as they happen."""
     common = Settings(**settings)
     entries = planned(case_files([str(path) for path in paths]), common)
     options = {} if shard is None else {"shard": shard}
-    return list(course(entries, common, workers, resume=resume, **options))
+    return course(entries, common, workers, resume=resume, **options)
+
+
+def events_of(*paths, **options):
+    """All events of a batch."""
+    return list(stream(*paths, **options))
 
 
 def finished(*paths, **options):

@@ -1,12 +1,12 @@
 """Workers of a Dask cluster."""
 
+import asyncio
 import logging
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from queue import SimpleQueue
-from threading import Thread
 from time import monotonic
 from typing import Any
 from uuid import uuid4
@@ -63,27 +63,31 @@ def _connected(address: str) -> Any:
     for name in [*logging.root.manager.loggerDict]:
         if name.startswith("distributed"):  # what it has to say about lost connections comes in our words
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    made: list[Any] = []
-    client: Any = distributed.Client
-    problems: list[BaseException] = []
+    try:
+        # First a question on its own: a client that meets silence or nonsense waits for ever, or ends in disorder.
+        kind = asyncio.run(asyncio.wait_for(_kind(address), PATIENCE))
+        if kind != "Scheduler":
+            raise FileError(f"--cluster {address}: a Dask {kind.lower()} answers: give the address of the scheduler")
+        client: Any = distributed.Client
+        return client(address, timeout=PATIENCE, set_as_default=False)
+    except FileError:
+        raise
+    except Exception as error:
+        why = "" if isinstance(error, OSError | TimeoutError) else f" ({type(error).__name__})"
+        raise FileError(
+            f"--cluster {address}: no Dask scheduler has answered within {PATIENCE:g} s{why}: is it running, and is "
+            "the address right?"
+        ) from None
 
-    def connect() -> None:
-        try:
-            made.append(client(address, timeout=PATIENCE, set_as_default=False))
-        except BaseException as error:
-            problems.append(error)
 
-    # In a thread, as Dask waits for ever for the first words of a scheduler that has taken the call.
-    thread = Thread(target=connect, daemon=True)
-    thread.start()
-    thread.join(PATIENCE + 1)
-    if made:
-        return made[0]
-    why = "" if not problems or isinstance(problems[0], OSError) else f" ({type(problems[0]).__name__})"
-    raise FileError(
-        f"--cluster {address}: no Dask scheduler has answered within {PATIENCE:g} s{why}: is it running, and is the "
-        "address right?"
-    )
+async def _kind(address: str) -> str:
+    """What sort of Dask process answers."""
+    import distributed
+
+    dask: Any = distributed
+    security = dask.Security().get_connection_args("client")
+    async with dask.rpc(address, connection_args=security) as remote:
+        return str((await remote.identity())["type"])
 
 
 def _capacity(client: Any) -> Callable[[], int]:
@@ -106,9 +110,10 @@ def _failure(error: BaseException) -> Outcome:
     if isinstance(error, KilledWorker):
         times = error.allowed_failures + 1
         return Outcome(LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory")
+    cause = error.__cause__ or error  # Dask wraps what went wrong when a worker unpacked the job
     return Outcome(
         FileError.exit_code,
-        f"no worker could take it: {type(error).__name__}: {error}: is bubblemesh {__version__} installed there, with "
+        f"no worker could take it: {type(cause).__name__}: {cause}: is bubblemesh {__version__} installed there, with "
         "the same Python?",
     )
 
