@@ -21,6 +21,8 @@ MAY_IMPORT = {
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
     "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
     "output": FOUNDATION | {"meshes", "output", "quality", "solvers"},
+    "batch": FOUNDATION
+    | {"__version__", "batch", "case", "delivery", "meshes", "output", "pipeline", "problem", "readers", "resources"},
 }
 LIBRARIES = {
     "yaml": {"case"},
@@ -34,6 +36,7 @@ LIBRARIES = {
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},
     "svgelements": {"readers"},
+    "distributed": {"batch"},
 }
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 

@@ -121,6 +121,15 @@ def test_failed_cases_are_tried_again_but_not_those_that_only_miss_a_requirement
     assert sorted(cases) == ["bad", "child", "file", "plain", "poor"]
 
 
+def test_a_case_that_cannot_be_read_any_more_has_one_row(done):
+    Path("cases/plain.yaml").write_text("spacing: [\n")
+    Path("cases/child.yaml").write_text("base: _base.yaml\nsweep: 3\n")
+    assert anew() == ["child", "plain"]
+    rows = {line["case"]: line["exit_code"] for line in lines_of(Path("out/summary.jsonl"))}
+    assert rows == {"file": 0, "child": 2, "plain": 2}
+    assert len(lines_of(Path("out/summary.jsonl"))) == 3
+
+
 def test_rows_of_other_cases_stay(done):
     Path("more.yaml").write_text(SMALL)
     assert anew("more.yaml") == ["more"]

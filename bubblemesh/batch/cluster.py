@@ -34,16 +34,20 @@ def cluster_workers(address: str) -> Iterator[Workers]:
         If the extra is missing, or the scheduler does not answer.
     """
     client = _connected(address)
+    from distributed.client import ClosedClientError
+
+    gone = (ClosedClientError, OSError)
     notes: SimpleQueue[Note] = SimpleQueue()
     topic = f"bubblemesh-{uuid4()}"
     executor = client.get_executor(pure=False)
     lost = f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
     try:
         client.subscribe_topic(topic, lambda event: notes.put(Note(*event[1])))
-        yield Workers(executor, partial(tell_client, topic), notes, _capacity(client), _failure, lost)
+        yield Workers(executor, partial(tell_client, topic), notes, _capacity(client, gone), _failure, lost, gone)
     finally:
-        executor.shutdown(wait=False)
-        with suppress(Exception):  # of a connection that is being closed
+        with suppress(Exception):  # of a connection that is lost
+            executor.shutdown(wait=False)
+        with suppress(Exception):
             client.close(timeout=PATIENCE)
 
 
@@ -90,13 +94,13 @@ async def _kind(address: str) -> str:
         return str((await remote.identity())["type"])
 
 
-def _capacity(client: Any) -> Callable[[], int]:
+def _capacity(client: Any, gone: tuple[type[Exception], ...]) -> Callable[[], int]:
     """Twice the number of the cluster's threads, which may change."""
     known = [FEWEST, -REFRESH]
 
     def capacity() -> int:
         if monotonic() - known[1] > REFRESH:
-            with suppress(OSError):
+            with suppress(*gone):
                 known[0] = max(2 * sum(client.nthreads().values()), FEWEST)
             known[1] = monotonic()
         return int(known[0])

@@ -12,7 +12,7 @@ from bubblemesh import __version__
 from bubblemesh.batch.jobs import Job, Note, Outcome
 from bubblemesh.batch.locking import reserved
 from bubblemesh.batch.plan import Entry, Settings, job_of
-from bubblemesh.batch.resuming import place_in, unchanged, without_leftovers
+from bubblemesh.batch.resuming import key_of, place_in, unchanged, without_leftovers
 from bubblemesh.batch.rows import Row, figures_of
 from bubblemesh.batch.shards import WHOLE, Shard
 from bubblemesh.batch.summary import recorded, summary
@@ -88,7 +88,7 @@ def course(
     root = Path(settings.folder or ".")
     with reserved(root, shared=shard != WHOLE):
         done = unchanged(own, recorded(root), settings, root) if resume else {}
-        if resume and shard == WHOLE:
+        if shard == WHOLE:
             without_leftovers(own, STAGING)
         kept = [*_of_others(own, root, shard), *done.values()] if resume else []
         left = [entry for entry in own if entry.number not in done]
@@ -109,9 +109,11 @@ def _perhaps(
 
 
 def _of_others(own: Iterable[Entry], root: Path, shard: Shard) -> list[Row]:
-    """Rows of the present summary that are of cases outside this batch."""
-    keys = {(place_in(root, entry), entry.name) for entry in own}
-    return [row for row in recorded(root, shard.suffix) if row.folder is not None and row.key not in keys]
+    """Rows of the present summary that are of cases outside this batch, and have results."""
+    keys = {key_of(entry, root) for entry in own}
+    unreadable = {entry.source for entry in own if entry.place is None}
+    rows = [row for row in recorded(root, shard.suffix) if row.key not in keys and row.source not in unreadable]
+    return [row for row in rows if row.folder is not None]
 
 
 def _events(entries: Iterable[Entry], settings: Settings, crew: Workers, root: Path) -> Iterator[Note | Finished]:
@@ -141,7 +143,10 @@ def _events(entries: Iterable[Entry], settings: Settings, crew: Workers, root: P
 
 
 def _submitted(attempt: Attempt, crew: Workers) -> Future[Outcome]:
-    return crew.executor.submit(mesh_job, attempt.job, crew.tell)
+    try:
+        return crew.executor.submit(mesh_job, attempt.job, crew.tell)
+    except crew.gone:
+        raise FileError(crew.lost) from None
 
 
 def _notes(crew: Workers) -> Iterator[Note]:

@@ -35,7 +35,8 @@ class Workers:
     failure : callable
         Outcome of a job that could not be run, from the exception of its future.
     lost : str
-        What to say if futures are cancelled, as the workers are out of reach.
+        What to say if the workers are out of reach; then futures are cancelled, or submitting raises ``gone``.
+    gone : tuple of exceptions
     """
 
     executor: Executor
@@ -44,3 +45,4 @@ class Workers:
     capacity: Callable[[], int]
     failure: Callable[[BaseException], Outcome]
     lost: str
+    gone: tuple[type[Exception], ...] = ()

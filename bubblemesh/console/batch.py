@@ -32,7 +32,7 @@ class BatchProgress:
         self.bar = Progress("cases", *COLUMNS, console=console.terminal)
         self.task = self.bar.add_task("", total=None)
         is_live = console.terminal.is_terminal and not quiet
-        self.live = Live(get_renderable=self._picture, console=console.terminal, transient=True) if is_live else None
+        self.live = Live(get_renderable=self.picture, console=console.terminal, transient=True) if is_live else None
 
     def __enter__(self) -> "BatchProgress":
         if self.live is not None:
@@ -45,7 +45,7 @@ class BatchProgress:
         if self.live is not None:
             self.live.stop()
         if self.begun is not None and not self.quiet:
-            console.terminal.print(Text(self._totals()))
+            console.terminal.print(Text(self._totals(self.begun)))
 
     def shown(self, events: Iterable[Event]) -> Iterator[Event]:
         """The same events, each shown."""
@@ -90,16 +90,15 @@ class BatchProgress:
         end = "unchanged" if event.unchanged else f"{figures['seconds']:.2f} s"
         return f"{count} {event.row.case}: {result}, {end}"
 
-    def _totals(self) -> str:
-        assert self.begun is not None
-        left = len(self.begun.entries) - len(self.over)
+    def _totals(self, begun: Begun) -> str:
+        total = len(begun.entries)
+        left = total - len(self.over)
         parts = [f"{self.counts[kind]} {kind}" for kind in ("done", "failed", "unchanged") if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
-        total = len(self.begun.entries)
         cases = f"{total} case" if total == 1 else f"{total or 'no'} cases"
-        return f"{cases}: {', '.join(parts) or 'nothing to do'}; summary in {self.begun.summary}"
+        return f"{cases}: {', '.join(parts) or 'nothing to do'}; summary in {begun.summary}"
 
-    def _picture(self) -> Group:
+    def picture(self) -> Group:
         """The running cases, the oldest first, above the bar."""
         table = Table(box=None, header_style="bold", pad_edge=False)
         table.add_column("case", overflow="ellipsis", no_wrap=True)
