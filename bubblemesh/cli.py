@@ -5,7 +5,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import closing, contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bubblemesh import __version__
-from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError
+from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, CaseError, FileError, LimitError, located
 from bubblemesh.streams import read_input, write_output
 
 if TYPE_CHECKING:
@@ -131,6 +131,44 @@ def run(
         console.warn(report["warnings"])
         delivery.require_finished(report)
         delivery.require_quality(loaded, report)
+
+
+@app.command()
+def batch(
+    paths: Annotated[list[str], typer.Argument(metavar="PATH...", help="Case files, folders or patterns of them.")],
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder of all results and the summary.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; else one for each core.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep results whose inputs have not changed.")] = False,
+    shard: Annotated[str, typer.Option("--shard", metavar="I/N", help="Mesh part I of N, for job arrays.")] = "1/1",
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
+    ] = None,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh many cases; one that fails is a row of the summary."""
+    with reported():
+        from bubblemesh import batch as many
+        from bubblemesh.console.batch import BatchProgress
+        from bubblemesh.output import dump
+
+        part = many.Shard.parsed(shard)
+        workers = many.workers_at(jobs, cluster)
+        common = many.Settings(tuple(settings or ()), method, seed, output)
+        entries = many.planned(many.case_files(paths), common)
+        events = many.course(entries, common, workers, shard=part, resume=resume)
+        with closing(events), BatchProgress(quiet) as progress:
+            results = many.Results.of(progress.shown(events))
+        if as_json:
+            write_output(dump(results.data()))
+    raise typer.Exit(results.exit_code)
 
 
 @app.command()
@@ -324,17 +362,6 @@ def show_estimate(case: "Case", source: str, as_json: bool, quiet: bool) -> None
 
 
 @contextmanager
-def located(source: str) -> Iterator[None]:
-    """Put the place that errors of the case come from before their texts."""
-    try:
-        yield
-    except BubblemeshError as error:
-        key = "domain: " if isinstance(error, GeometryError) else ""
-        error.args = (f"{source}: {key}{error}",)
-        raise
-
-
-@contextmanager
 def reported() -> Iterator[None]:
     """Turn errors into a message and the exit code of their class; only an error of the program has a traceback."""
     try:
@@ -346,7 +373,7 @@ def reported() -> Iterator[None]:
     except (Interrupted, KeyboardInterrupt):
         raise failed("interrupted", INTERRUPTED) from None
     except MemoryError:
-        raise failed("out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier", 6) from None
+        raise failed(OUT_OF_MEMORY, LimitError.exit_code) from None
     except BrokenPipeError:
         # Whatever is still buffered cannot be delivered; closing the real stream would complain again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

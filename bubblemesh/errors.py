@@ -1,13 +1,20 @@
 """Exception tree: one class for each exit code of the command line."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 __all__ = [
+    "OUT_OF_MEMORY",
     "BubblemeshError",
     "CaseError",
     "FileError",
     "GeometryError",
     "LimitError",
     "RequirementError",
+    "located",
 ]
+
+OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
 
 
 class BubblemeshError(Exception):
@@ -44,3 +51,14 @@ class LimitError(BubblemeshError):
     """The case needs more nodes or time than its limit allows."""
 
     exit_code = 6
+
+
+@contextmanager
+def located(source: str) -> Iterator[None]:
+    """Put the place that errors of the case come from before their texts."""
+    try:
+        yield
+    except BubblemeshError as error:
+        key = "domain: " if isinstance(error, GeometryError) else ""
+        error.args = (f"{source}: {key}{error}",)
+        raise

@@ -1,11 +1,17 @@
 """The terminal display, on a terminal that is a string."""
 
 import io
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from bubblemesh import console
+from bubblemesh.batch import Begun, Finished, Note
+from bubblemesh.batch.plan import Entry
+from bubblemesh.batch.rows import FIGURES, Row
+from bubblemesh.case import Variant
+from bubblemesh.console.batch import BatchProgress
 from bubblemesh.summary import RoundRow
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
@@ -76,3 +82,65 @@ def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
     assert "0.800 at (0.5, 0.25)" in stream.getvalue()
     assert "irregular" not in stream.getvalue()
     assert "l/d" not in stream.getvalue()
+
+
+FINE = dict.fromkeys(FIGURES, 1.0) | {"nodes": 142, "quality_mean": 0.9612, "quality_min": 0.74, "seconds": 0.25}
+ENDS = (
+    Finished(1, Row("plain", "plain.yaml", 0, figures=FINE, warnings=("a [wall] is narrow",))),
+    Finished(2, Row("bad", "bad.yaml", 3, error="bad.yaml: domain: no [bold]area")),
+    Finished(4, Row("old", "old.yaml", 0, figures=FINE, warnings=("told before",)), unchanged=True),
+)
+
+
+def begun(*names):
+    return Begun(
+        tuple(Entry(k, f"{name}.yaml", Variant(), name, None) for k, name in enumerate(names, 1)), 1, Path("s")
+    )
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_a_batch_is_told_in_plain_lines(quiet, monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    events = (begun("plain", "bad", "slow", "old"), Note(1, 2, 100), *ENDS, Note(1, 3, 100))
+    with BatchProgress(quiet=quiet) as progress:
+        assert tuple(progress.shown(events)) == events
+    told = [
+        "[1/4] plain: 142 nodes, q 0.9612, least 0.740, 0.25 s",
+        "warning: plain: a [wall] is narrow",
+        "error: bad: bad.yaml: domain: no [bold]area",
+        "[3/4] old: 142 nodes, q 0.9612, least 0.740, unchanged",
+        "4 cases: 1 done, 1 failed, 1 unchanged, 1 left for --resume; summary in s",
+    ]
+    grave = [line for line in told if line.startswith(("warning", "error"))]
+    assert stream.getvalue().splitlines() == (grave if quiet else told)
+
+
+def test_a_batch_on_a_terminal_is_a_bar_and_a_line_for_each_running_case(monkeypatch):
+    stream = terminal(monkeypatch, live=True)
+    progress = BatchProgress(quiet=False)
+    with progress:
+        for event in (begun("plain", "bad", "slow", "old"), Note(3), Note(1, 2, 100), Note(3, 4, 77), *ENDS[1:]):
+            progress.show(event)
+        console.terminal.print(progress.picture())
+        shown = stream.getvalue().splitlines()
+        progress.show(ENDS[0])
+        progress.show(Note(1, 3, 100))  # too late
+        assert [cells for cells in progress.running] == [3]
+    (slow,) = [line.split() for line in shown if line.startswith("slow")][-1:]
+    assert slow[1:3] == ["4", "77"]
+    (plain,) = [line.split() for line in shown if line.startswith("plain")][-1:]
+    assert plain[1:3] == ["2", "100"]
+    assert "2/4" in shown[-1]
+    assert "cases" in shown[-1]
+    assert "4 cases: 1 done, 1 failed, 1 unchanged, 1 left" in stream.getvalue()
+
+
+def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
+    stream = terminal(monkeypatch, live=True)
+    monkeypatch.setattr(Console, "height", 10)
+    progress = BatchProgress(quiet=False)
+    progress.show(begun(*(f"case-{k}" for k in range(40))))
+    for k in range(40):
+        progress.show(Note(k + 1, 1, 5))
+    console.terminal.print(progress.picture())
+    assert sum(line.startswith("case-") for line in stream.getvalue().splitlines()) == 6

@@ -25,6 +25,8 @@ MAY_IMPORT = {
     "sampled": FOUNDATION | {"case", "output", "readers", "spacing"},
     "wanted": FOUNDATION | {"case", "geometry", "sampled", "spacing"},
     "output": FOUNDATION | {"histograms", "meshes", "output", "quality", "solvers"},
+    "batch": FOUNDATION
+    | {"__version__", "batch", "case", "delivery", "meshes", "output", "pipeline", "problem", "readers", "resources"},
 }
 LIBRARIES = {
     "yaml": {"case"},
@@ -39,6 +41,7 @@ LIBRARIES = {
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},
     "svgelements": {"readers"},
+    "distributed": {"batch"},
 }
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 

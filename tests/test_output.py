@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from squares import holed_square
@@ -341,6 +342,21 @@ def test_a_disk_that_fills_up(tmp_path):
         assert message.startswith(f"cannot write {tmp_path}")
         assert message.endswith(("File too large", "(is the disk full?)"))
     assert contents(tmp_path) == before
+
+
+def test_the_order_of_the_data_does_not_depend_on_who_else_looks_at_it(mesh, fields, tmp_path, monkeypatch):
+    write_file(mesh, fields, {}, tmp_path / "free.xdmf")
+    create, held = h5py.Group.create_dataset, []
+
+    def hold(*arguments, **options):
+        held.append(create(*arguments, **options))
+        return held[-1]
+
+    monkeypatch.setattr(h5py.Group, "create_dataset", hold)
+    write_file(mesh, fields, {}, tmp_path / "held.xdmf")
+    assert held
+    for end in (".h5", "_facets.h5"):
+        assert (tmp_path / f"held{end}").read_bytes() == (tmp_path / f"free{end}").read_bytes()
 
 
 # Streams

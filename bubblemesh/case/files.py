@@ -1,9 +1,10 @@
 """Rings and domains of a case that other files hold."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import OneLabel, Positive, Strict
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from bubblemesh.geometry import rings
     from bubblemesh.readers.files import Selection
 
-__all__ = ["FileDomain", "FileRing"]
+__all__ = ["FileDomain", "FileRing", "named_files"]
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
 
@@ -85,3 +86,15 @@ class FileDomain(InFile):
             self.traced(outer.labelled(self.label)),
             [self.traced(hole.labelled(self.hole_label)) for hole in holes],
         )
+
+
+def named_files(model: BaseModel) -> Iterator[Path]:
+    """The files that a case, or a part of it, names, with those that belong to them."""
+    from bubblemesh.readers.files import files_of
+
+    if isinstance(model, InFile):
+        yield from files_of(Path(model.file))
+    for _, value in model:
+        for part in value if isinstance(value, tuple) else [value]:
+            if isinstance(part, BaseModel):
+                yield from named_files(part)

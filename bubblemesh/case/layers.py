@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,10 @@ from bubblemesh.errors import CaseError
 
 __all__ = ["Layer", "layers_of", "merged", "place_of"]
 
-OWN_KEYS = ("base", "name")  # that a case does not take over from its base
+# The cases of a sweep are read one by one from the same files.
+document_of = lru_cache(maxsize=4)(read_document)
+
+OWN_KEYS = ("base", "name", "sweep")  # that a case does not take over from its base
 DATA_TERMS = ("field", "raster", "image", "scattered")  # of a spacing, which may name other files
 
 
@@ -42,7 +46,7 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
     FileError
         If a base cannot be read.
     """
-    layers = [Layer(source, read_document(text, source), path.parent)]
+    layers = [Layer(source, document_of(text, source), path.parent)]
     seen = [path.resolve()]
     while (base := layers[0].document.data.get("base")) is not None:
         place = f"{layers[0].source}:{layers[0].document.line(('base',))}: base"
@@ -52,7 +56,7 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
         if path.resolve() in seen:
             raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
         seen.append(path.resolve())
-        layers.insert(0, Layer(str(path), read_document(read_text(path), str(path)), path.parent))
+        layers.insert(0, Layer(str(path), document_of(read_text(path), str(path)), path.parent))
     return layers
 
 

@@ -1,7 +1,7 @@
 """From a case file and the command line's options to a checked `Case`."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,11 @@ from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
 from bubblemesh.case.spacing import expressions
+from bubblemesh.case.sweep import ALONE, Variant, variants_of
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
-__all__ = ["load_case"]
+__all__ = ["case_variants", "load_case"]
 
 
 def load_case(
@@ -27,6 +28,7 @@ def load_case(
     seed: int | None = None,
     time_limit: float | None = None,
     text: str | None = None,
+    variant: Variant | None = None,
 ) -> Case:
     """Read and check a case.
 
@@ -40,6 +42,8 @@ def load_case(
         Set over ``method``, ``packing.seed`` and ``limits.seconds``, and over ``overrides``.
     text : str, optional
         The case as YAML, in place of the file's content.
+    variant : Variant, optional
+        Which of the cases of a sweep; without it, a file with a sweep is an error.
 
     Raises
     ------
@@ -49,7 +53,47 @@ def load_case(
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
     path = Path(path)
-    changes = [*map(parsed, overrides), *_options(method, seed, time_limit)]
+    data, places = _read(path, text, [*map(parsed, overrides), *_options(method, seed, time_limit)])
+    sweep = data.pop("sweep", None)
+    if variant is None and sweep is not None:
+        raise CaseError(
+            places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
+        )
+    for key, value in (variant or ALONE).values:
+        change = Override(tuple(part.strip() for part in key.split(".")), value, places(["sweep", key]))
+        data, places = applied(data, change), replace(places, changes=[*places.changes, change])
+    if data.get("name") is None:
+        data["name"] = "mesh" if str(path) == "-" else path.stem
+    if variant is not None and isinstance(data["name"], str):
+        data["name"] += variant.label
+    return _checked(data, places)
+
+
+def case_variants(
+    path: Path | str, *, overrides: Sequence[str] = (), method: str | None = None, seed: int | None = None
+) -> list[Variant]:
+    """The cases that a file stands for: one, or those of its sweep; else as `load_case`.
+
+    Raises
+    ------
+    FileError, CaseError
+        As `load_case`, but with no check of the cases; and if an option sets what is swept.
+    """
+    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, None)])
+    variants = variants_of(data.get("sweep"), places)
+    for key, _ in variants[0].values:
+        for change in places.changes:
+            if change.covers(key.split(".")) or _covers(key, change.path):
+                raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
+    return variants
+
+
+def _covers(key: str, path: Sequence[str | int]) -> bool:
+    return Override(tuple(key.split(".")), None, "").covers(path)
+
+
+def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
+    """The data of a case's files with the changes over it, and where it comes from."""
     source = "<stdin>" if str(path) == "-" else str(path)
     for change in changes:
         if change.path[0] == "base":
@@ -58,7 +102,7 @@ def load_case(
     data: Any = merged(layers)
     for change in changes:
         data = applied(data, change)
-    return _checked(data, _Places(layers, changes), "mesh" if str(path) == "-" else path.stem)
+    return data, _Places(layers, changes)
 
 
 def _options(method: str | None, seed: int | None, time_limit: float | None) -> Iterable[Override]:
@@ -89,10 +133,8 @@ class _Places:
         return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
 
 
-def _checked(data: dict[str, Any], places: _Places, default_name: str) -> Case:
+def _checked(data: dict[str, Any], places: _Places) -> Case:
     """The case of ``data``, with everything checked that needs no geometry."""
-    if data.get("name") is None:
-        data = data | {"name": default_name}
     try:
         case = Case.model_validate(data)
     except ValidationError as error:

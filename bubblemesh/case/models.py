@@ -147,4 +147,7 @@ class Case(Strict):
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")
     output: Output = Field(default=Output(), description="What to write, and where.")
     limits: Limits = Field(default=Limits(), description="What stops a case that is too large.")
+    sweep: dict[str, list[Any]] | None = Field(
+        default=None, description="Values of keys such as packing.w2, for a case of each combination (batch only)."
+    )
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")

@@ -55,6 +55,11 @@ output:
   # report: true                         # NAME.html, a page to look at
   # directory: out                       # relative to this file
 
+# With `bubblemesh batch`, a case for each combination of these values.
+# sweep:
+#   parameters.h: [0.02, 0.05]
+#   packing.seed: [0, 1, 2]
+
 # A case that would need more nodes is refused.
 limits:
   max_nodes: 2000000

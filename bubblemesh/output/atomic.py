@@ -14,11 +14,12 @@ _PREFIX = ".bubblemesh-"
 
 
 @contextmanager
-def transaction(folder: Path) -> Iterator[Path]:
+def transaction(folder: Path, prefix: str = _PREFIX) -> Iterator[Path]:
     """Give a staging directory, whose files move into the folder when the block ends without an exception.
 
-    The folder is made if it is missing. After an exception, KeyboardInterrupt included, the folder and its old files
-    are as they were. A symbolic link that has the name of a new file is replaced, not followed.
+    Its name starts with ``prefix``. The folder is made if it is missing. After an exception, KeyboardInterrupt
+    included, the folder and its old files are as they were. A symbolic link that has the name of a new file is
+    replaced, not followed.
 
     Raises
     ------
@@ -26,7 +27,7 @@ def transaction(folder: Path) -> Iterator[Path]:
         For any OSError, naming the path and the reason; if something other than a file is in the way.
     """
     try:
-        with _existing(folder), TemporaryDirectory(prefix=_PREFIX, dir=folder, ignore_cleanup_errors=True) as staging:
+        with _existing(folder), TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging:
             yield Path(staging)
             _publish(Path(staging), folder)
     except OSError as error:

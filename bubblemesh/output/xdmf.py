@@ -61,11 +61,12 @@ def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _D
 
     heavy = path.with_suffix(".h5")
     # Built in memory, so that a full disk is a plain OSError and no file lock is needed on a network drive.
-    with h5py.File(heavy.name, "w", driver="core", backing_store=False) as file:
+    with h5py.File(str(heavy), "w", driver="core", backing_store=False) as file:
 
         def store(array: NDArray[Any]) -> tuple[str, str]:
             name = f"data{len(file)}"
-            file.create_dataset(name, data=array, compression="gzip", compression_opts=4)
+            # Flushed, as otherwise it is written when nobody holds it any more, and a profiler may hold it for a while.
+            file.create_dataset(name, data=array, compression="gzip", compression_opts=4).flush()
             return "HDF", f"{heavy.name}:/{name}"
 
         tree = _grid(mesh, topology, cells, data, store)

@@ -2,18 +2,20 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from glob import escape
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError
 from bubblemesh.geometry.rings import Ring
+from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.chains import chained
 from bubblemesh.readers.features import Content, Feature
 from bubblemesh.readers.nesting import nested
 from bubblemesh.wording import meant
 
-__all__ = ["METRES", "Selection", "read_area", "read_rings"]
+__all__ = ["METRES", "Selection", "files_of", "read_area", "read_rings"]
 
 METRES = {
     "m": 1.0,
@@ -29,10 +31,11 @@ METRES = {
 
 
 class Reader(NamedTuple):
-    """Where the function is that reads a format, and the extra that installs what it needs."""
+    """Where the function is that reads a format, the extra that installs what it needs, and files that belong to it."""
 
     function: str
     extra: str | None = None
+    beside: tuple[str, ...] = ()
 
 
 READERS = {
@@ -44,10 +47,10 @@ READERS = {
     ".tsv": Reader("tables.read_table"),
     ".txt": Reader("tables.read_table"),
     ".xy": Reader("tables.read_table"),
-    ".poly": Reader("triangle.read_poly"),
+    ".poly": Reader("triangle.read_poly", beside=(".node",)),
     ".dxf": Reader("dxf.read_dxf", "dxf"),
     ".svg": Reader("svg.read_svg", "svg"),
-    ".shp": Reader("gis.read_gis", "gis"),
+    ".shp": Reader("gis.read_gis", "gis", (".shx", ".dbf", ".prj", ".cpg")),
     ".gpkg": Reader("gis.read_gis", "gis"),
 }
 CHOOSES_LAYER = ("gis.read_gis",)  # readers that read one layer only
@@ -153,6 +156,14 @@ def read_area(path: Path, chosen: Selection) -> list[Ring]:
     return _read(path, chosen, rings_of)
 
 
+def files_of(path: Path) -> list[Path]:
+    """The file, and those that belong to it: the parts of a shapefile, the nodes of a ``.poly`` file."""
+    reader = READERS.get(path.suffix.lower())
+    beside = () if reader is None else reader.beside
+    others = path.parent.glob(f"{escape(path.stem)}.*") if beside else ()
+    return [path, *sorted(other for other in others if other.suffix.lower() in beside and other.stem == path.stem)]
+
+
 def _read(
     path: Path, chosen: Selection, rings_of: Callable[[list[tuple[Ring, ...]], list[Ring], Content], list[Ring]]
 ) -> list[Ring]:
@@ -179,6 +190,7 @@ def _content(path: Path, chosen: Selection) -> Content:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise FileError(f"no known geometry format: the name must end in {', '.join(READERS)}")
+    path = at_hand(path)
     if not path.is_file():
         raise FileError("the file cannot be read: " + ("it is a folder" if path.is_dir() else "there is no such file"))
     module, function = reader.function.split(".")

@@ -1,0 +1,151 @@
+"""The rows of a batch's summary, as JSON and as CSV."""
+
+import csv
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from bubblemesh.output import plain
+
+__all__ = ["FIGURES", "HEAD", "Row", "figures_of"]
+
+# Names in the summary of what reports have.
+FIGURES: Mapping[str, tuple[str, ...]] = {
+    "method": ("method",),
+    "seed": ("seed",),
+    "nodes": ("nodes",),
+    "triangles": ("triangles",),
+    "ideal_nodes": ("ideal_nodes",),
+    "quality_mean": ("quality", "mean"),
+    "quality_p01": ("quality", "p01"),
+    "quality_min": ("quality", "min"),
+    "angle_min": ("quality", "angle_min"),
+    "irregular_fraction": ("quality", "irregular_fraction"),
+    "spacing_mean": ("spacing", "mean"),
+    "spacing_std": ("spacing", "std"),
+    "area_error": ("area_error",),
+    "force_evaluations": ("force_evaluations",),
+    "stop_reason": ("stop_reason",),
+    "seconds": ("seconds", "total"),
+    "peak_memory_mb": ("peak_memory_mb",),
+}
+
+
+def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
+    """The figures of a report that a summary has; empty for an empty report."""
+    return {name: _at(report, keys) for name, keys in FIGURES.items()} if report else {}
+
+
+def _at(report: Any, keys: tuple[str, ...]) -> Any:
+    for key in keys:
+        report = report[key]
+    return report
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one case.
+
+    Attributes
+    ----------
+    case : str
+        Its name.
+    source : str
+        Its file.
+    sweep : dict
+        Value of each key that its file sweeps.
+    exit_code : int
+        What ``bubblemesh run`` would have ended with.
+    error : str, optional
+    figures : dict
+        Values of ``FIGURES``; empty if there is no mesh.
+    warnings : tuple of str
+    attempts : int
+        How often it was begun: more than once if worker processes died.
+    folder : str, optional
+        Where its files are, seen from the summary's folder; None if its case file could not be read.
+    version : str
+    inputs : str, optional
+        Hash of all that its results depend on.
+    files : dict
+        SHA-256 hash of each of its files.
+    traceback : str, optional
+        Where an error of the program happened.
+    """
+
+    case: str
+    source: str
+    exit_code: int
+    sweep: dict[str, Any] = field(default_factory=dict)
+    error: str | None = None
+    figures: dict[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    attempts: int = 0
+    folder: str | None = None
+    version: str = ""
+    inputs: str | None = None
+    files: dict[str, str] = field(default_factory=dict)
+    traceback: str | None = None
+
+    @property
+    def key(self) -> tuple[str | None, str]:
+        """What no two cases of a batch share."""
+        return self.folder, self.case
+
+    @classmethod
+    def parsed(cls, line: bytes) -> Self | None:
+        """The row of a line of JSON; None if the line is not whole, or not of a summary."""
+        try:
+            data = json.loads(line)
+            known = {key: data.pop(key) for key in ROW_KEYS}
+            row = cls(**known, figures={key: data[key] for key in FIGURES if data.get("nodes") is not None})
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return None
+        return row if isinstance(row.case, str) and isinstance(row.files, dict) else None
+
+    def data(self) -> dict[str, Any]:
+        """What the row's line of JSON holds."""
+        figures = {key: self.figures.get(key) for key in FIGURES}
+        record = {key: getattr(self, key) for key in ROW_KEYS}
+        head = {key: record.pop(key) for key in ("case", "source", "sweep", "exit_code", "error")}
+        return dict(plain(head | figures | record))
+
+    def line(self) -> str:
+        """The row as a line of JSON."""
+        return json.dumps(self.data(), ensure_ascii=False, allow_nan=False) + "\n"
+
+    def cells(self) -> str:
+        """The row as a line of CSV: errors in one line, the number of warnings only."""
+        data = self.data()
+        data["sweep"] = " ".join(f"{key}={value}" for key, value in self.sweep.items())
+        data["error"] = "; ".join((self.error or "").splitlines())
+        data["warnings"] = len(self.warnings)
+        return _csv([data[column] for column in COLUMNS])
+
+
+ROW_KEYS = (
+    "case",
+    "source",
+    "sweep",
+    "exit_code",
+    "error",
+    "warnings",
+    "attempts",
+    "folder",
+    "version",
+    "inputs",
+    "files",
+    "traceback",
+)
+COLUMNS = ("case", "source", "sweep", "exit_code", "error", *FIGURES, "warnings", "attempts", "folder", "version")
+
+
+def _csv(cells: list[Any]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()
+
+
+HEAD = _csv(list(COLUMNS))

@@ -1,0 +1,285 @@
+"""A batch that goes on: what an earlier one has done stays, everything else is done anew."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, rows_of
+
+from bubblemesh.batch.course import STAGING
+from bubblemesh.batch.jobs import Job
+from bubblemesh.batch.shards import Shard
+
+RING = "0 0\n1 0\n1 1\n0 1\n"
+WITH_FILE = SMALL.replace("rectangle: [0, 0, 1, 1], label: wall", "file: ../data/ring.txt")
+
+
+@pytest.fixture
+def done(tmp_path, monkeypatch):
+    """A folder with a batch of three cases done: one plain, one with a base, one with a file."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("cases", "data"):
+        Path(folder).mkdir()
+    Path("data/ring.txt").write_text(RING)
+    Path("cases/_base.yaml").write_text(SMALL)
+    Path("cases/plain.yaml").write_text(SMALL)
+    Path("cases/child.yaml").write_text("base: _base.yaml\nspacing: 0.5\n")
+    Path("cases/file.yaml").write_text(WITH_FILE)
+    rows_of("cases", folder="out")
+    return tmp_path
+
+
+def anew(*paths, **options):
+    """Names of the cases that a resumed batch does anew."""
+    return [
+        end.row.case
+        for end in finished(*(paths or ["cases"]), folder="out", resume=True, **options)
+        if not end.unchanged
+    ]
+
+
+def modified(folder):
+    return {
+        path.name: path.stat().st_mtime_ns for path in Path(folder).iterdir() if not path.name.startswith("summary")
+    }
+
+
+def test_nothing_is_done_twice_if_nothing_has_changed(done):
+    before, rows = modified("out"), Path("out/summary.jsonl").read_bytes()
+    assert anew(workers=lambda count: pytest.fail("nothing to do")) == []
+    assert modified("out") == before
+    assert sorted(Path("out/summary.jsonl").read_bytes().splitlines()) == sorted(rows.splitlines())
+
+
+def test_without_resume_everything_is_done_again(done):
+    Path("cases/plain.yaml").unlink()
+    assert [end.unchanged for end in finished("cases", folder="out")] == [False, False]
+    assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))].count("plain") == 0
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "expected"),
+    [
+        ("cases/plain.yaml", SMALL.replace("0.4", "0.3"), ["plain"]),
+        ("cases/plain.yaml", SMALL + "# only a remark\n", []),
+        ("cases/_base.yaml", SMALL.replace("iterations: 5", "iterations: 6"), ["child"]),
+        ("cases/_base.yaml", SMALL.replace("0.4", "0.3"), []),  # what the child replaces
+        ("data/ring.txt", RING.replace("1 1", "1.5 1"), ["file"]),
+    ],
+)
+def test_a_change_of_a_case_its_base_or_its_file_is_noticed(file, text, expected, done):
+    Path(file).write_text(text)
+    assert anew() == expected
+    assert anew() == []
+
+
+@pytest.mark.parametrize("options", [{"seed": 3}, {"overrides": ("spacing=0.3",)}, {"method": "fnpbs"}])
+def test_a_change_of_an_option_is_noticed(options, done):
+    assert anew(**options) == ["child", "file", "plain"]
+    assert anew(**options) == []
+
+
+def test_another_version_is_noticed(done, monkeypatch):
+    monkeypatch.setattr(Job.__init__, "__defaults__", ("0.0.9",))
+    monkeypatch.setattr("bubblemesh.batch.worker.__version__", "0.0.9")
+    assert anew() == ["child", "file", "plain"]
+    assert anew() == []
+
+
+@pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_bytes(path.read_bytes()[:-1] + b"?")])
+def test_a_result_that_is_gone_or_not_as_written_is_made_again(damage, done):
+    before = results_in(done / "out")
+    damage(Path("out/plain.msh"))
+    assert anew() == ["plain"]
+    assert results_in(done / "out") == before
+
+
+def test_it_does_not_matter_where_one_calls_from_or_where_the_folder_lies(done, monkeypatch):
+    Path("project").mkdir()
+    for folder in ("cases", "data", "out"):
+        Path(folder).rename(f"project/{folder}")
+    monkeypatch.chdir("project/data")
+    ends = finished("../cases", folder="../out", resume=True)
+    assert [end.unchanged for end in ends] == [True] * 3
+
+
+def test_failed_cases_are_tried_again_but_not_those_that_only_miss_a_requirement(done):
+    Path("cases/bad.yaml").write_text(BAD)
+    Path("cases/poor.yaml").write_text(SMALL + "require: {quality_mean: 1}\n")
+    rows = rows_of("cases", folder="out")
+    assert [(row.case, row.exit_code) for row in rows if row.exit_code] == [("bad", 3), ("poor", 4)]
+    ends = {end.row.case: end for end in finished("cases", folder="out", resume=True)}
+    assert (ends["bad"].unchanged, ends["bad"].row.exit_code) == (False, 3)
+    assert (ends["poor"].unchanged, ends["poor"].row.exit_code) == (True, 4)
+    Path("cases/bad.yaml").write_text(SMALL)
+    assert anew() == ["bad"]
+    cases = [line["case"] for line in lines_of(Path("out/summary.jsonl"))]
+    assert sorted(cases) == ["bad", "child", "file", "plain", "poor"]
+
+
+def test_a_case_that_cannot_be_read_any_more_has_one_row(done):
+    Path("cases/plain.yaml").write_text("spacing: [\n")
+    Path("cases/child.yaml").write_text("base: _base.yaml\nsweep: 3\n")
+    assert anew() == ["child", "plain"]
+    rows = {line["case"]: line["exit_code"] for line in lines_of(Path("out/summary.jsonl"))}
+    assert rows == {"file": 0, "child": 2, "plain": 2}
+    assert len(lines_of(Path("out/summary.jsonl"))) == 3
+
+
+def test_rows_of_other_cases_stay(done):
+    Path("more.yaml").write_text(SMALL)
+    assert anew("more.yaml") == ["more"]
+    assert anew("cases", "more.yaml") == []
+    assert {line["case"] for line in lines_of(Path("out/summary.jsonl"))} == {"child", "file", "plain", "more"}
+
+
+@pytest.mark.parametrize(
+    "tear",
+    [
+        lambda content: content[:-1],
+        lambda content: content[:-20],
+        lambda content: content[:-20] + bytes(20),
+        lambda content: content + b'{"case": "x"}\n',
+        lambda content: content + b"\xff\xfe[1, 2]\nnull\n",
+        lambda content: content.replace(b'"files": {', b'"files": [], "x": {'),
+    ],
+)
+def test_a_torn_line_is_mended(tear, done):
+    path = Path("out/summary.jsonl")
+    rows = path.read_bytes()
+    path.write_bytes(tear(rows))
+    assert len(anew()) <= 3
+    assert sorted(line["case"] for line in lines_of(path)) == ["child", "file", "plain"]
+    assert len(Path("out/summary.csv").read_text().splitlines()) == 4
+
+
+def test_a_table_that_lost_a_row_has_it_again(done):
+    table = Path("out/summary.csv").read_text()
+    Path("out/summary.csv").write_text(table[:-30])
+    assert anew() == []
+    assert sorted(Path("out/summary.csv").read_text().splitlines()) == sorted(table.splitlines())
+
+
+def test_staging_folders_of_a_killed_batch_are_removed(done):
+    leftover = Path(f"out/{STAGING}xyz")
+    leftover.mkdir()
+    (leftover / "plain.msh").write_text("half of a mesh")
+    Path("out/.other").mkdir()
+    rows_of("cases", folder="out", resume=True, shard=Shard(1, 2))
+    assert leftover.exists()  # it could be another shard's
+    assert anew() == []
+    assert not leftover.exists()
+    assert Path("out/.other").exists()
+
+
+def test_more_shards_than_before_take_over_what_is_done(done):
+    rows_of("cases", folder="parts", shard=Shard(1, 2))
+    rows_of("cases", folder="parts", shard=Shard(2, 2))
+    for index in (1, 2, 3):
+        (end,) = finished("cases", folder="parts", shard=Shard(index, 3), resume=True)
+        assert end.unchanged
+        assert [line["case"] for line in lines_of(Path(f"parts/summary-{index}-of-3.jsonl"))] == [end.row.case]
+
+
+# Ends that nobody asked for
+
+
+def write_cases(folder):
+    cases = folder / "cases"
+    cases.mkdir()
+    (cases / "a.yaml").write_text(SMALL + f"sweep: {{packing.seed: {list(range(16))}}}\n")
+    return cases
+
+
+def workers_of(process):
+    """Ids of the worker processes."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    return [
+        int(pid) for pid in children.read_text().split() if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    ]
+
+
+def rows_now(path):
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+def started(folder, rows, *options):
+    """A batch that has so many rows, and its workers."""
+    temporary = folder / "temporary"
+    temporary.mkdir(exist_ok=True)
+    with (folder / "log.txt").open("w") as log:
+        process = subprocess.Popen(
+            command("cases", "-o", "out", "--jobs", "2", *options),
+            cwd=folder,
+            stderr=log,
+            env={**os.environ, "TMPDIR": str(temporary)},
+        )
+    end = time.monotonic() + 60
+    while rows_now(folder / "out/summary.jsonl") < rows:
+        assert process.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.002)
+    return process, workers_of(process)
+
+
+def gone(pids):
+    """Whether all these processes end soon."""
+    for _ in range(500):
+        if not any(
+            Path(f"/proc/{pid}/stat").exists() and " Z " not in Path(f"/proc/{pid}/stat").read_text() for pid in pids
+        ):
+            return True
+        time.sleep(0.02)
+    return False
+
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found by /proc")
+
+
+@needs_proc
+def test_a_batch_killed_again_and_again_ends_with_the_bytes_of_one_that_was_not(tmp_path):
+    write_cases(tmp_path)
+    for rows in (2, 8):
+        process, workers = started(tmp_path, rows, "--resume")
+        process.kill()
+        process.wait()
+        assert gone(workers)
+        assert len(workers) == 2
+        assert not any((tmp_path / "temporary").iterdir())
+        whole = (tmp_path / "out/summary.jsonl").read_bytes().rpartition(b"\n")[0].splitlines()
+        for row in map(json.loads, whole):  # a row is a promise
+            assert all((tmp_path / "out" / name).exists() for name in row["files"])
+    process = batch("cases", "-o", "out", "--jobs", "2", "--resume", folder=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert process.stderr.count(", unchanged\n") >= 8
+    assert batch("cases", "-o", "whole", "--jobs", "2", "-q", folder=tmp_path).returncode == 0
+    assert results_in(tmp_path / "out") == results_in(tmp_path / "whole")
+    cases = [sorted(line["case"] for line in lines_of(tmp_path / name / "summary.jsonl")) for name in ("out", "whole")]
+    assert cases[0] == cases[1]
+    assert len(cases[0]) == len(set(cases[0])) == 16
+
+
+@needs_proc
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_batch_ends_with_130_and_whole_rows_and_no_process_left(number, tmp_path):
+    write_cases(tmp_path)
+    process, workers = started(tmp_path, 3)
+    if number == signal.SIGINT:  # as the terminal does it: to all processes
+        for pid in workers:
+            os.kill(pid, number)
+    process.send_signal(number)
+    assert process.wait(timeout=20) == 130
+    assert gone(workers)
+    assert not any((tmp_path / "temporary").iterdir())
+    log = (tmp_path / "log.txt").read_text()
+    assert "error: interrupted" in log
+    assert "Traceback" not in log
+    rows = lines_of(tmp_path / "out/summary.jsonl")
+    assert 3 <= len(rows) < 16
+    assert f" {len(rows)} done, {16 - len(rows)} left for --resume" in log
+    assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
+    assert len((tmp_path / "out/summary.csv").read_text().splitlines()) == len(rows) + 1
