@@ -150,6 +150,9 @@ def batch(
     settings: Settings = None,
     method: MethodName = None,
     seed: Seed = None,
+    page: Annotated[
+        bool | None, typer.Option("--report", help="Write a page for each case, and index.html to compare them.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -161,11 +164,15 @@ def batch(
 
         part = many.Shard.parsed(shard)
         workers = many.workers_at(jobs, cluster)
-        common = many.Settings(tuple(settings or ()), method, seed, output)
+        common, folder = many.Settings(tuple(settings or ()), method, seed, output, page), Path(output or ".")
         entries = many.planned(many.case_files(paths), common)
+        if page:
+            many.require_no_index(entries, folder)
         events = many.course(entries, common, workers, shard=part, resume=resume)
         with closing(events), BatchProgress(quiet) as progress:
             results = many.Results.of(progress.shown(events))
+        if page:
+            many.write_index(results.rows, folder, part.suffix)
         if as_json:
             write_output(dump(results.data()))
     raise typer.Exit(results.exit_code)

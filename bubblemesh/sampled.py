@@ -12,6 +12,7 @@ from bubblemesh.case.tabulated import FieldTerm, ImageTerm, RasterTerm, Scattere
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.output.fields import read_field
 from bubblemesh.readers.arrays import read_gridded
+from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.pictures import read_grey
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.combination import Term
@@ -55,7 +56,7 @@ def _at(place: object) -> Iterator[None]:
 
 
 def _field(term: FieldTerm) -> Term:
-    data = read_field(Path(term.file), term.name)
+    data = read_field(at_hand(Path(term.file)), term.name)
     of = Field.of if data.at_points else Field.of_triangles
     with _at(f"{term.file}: {data.name}"):
         return of(data.points, data.triangles, data.values).scaled(term.scale)
@@ -63,7 +64,7 @@ def _field(term: FieldTerm) -> Term:
 
 def _raster(term: RasterTerm) -> Term:
     with _at(term.file):
-        data = read_gridded(Path(term.file), term.name)
+        data = read_gridded(at_hand(Path(term.file)), term.name)
         with _at(data.name):
             if term.bounds is not None:
                 return Raster.within(term.bounds, data.values, upper=term.origin == "upper").scaled(term.scale)
@@ -76,7 +77,7 @@ def _raster(term: RasterTerm) -> Term:
 
 def _image(term: ImageTerm) -> Term:
     with _at(term.file):
-        grey = read_grey(Path(term.file))
+        grey = read_grey(at_hand(Path(term.file)))
         return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
 
 
@@ -85,5 +86,5 @@ def _scattered(term: ScatteredTerm) -> Term:
         samples = np.array(term.points, float)
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
     with _at(term.file):
-        samples = read_columns(Path(term.file), ("x", "y", "d"))
+        samples = read_columns(at_hand(Path(term.file)), ("x", "y", "d"))
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)

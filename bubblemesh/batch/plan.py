@@ -15,12 +15,24 @@ __all__ = ["Entry", "Settings", "job_of", "planned"]
 
 @dataclass(frozen=True)
 class Settings:
-    """What holds for every case: options over its file, and the folder of all results (None: each has its own)."""
+    """What holds for every case.
+
+    Attributes
+    ----------
+    overrides : tuple of str
+    method, seed : optional
+        Options over the case's file.
+    folder : str, optional
+        Folder of all results; without it each case has its own.
+    page : bool, optional
+        Whether each case gets its page; without it the case says so.
+    """
 
     overrides: tuple[str, ...] = ()
     method: str | None = None
     seed: int | None = None
     folder: str | None = None
+    page: bool | None = None
 
     def __post_init__(self) -> None:
         if self.folder in ("", "-"):
@@ -100,7 +112,9 @@ def _entries(source: str, settings: Settings) -> Iterator[Found]:
 
 def _place(case: Case, source: str, settings: Settings) -> Destination:
     # With a slash at its end it is a folder, whatever its name looks like.
-    return destination(case, source, None if settings.folder is None else f"{settings.folder}/", None)
+    return destination(
+        case, source, None if settings.folder is None else f"{settings.folder}/", None, page=settings.page
+    )
 
 
 def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
@@ -150,4 +164,4 @@ def _content(path: Path, source: str) -> bytes:
         return path.read_bytes()
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
-        raise FileError(f"{source}: domain: {path}: the file cannot be read: {why}") from None
+        raise FileError(f"{source}: {path}: the file cannot be read: {why}") from None

@@ -10,7 +10,7 @@ from typing import Any
 
 from bubblemesh import __version__
 from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
-from bubblemesh.delivery import require_quality
+from bubblemesh.delivery import require_finished, require_quality
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
 from bubblemesh.meshes import Mesh
 from bubblemesh.output.atomic import reason
@@ -52,8 +52,9 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
     outcome = Outcome(report=report, warnings=tuple(report["warnings"]), files=files, digests=digests)
     try:
+        require_finished(report)
         require_quality(job.case, report)
-    except RequirementError as error:
+    except (LimitError, RequirementError) as error:
         return replace(outcome, exit_code=error.exit_code, error=f"{job.source}: {error}")
     return outcome
 

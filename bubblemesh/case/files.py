@@ -8,6 +8,7 @@ from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, field_va
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import OneLabel, Positive, Strict
+from bubblemesh.case.tabulated import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
 from bubblemesh.case.tracing import Traced
 
 if TYPE_CHECKING:
@@ -94,6 +95,9 @@ def named_files(model: BaseModel) -> Iterator[Path]:
 
     if isinstance(model, InFile):
         yield from files_of(Path(model.file))
+    if isinstance(model, FieldTerm | RasterTerm | ImageTerm | ScatteredTerm) and model.file is not None:
+        data = Path(model.file)
+        yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
     for _, value in model:
         for part in value if isinstance(value, tuple) else [value]:
             if isinstance(part, BaseModel):

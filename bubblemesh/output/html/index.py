@@ -12,7 +12,7 @@ from bubblemesh.output.html.page import page
 __all__ = ["index_page"]
 
 DONE, MISSED = 0, 4  # exit codes of cases that have a mesh
-STATES = {DONE: "done", MISSED: "misses a requirement", 130: "interrupted"}
+STATES = {DONE: "done", MISSED: "misses a requirement", 6: "stopped at a limit", 130: "interrupted"}
 
 Row = Mapping[str, Any]
 

@@ -1,0 +1,63 @@
+import json
+import re
+
+import pytest
+from batches import batch
+
+CASE = "domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {}\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "cases").mkdir()
+    for name, spacing in (("a", 0.2), ("b", 0.3), ("wrong", -1)):
+        (tmp_path / "cases" / f"{name}.yaml").write_text(CASE.format(spacing))
+    return tmp_path
+
+
+def rows_of(folder):
+    return [json.loads(line) for line in (folder / "out/summary.jsonl").read_text().splitlines()]
+
+
+def test_index_links_to_the_page_of_each_case_that_has_one(folder):
+    assert batch("cases", "-o", "out", "--report", folder=folder).returncode == 2
+    text = (folder / "out/index.html").read_text()
+    assert re.findall(r'href="\./([^"]*)"', text) == ["a.html", "b.html"]
+    assert (folder / "out/a.html").exists()
+    assert "wrong" in text
+    assert "greater than 0" in text
+
+
+def test_without_the_option_there_are_no_pages(folder):
+    batch("cases", "-o", "out", folder=folder)
+    assert list((folder / "out").glob("*.html")) == []
+
+
+def test_no_page_of_a_case_is_that_of_the_batch(folder):
+    (folder / "cases/index.yaml").write_text(CASE.format(0.3))
+    process = batch("cases", "-o", "out", "--report", folder=folder)
+    assert process.returncode == 2
+    assert "index.yaml" in process.stderr
+    assert not (folder / "out").exists()
+
+
+def test_time_limit_of_a_case_is_its_row(folder):
+    process = batch("cases/a.yaml", "-o", "out", "--set", "limits.seconds=1e-9", folder=folder)
+    assert process.returncode == 6
+    (row,) = rows_of(folder)
+    assert "time limit" in row["error"]
+    assert row["nodes"] > 10
+    assert (folder / "out/a.msh").exists()
+
+
+def test_data_of_a_spacing_are_inputs_that_resume_looks_at(folder):
+    (folder / "cases/a.yaml").write_text(CASE.format("{scattered: {file: sizes.csv}}"))
+    (folder / "cases/sizes.csv").write_text("0,0,0.2\n1,0,0.2\n0,1,0.3\n")
+    assert batch("cases/a.yaml", "-o", "out", folder=folder).returncode == 0
+    (before,) = rows_of(folder)
+    assert batch("cases/a.yaml", "-o", "out", "--resume", folder=folder).returncode == 0
+    assert rows_of(folder) == [before]
+    (folder / "cases/sizes.csv").write_text("0,0,0.1\n1,0,0.1\n0,1,0.1\n")
+    assert batch("cases/a.yaml", "-o", "out", "--resume", folder=folder).returncode == 0
+    (after,) = rows_of(folder)
+    assert after["nodes"] > 1.5 * before["nodes"]
