@@ -192,3 +192,13 @@ def test_mesh_of_a_field_is_that_of_the_function_it_was_made_from():
     again = bubblemesh.mesh(plate, field)
     assert len(again.points) == pytest.approx(len(first.points), rel=0.02)
     assert field.scaled(0.5)(np.array([0.9]), np.array([0.3])) == pytest.approx(0.05, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "make", [Field.of, lambda points, triangles, values: Field.of_triangles(points, triangles, values[:1])]
+)
+def test_whole_numbers_are_taken_as_well(make):
+    whole, triangles, values = np.array([[0, 0], [4, 0], [0, 4]]), np.array([[0, 1, 2]]), np.array([1, 2, 3])
+    x = np.linspace(-3, 5, 9)
+    found = make(whole, triangles, values)(x, x[::-1])
+    np.testing.assert_array_equal(found, make(whole.astype(float), triangles, values.astype(float))(x, x[::-1]))

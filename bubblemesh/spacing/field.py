@@ -46,6 +46,7 @@ class Field:
         CaseError
             If a value is not positive and finite (the text names the node and its place), or no triangle is left.
         """
+        points, values = np.asarray(points, float), np.asarray(values, float)
         used = np.unique(triangles)
         require_positive(values[used], lambda k: f"at node {used[k]} (from 0), {place(points[used[k]])}")
         return cls(points, _with_area(points, triangles), values)
@@ -61,6 +62,7 @@ class Field:
         CaseError
             If a value is not positive and finite (the text names the triangle's place), or no triangle has an area.
         """
+        points, values = np.asarray(points, float), np.asarray(values, float)
         require_positive(values, lambda k: f"in the triangle around {place(points[triangles[k]].mean(axis=0))}")
         areas = np.abs(_doubled_areas(points, triangles))
         corner = triangles.ravel()
