@@ -27,6 +27,7 @@ from bubblemesh.batch.workers import WorkerDied, Workers
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 
+NODES = "4 2 0 0\n1 0 0\n2 1 0\n3 1 1\n4 0 1\n"
 GEOJSON = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]]}
 
 
@@ -292,9 +293,29 @@ def test_a_job_has_all_parts_of_a_file_with_it(here):
     write(here, a="domain: {outer: {file: part.shp}, holes: [{file: p.poly}]}\nspacing: 1\n")
     settings = Settings()
     (entry,) = planned(["a.yaml"], settings)
-    files = job_of(entry, settings).files
-    assert sorted(files) == ["p.node", "p.poly", "part.dbf", "part.prj", "part.shp", "part.shx"]
-    assert all(content == name.encode() for name, content in files.items())
+    job = job_of(entry, settings)
+    assert sorted(job.files) == ["p.node", "p.poly", "part.dbf", "part.prj", "part.shp", "part.shx"]
+    assert all(content == name.encode() for name, content in job.files.items())
+    for name in job.files:
+        (here / name).write_text("other")
+        assert job_of(entry, settings).digest() != job.digest()
+        (here / name).write_bytes(job.files[name])
+    assert job_of(entry, settings).digest() == job.digest()
+
+
+def test_a_job_is_done_where_its_files_are_not(here):
+    (here / "data").mkdir()
+    for name, text in {"p.poly": "0 2 0 0\n4 0\n1 1 2\n2 2 3\n3 3 4\n4 4 1\n0\n", "p.node": NODES}.items():
+        (here / "data" / name).write_text(text)
+    write(here, data__a=SMALL.replace("outer: {rectangle: [0, 0, 1, 1], label: wall}", "file: p.poly"))
+    settings = Settings()
+    (entry,) = planned(["data/a.yaml"], settings)
+    job = job_of(entry, settings)
+    (here / "data").rename("elsewhere")
+    outcome = mesh_job(job, lambda note: None)
+    assert outcome.error is None
+    assert outcome.report["parameters"]["domain"]["file"] == "data/p.poly"
+    assert outcome.report["area"] == pytest.approx(1)
 
 
 def test_a_worker_of_another_version_is_not_trusted(here):
