@@ -10,7 +10,6 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
 from bubblemesh.geometry.contacts import joined
-from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.geometry.labelled import known_labels, onto
 from bubblemesh.geometry.partition import Parts, partitioned
 from bubblemesh.geometry.periodic import paired
@@ -19,9 +18,6 @@ from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
 __all__ = ["Domain", "Nearest"]
-
-TOGETHER = 64  # points that one distance may answer for
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -148,23 +144,31 @@ class Domain:
         """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
         return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
 
-    def clear(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary.
+    def distance_at_least(self, points: Floats) -> Floats:
+        """Lower bounds (m,) of the distances of points (m, 2) from the boundary, much quicker than these."""
+        return self._projection.at_least(points)
 
-        Far quicker than to ask for the distances: most points are clear, or not, with all their neighbours.
+    def clear(self, points: Floats, distance: Floats) -> Booleans:
+        """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary."""
+        inside = np.flatnonzero(self.contains(points))
+        return self._farther(points, distance, inside, +1)
+
+    def astray(self, points: Floats, distance: Floats) -> Booleans:
+        """Which of the points (m, 2) lie outside, farther than ``distance`` (m,) from the boundary."""
+        outside = np.flatnonzero(~self.contains(points))
+        return self._farther(points, distance, outside, -1)
+
+    def _farther(self, points: Floats, distance: Floats, some: Integers, side: int) -> Booleans:
+        """Which of some points, inside (+1) or outside (-1) by the polygonal copy, are farther than ``distance``.
+
+        Only what is not clearly so needs a distance of its own.
         """
-        clear = self.contains(points)
-        rest = np.flatnonzero(clear)
-        rest = rest[along_hilbert_curve(points[rest])]
-        first = np.arange(0, len(rest), TOGETHER)
-        if len(first) == 0:
-            return clear
-        count = np.diff(first, append=len(rest))
-        center = np.add.reduceat(points[rest], first) / count[:, None]
-        away = np.hypot(*(points[rest] - np.repeat(center, count, axis=0)).T)
-        unsure = rest[np.repeat(self.nearest(center).distance, count) - away <= distance[rest] * (1 + ROUNDING)]
-        clear[unsure] = self.signed_distance(points[unsure]) > distance[unsure]
-        return clear
+        result = np.zeros(len(points), bool)
+        far = self.distance_at_least(points[some]) > distance[some]
+        result[some[far]] = True
+        unsure = some[~far]
+        result[unsure] = side * self.signed_distance(points[unsure]) > distance[unsure]
+        return result
 
     def signed_distance(self, points: Floats) -> Floats:
         """Distance (m,) to the boundary, positive inside."""

@@ -9,10 +9,11 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.chord_runs import ChordRuns
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 
-__all__ = ["nearest_chord"]
+__all__ = ["distance_at_least", "nearest_chord"]
 
 BLOCK = 16  # points, or smaller blocks, of a block
 PAIRS = 1 << 12  # of blocks and runs at a time, so that the arrays stay in the processor's caches
+TOGETHER = 64  # points that one lower bound serves
 SLACK = 1 + 1e-12  # for rounding
 
 
@@ -74,15 +75,37 @@ def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
     return found
 
 
+def distance_at_least(runs: ChordRuns, points: Floats) -> Floats:
+    """Lower bounds (m,) of the distances of points (m, 2) from all chords, much quicker than the distances.
+
+    They are close for points whose neighbours, among the others, are much nearer to them than the chords.
+    """
+    bounds = np.zeros(len(points))
+    if len(points) == 0:
+        return bounds
+    order = along_hilbert_curve(points)
+    begin = np.arange(0, len(points), TOGETHER)
+    middle, away = _middles(points[order], begin)
+    foot = runs.feet(middle, nearest_chord(runs, middle))[1]
+    distance = np.hypot(*(middle - foot).T) / SLACK - 2 * runs.margin
+    bounds[order] = np.maximum(np.repeat(distance, np.diff(begin, append=len(points))) - away, 0)
+    return bounds
+
+
+def _middles(places: Floats, begin: Integers) -> tuple[Floats, Floats]:
+    """Middles (b, 2) of blocks of places (n, 2), and distances (n,) of the places from those."""
+    size = np.diff(begin, append=len(places))
+    middle = np.add.reduceat(places, begin) / size[:, None]
+    return middle, np.hypot(*(places - np.repeat(middle, size, axis=0)).T)
+
+
 def _levels(points: Floats, margin: float) -> list[Level]:
     """The points, the middles of blocks of them, and so on up to a single block."""
     levels = [Level(points, np.full(len(points), margin))]
     while len(levels[-1].places) > BLOCK:
         places, reach = levels[-1]
         begin = np.arange(0, len(places), BLOCK)
-        size = np.diff(begin, append=len(places))
-        middle = np.add.reduceat(places, begin) / size[:, None]
-        away = np.hypot(*(places - np.repeat(middle, size, axis=0)).T)
+        middle, away = _middles(places, begin)
         levels.append(Level(middle, np.maximum.reduceat(away + reach, begin)))
     return levels
 

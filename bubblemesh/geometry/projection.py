@@ -10,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.chord_runs import ChordRuns
 from bubblemesh.geometry.curves import turning
-from bubblemesh.geometry.nearest_chord import nearest_chord
+from bubblemesh.geometry.nearest_chord import distance_at_least, nearest_chord
 
 __all__ = ["Nearest", "Projection"]
 
@@ -53,6 +53,15 @@ class Projection:
             s[mine] = self._projected(points[mine], piece[mine], s[mine], self._curvature[chord[mine]])
             foot[mine] = self.boundary.points(piece[mine], s[mine])
         return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
+
+    def at_least(self, points: Floats) -> Floats:
+        """Lower bounds (k,) of the distances of ``points`` (k, 2), much quicker than these; 0 next to the curves."""
+        return np.maximum(distance_at_least(self._runs, points) - self._belly, 0)
+
+    @cached_property
+    def _belly(self) -> float:
+        """More than any curve departs from its chords."""
+        return float((np.abs(self._curvature) * self.chords.step**2).max() / 4)
 
     @cached_property
     def _runs(self) -> ChordRuns:

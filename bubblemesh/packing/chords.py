@@ -4,7 +4,9 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.chord_runs import ChordRuns
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.nearest_chord import nearest_chord
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
 
@@ -111,11 +113,10 @@ def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
     """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
     edges, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
-    chords, centres = shapely.linestrings(bubbles.x[edges]), shapely.points(x)
-    _, near = shapely.STRtree(chords).query_nearest(centres, all_matches=False)
-    distance = shapely.distance(centres, chords[near])
-    (ax, ay), (bx, by) = (x - bubbles.x[edges[near, 0]]).T, (bubbles.x[edges[near, 1]] - bubbles.x[edges[near, 0]]).T
-    along = (ax * bx + ay * by) / (bx * bx + by * by)
-    behind = (bx * ay - by * ax <= 0) & (along > 0) & (along < 1)  # else the nearest point is a node, on true curves
+    runs = ChordRuns.of(*np.moveaxis(bubbles.x[edges], 1, 0))
+    near = nearest_chord(runs, x)
+    share, foot = runs.feet(x, near)
+    (ax, ay), (bx, by) = (x - runs.start[near]).T, (runs.end[near] - runs.start[near]).T
+    behind = (bx * ay - by * ax <= 0) & (share > 0) & (share < 1)  # else the nearest point is a node, on true curves
     behind &= ~domain.boundary.inner[piece[near]]
-    return ~behind & (distance > NEAREST_TO_CHORD * d)
+    return ~behind & (np.hypot(*(x - foot).T) > NEAREST_TO_CHORD * d)

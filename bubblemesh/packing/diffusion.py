@@ -4,11 +4,12 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-import shapely
 from annotated_types import Ge, Le
 
 from bubblemesh.arrays import Floats
+from bubblemesh.geometry.chord_runs import ChordRuns
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.nearest_chord import distance_at_least, nearest_chord
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.chords import parted
 from bubblemesh.packing.equidistribution import equidistributed
@@ -77,13 +78,11 @@ def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats
 
 def distance_to_lines(ends: Floats, points: Floats, d: Floats) -> Floats:
     """Distances (n,) of points (n, 2) to straight lines with these ends (k, 2, 2), infinite beyond d (n,)."""
+    runs = ChordRuns.of(ends[:, 0], ends[:, 1])
     result = np.full(len(points), np.inf)
-    tree = shapely.STRtree(shapely.linestrings(ends))
-    point, line = tree.query(shapely.points(points), predicate="dwithin", distance=d)
-    a, b = np.moveaxis(ends[line], 1, 0)
-    along, offset = b - a, points[point] - a
-    squared = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
-    t = np.einsum("ij,ij->i", offset, along) / squared
-    foot = offset - np.clip(t, 0, 1)[:, None] * along
-    np.minimum.at(result, point, np.hypot(*foot.T))
+    near = np.flatnonzero(distance_at_least(runs, points) <= d)
+    foot = runs.feet(points[near], nearest_chord(runs, points[near]))[1]
+    distance = np.hypot(*(points[near] - foot).T)
+    within = distance <= d[near]
+    result[near[within]] = distance[within]
     return result

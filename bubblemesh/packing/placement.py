@@ -76,9 +76,9 @@ class HierarchicalSubdivision:
             cells = _children(cells[split])
             if len(cells) == 0:
                 break
-        points = lattice.points(np.unique(np.vstack(corners), axis=0), DEEPEST)
+        points = lattice.points(_distinct(np.vstack(corners)), DEEPEST)
         points = points[domain.contains(points)]
-        return points[domain.signed_distance(points) > self.clearance * spacing(points)]
+        return points[domain.clear(points, self.clearance * spacing(points))]
 
     def _to_split(self, lattice: "Lattice", cells: Integers, level: int, spacing: Spacing) -> Booleans:
         """Rhombi (k,) with a side that is too long for the spacing at its ends."""
@@ -141,6 +141,12 @@ def _corners(cells: Integers) -> Integers:
     return (cells[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])).reshape(-1, 2)
 
 
+def _distinct(cells: Integers) -> Integers:
+    """The cells (k, 2) in order, each once."""
+    ordered = cells[np.lexsort(cells.T[::-1])]
+    return ordered[np.append(True, (np.diff(ordered, axis=0) != 0).any(axis=1))]
+
+
 def _children(cells: Integers) -> Integers:
     return _corners(2 * cells)
 
@@ -149,4 +155,4 @@ def _meets(domain: Domain, lattice: Lattice, cells: Integers, level: int) -> Boo
     """Rhombi (k,) that may reach into the domain: the others need no bubbles."""
     centers = lattice.points(cells + 0.5, level)
     reach = lattice.side / 2**level * SQRT3 / 2
-    return domain.signed_distance(centers) > -reach
+    return ~domain.astray(centers, np.full(len(centers), reach))

@@ -77,7 +77,7 @@ class Clearance:
     margin: float = 0.3
 
     def __post_init__(self) -> None:
-        self.free = self.domain.signed_distance(self.x)
+        self.free = self.domain.distance_at_least(self.x)
 
     def kept_inside(self, x: Floats, v: Floats, d: Floats) -> None:
         """Put interior bubbles x (k, 2) that crossed the boundary back and at rest, in place."""
