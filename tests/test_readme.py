@@ -4,12 +4,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from shutil import copyfile
 
 import pytest
 
 from bubblemesh.case import load_case
 from bubblemesh.output import write_files
 from bubblemesh.pipeline import mesh_case
+from bubblemesh.problem import prepared
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
@@ -25,9 +27,16 @@ def without_comments(text):
 
 
 def test_the_case_shown_is_the_quickstart():
-    shown, *others = blocks("yaml")
-    assert not others
+    shown, _ = blocks("yaml")
     assert without_comments(shown) == without_comments((ROOT / "configs/quickstart.yaml").read_text())
+
+
+def test_the_mapping_of_terms_shown_is_a_spacing_of_the_quickstart():
+    _, shown = blocks("yaml")
+    case, _, _ = (ROOT / "configs/quickstart.yaml").read_text().partition("spacing:")
+    problem = prepared(load_case("plate.yaml", text=case + shown))
+    assert problem.survey.minimum == pytest.approx(0.02, rel=0.01)
+    assert problem.survey.maximum < 0.2
 
 
 def test_there_are_exactly_two_set_up_lines():
@@ -44,6 +53,14 @@ def test_links_and_pictures_lead_to_files():
         assert (ROOT / target).exists(), target
 
 
+@pytest.fixture(scope="module")
+def mesh_file(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mesh")
+    result = mesh_case(load_case(ROOT / "configs/quickstart.yaml", overrides=COARSE))
+    write_files(result.mesh, result.fields, result.report, folder, "plate", ["msh"])
+    return folder / "plate.msh"
+
+
 def test_the_python_block_runs_in_a_folder_with_the_quickstart_mesh(tmp_path):
     case = load_case(ROOT / "configs/quickstart.yaml", overrides=COARSE)
     result = mesh_case(case)
@@ -54,9 +71,11 @@ def test_the_python_block_runs_in_a_folder_with_the_quickstart_mesh(tmp_path):
 
 
 @pytest.mark.parametrize("command", re.findall(r"^bubblemesh (.*?)(?:\s+#.*)?$", "\n".join(blocks("sh")), flags=re.M))
-def test_every_command_shown_works(command, tmp_path):
+def test_every_command_shown_works(command, mesh_file, tmp_path):
     (tmp_path / "plate.yaml").write_text((ROOT / "configs/quickstart.yaml").read_text())
-    coarse = " ".join(f"--set {setting}" for setting in COARSE) if "parameters.h" not in command else ""
+    copyfile(mesh_file, tmp_path / "plate.msh")
+    takes_settings = command.split()[0] in ("run", "batch", "check") and "parameters.h" not in command
+    coarse = " ".join(f"--set {setting}" for setting in COARSE) if takes_settings else ""
     options, arrow, target = command.partition(" > ")
     line = f"{sys.executable} -m bubblemesh {options} {coarse} {arrow} {target}"
     subprocess.run(["bash", "-c", line], cwd=tmp_path, check=True, capture_output=True, timeout=120)
