@@ -1,7 +1,7 @@
 """What Python programs use: cases, meshes, and meshing without a case file."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Self
@@ -19,11 +19,11 @@ from bubblemesh.output import write_file
 from bubblemesh.output.gmsh import as_meshio
 from bubblemesh.packing.options import OptionError, configured, options
 from bubblemesh.pipeline import Result
-from bubblemesh.problem import Task, posed
+from bubblemesh.problem import Task, posed_for
 from bubblemesh.quality import Shape, radius_ratios, shape_quality
 from bubblemesh.summary import RoundRow
 
-__all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case"]
+__all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case", "public"]
 
 MAX_NODES = 2_000_000
 
@@ -128,7 +128,7 @@ def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: Non
     """
     if not isinstance(case, Case):
         raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
-    return _public(pipeline.mesh_case(case, on_round))
+    return public(pipeline.mesh_case(case, on_round))
 
 
 def mesh(
@@ -140,6 +140,7 @@ def mesh(
     packing: Mapping[str, Any] | None = None,
     schedule: Mapping[str, Any] | None = None,
     max_nodes: int = MAX_NODES,
+    nodes: int | None = None,
 ) -> Mesh:
     """Mesh a domain.
 
@@ -156,6 +157,8 @@ def mesh(
     method, packing, schedule
         As in a case file.
     max_nodes : int
+    nodes : int, optional
+        Number of nodes that the mesh gets, within 2 %: the spacing is scaled for it.
 
     Raises
     ------
@@ -166,18 +169,22 @@ def mesh(
     GeometryError
         If the polygon is empty, invalid or several polygons.
     LimitError
-        If the mesh would need more than ``max_nodes`` nodes.
+        If the mesh would need more than ``max_nodes`` nodes, or ``nodes`` are too few for the polygon.
     """
+    if nodes is not None and (isinstance(nodes, bool) or not isinstance(nodes, int | np.integer) or nodes < 3):
+        raise CaseError(f"nodes: must be a whole number of at least 3 (found {nodes!r})")
     try:
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
     domain = domain_of(geometry, labels)
-    wanted, rules = spacing_of(spacing, domain)
+    wanted = spacing_of(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
-    problem = posed(domain, wanted, Task("mesh", method, bound, max_nodes, None, parameters), {}, rules)
-    return _public(pipeline.meshed(problem)).mesh
+    task = Task("mesh", method, bound, max_nodes, None, parameters)
+    problem = posed_for(domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, "nodes")
+    return public(pipeline.meshed(problem)).mesh
 
 
-def _public(result: Result[meshes.Mesh]) -> Result[Mesh]:
+def public(result: Result[meshes.Mesh]) -> Result[Mesh]:
+    """The result of a run with the mesh that programs use."""
     return Result(Mesh.of(result.mesh), result.fields, result.report, result.speeds)

@@ -12,10 +12,10 @@ from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
+from bubblemesh.spacing.combination import Combination
 from bubblemesh.spacing.expression import Expression
-from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.wanted import rules_of, wanted_of
+from bubblemesh.wanted import Wanted, wanted_of
 
 __all__ = ["domain_of", "spacing_of"]
 
@@ -73,9 +73,7 @@ def _names(labels: Sequence[str] | None, count: int) -> Sequence[str | None]:
     return labels
 
 
-def spacing_of(
-    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain
-) -> tuple[Spacing, Rules]:
+def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain) -> Wanted:
     """The spacing, whose values are checked, and its rules.
 
     Raises
@@ -84,9 +82,9 @@ def spacing_of(
         If it is neither a number nor an expression nor a mapping of terms nor a function.
     """
     if isinstance(spacing, Mapping):
-        case = spacing_case(spacing, [region.name for region in domain.parts.regions])
-        return wanted_of(case, domain), rules_of(case)
-    return Spacing(_function(spacing)), Rules()
+        return wanted_of(spacing_case(spacing, [region.name for region in domain.parts.regions]), domain)
+    function = _function(spacing)
+    return Wanted(lambda scale: Spacing(function if scale is None else Combination((function,), scale)))
 
 
 def _function(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:

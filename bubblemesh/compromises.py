@@ -16,6 +16,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wording import place
 
 __all__ = [
+    "missed_budget",
     "narrow_walls",
     "poor_result",
     "refined_boundary",
@@ -28,6 +29,7 @@ SAMPLING = 1 / 64  # of the domain's size, along straight walls
 ROUNDING = 1e-6
 SHARPEST = 5.0  # degrees
 POOR_QUALITY = 0.2
+BUDGET_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
 
@@ -121,6 +123,17 @@ def straight_facets(count: int) -> list[str]:
         return []
     edges = "1 boundary edge keeps" if count == 1 else f"{count} boundary edges keep"
     return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
+
+
+def missed_budget(wanted: int, found: int) -> list[str]:
+    """A number of nodes that the mesh does not have, to 2 %, or to one node if they are few."""
+    if abs(found - wanted) <= max(BUDGET_TOLERANCE * wanted, 1):
+        return []
+    which = "more" if found > wanted else "fewer"
+    return [
+        f"the mesh has {found} nodes, {abs(found / wanted - 1):.1%} {which} than the {wanted} asked "
+        "for: no scale that was tried comes nearer"
+    ]
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:

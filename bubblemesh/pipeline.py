@@ -1,7 +1,7 @@
 """From a case to a mesh: the whole story on one screen."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any, Generic, TypeVar
 
@@ -27,6 +27,7 @@ from bubblemesh.triangulation import regions, sorted_triangles
 
 __all__ = ["Result", "mesh_case", "meshed"]
 
+MOST_MESHES = 8  # until one has the wanted number of nodes
 
 M = TypeVar("M", bound=Mesh, covariant=True)
 
@@ -62,9 +63,48 @@ def meshed(
     problem: Problem, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None
 ) -> Result[Mesh]:
     """Mesh a problem; else as `mesh_case`."""
+    budget, done = problem.budget, dict[float, Result[Mesh]]()
+    if budget is None:
+        return _meshed(problem, on_round, on_share, sum(problem.seconds.values()))
+    nodes, begun = budget.nodes, perf_counter() - sum(problem.seconds.values())
+    counts = []
+    while budget is not None and budget.scale not in done and len(done) < MOST_MESHES:
+        done[budget.scale] = result = _meshed(problem, on_round, on_share, perf_counter() - begun)
+        counts.append((problem.expected_nodes, len(result.mesh.points)))
+        if not (compromises.missed_budget(nodes, len(result.mesh.points)) and result.report["finished"]):
+            break
+        problem = budget.corrected(counts)
+        budget = problem.budget
+    return _closest(nodes, done, perf_counter() - begun)
+
+
+def _closest(nodes: int, done: dict[float, Result[Mesh]], seconds: float) -> Result[Mesh]:
+    """The mesh, of those by scale, nearest to the wanted number of nodes; its report tells of all that were made."""
+
+    def rank(scale: float) -> tuple[bool, int]:
+        return not done[scale].report["finished"], abs(len(done[scale].mesh.points) - nodes)
+
+    scale = min(done, key=rank)
+    best = done[scale]
+    own = best.report["seconds"]
+    report = {
+        **best.report,
+        "budget": {
+            "nodes": nodes,
+            "scale": scale,
+            "attempts": [{"scale": each, "nodes": len(result.mesh.points)} for each, result in done.items()],
+        },
+        "seconds": {**own, "other_attempts": seconds - own["total"], "total": seconds},
+        "warnings": [*best.report["warnings"], *compromises.missed_budget(nodes, len(best.mesh.points))],
+    }
+    return replace(best, report=report)
+
+
+def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: float) -> Result[Mesh]:
+    """Mesh a problem once, as it is, when so many seconds have passed."""
     task = problem.task
     domain, spacing, method, seconds = problem.domain, problem.spacing, problem.method, dict(problem.seconds)
-    ideal_nodes, clock = problem.survey.ideal_nodes, Clock(task.time_limit, sum(seconds.values()), on_share)
+    ideal_nodes, clock = problem.survey.ideal_nodes, Clock(task.time_limit, passed, on_share)
     with timed(seconds, "placement"):
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)

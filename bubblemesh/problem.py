@@ -1,28 +1,33 @@
 """A case made ready for packing: geometry and spacing checked, the method bound."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from bubblemesh import compromises
 from bubblemesh.case import Case
-from bubblemesh.case.rings import rings_of
-from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.domains import domain_of
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.partition import Parts, Region
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
+from bubblemesh.spacing.budget import Scaling, next_aim, scaled_to
 from bubblemesh.spacing.grading import GROWTH, Graded, graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
-from bubblemesh.wanted import rules_of, wanted_of
+from bubblemesh.wanted import NO_RULES, Wanted, wanted_of
 
-__all__ = ["Problem", "Task", "posed", "prepared"]
+__all__ = ["Budget", "Problem", "Task", "posed", "posed_for", "prepared", "task_of"]
 
-NO_RULES = Rules()
 ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announces the number of nodes
+FLATTEST = 0.5  # slope of the nodes that are found over those that are expected, in logarithms
+FEW = 100_000  # nodes that the search for a scale may count, whatever is wanted
+TIMES_TOO_MANY = 4  # the wanted nodes: more need no counting
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,8 @@ class Problem:
     warnings : tuple of str
     seconds : dict
         Time taken, by stage.
+    budget : Budget or None
+        The scale of the spacing, if it was found for a number of nodes.
     """
 
     task: Task
@@ -81,6 +88,7 @@ class Problem:
     ruled: Graded
     warnings: tuple[str, ...]
     seconds: dict[str, float]
+    budget: "Budget | None" = None
 
     @property
     def method(self) -> Method:
@@ -93,6 +101,25 @@ class Problem:
         return self.spacing is not self.wanted
 
 
+@dataclass(frozen=True)
+class Budget:
+    """A number of nodes that is to be met.
+
+    Attributes
+    ----------
+    nodes : int
+    scale : float
+        Factor of the spacing at which about so many are expected.
+    corrected : callable
+        The problem anew, after meshes for which numbers of nodes were expected and found: with a better scale, or the
+        same if it is the last one.
+    """
+
+    nodes: int
+    scale: float
+    corrected: Callable[[Sequence[tuple[float, int]]], Problem]
+
+
 def prepared(case: Case) -> Problem:
     """Check geometry and spacing of a case, and bind its method.
 
@@ -103,12 +130,65 @@ def prepared(case: Case) -> Problem:
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        domain = Domain.of(*case.domain.rings(), _parts(case))
-    wanted, rules = wanted_of(case, domain), rules_of(case)
+        domain = domain_of(case)
+    return posed_for(domain, wanted_of(case, domain), task_of(case), seconds)
+
+
+def posed_for(
+    domain: Domain, wanted: Wanted, task: Task, seconds: dict[str, float], asked: str = "spacing.nodes"
+) -> Problem:
+    """Pose the problem for what is asked of the spacing; ``asked`` is what messages call its number of nodes."""
+    if wanted.nodes is None:
+        return posed(domain, wanted.at(None), task, seconds, wanted.rules)
+    return budgeted(Scaling(domain, wanted.at, asked), wanted.nodes, task, seconds, wanted.rules)
+
+
+def task_of(case: Case) -> Task:
+    """How to mesh a case."""
     method = configured(case.method, case.packing, case.schedule)
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
-    task = Task(str(case.name), case.method, method, case.limits.max_nodes, case.limits.seconds, parameters)
-    return posed(domain, wanted, task, seconds, rules)
+    return Task(str(case.name), case.method, method, case.limits.max_nodes, case.limits.seconds, parameters)
+
+
+def budgeted(scaling: Scaling, nodes: int, task: Task, seconds: dict[str, float], rules: Rules = NO_RULES) -> Problem:
+    """Pose the problem with the scale of the spacing at which so many nodes are expected.
+
+    Raises
+    ------
+    CaseError, LimitError
+        If no scale does; else as `posed`.
+    """
+    if nodes > task.max_nodes:
+        raise LimitError(
+            f"limits.max_nodes: {scaling.asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
+            "fewer or raise the limit"
+        )
+    scales, spent = scaling.scales(), replace(task, max_nodes=max(FEW, TIMES_TOO_MANY * nodes))
+    problems: dict[float, Problem] = {}
+
+    def count(scale: float) -> float:
+        try:
+            problems[scale] = posed(scaling.domain, scaling.scaled(scale), spent, seconds, rules)
+        except LimitError:
+            return np.inf
+        return problems[scale].expected_nodes
+
+    def at(expected: float, start: float | None = None) -> Problem:
+        """The problem in which so many are expected; from a rough number to start from, as nearly as can be."""
+        time = dict(seconds)
+        with timed(time, "spacing"):
+            scale = scaled_to(expected, scales, count, start, scaling.asked if start is None else None)
+        problem = replace(problems[scale], task=task, seconds=time)
+        rough = scales.rough(np.log(scale))
+
+        def corrected(found: Sequence[tuple[float, int]]) -> Problem:
+            trials = [(np.log(expected), np.log(meshed)) for expected, meshed in found]
+            wanted = next_aim(trials, np.log(nodes), FLATTEST)
+            return at(np.exp(wanted), np.exp(rough + wanted - np.log(problem.expected_nodes)))
+
+        return replace(problem, budget=Budget(nodes, scale, corrected))
+
+    return at(nodes)
 
 
 def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float], rules: Rules = NO_RULES) -> Problem:
@@ -144,35 +224,3 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *compromises.narrow_walls(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, ruled, warnings, seconds)
-
-
-def _parts(case: Case) -> Parts:
-    """Regions and what is embedded; errors tell which one it is.
-
-    Raises
-    ------
-    GeometryError, CaseError
-    """
-    seen = {case.domain.region: "domain.region"}
-    for number, model in enumerate(case.domain.regions):
-        where = f"domain.regions[{number}].name"
-        if model.name in seen:
-            raise CaseError(
-                f"{where}: {model.name!r} is the name at {seen[model.name]} too: give every region a name of its own"
-            )
-        seen[model.name] = where
-    regions = []
-    for model in case.domain.regions:
-        try:
-            rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
-            regions += [Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in rings_of(model.ring)]
-        except GeometryError as error:
-            raise GeometryError(f"region {model.name!r}: {error}") from None
-    strands = []
-    for number, line in enumerate(case.domain.lines, start=1):
-        try:
-            strands.append(line.strand(default=f"line-{number}"))
-        except GeometryError as error:
-            raise GeometryError(f"line {number}: {error}") from None
-    points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(case.domain.points, start=1)]
-    return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points), case.domain.periodic)

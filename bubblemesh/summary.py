@@ -105,6 +105,12 @@ def rules_figures(problem: Problem) -> dict[str, Any]:
     return {"rules": {"share": ruled.share, "ratio": ruled.ratio}} if ruled.ratio > 1 else {}
 
 
+def budget_figures(problem: Problem) -> dict[str, Any]:
+    """The scale of the spacing that was found for a wanted number of nodes, if there is one."""
+    budget = problem.budget
+    return {} if budget is None else {"budget": {"nodes": budget.nodes, "scale": budget.scale}}
+
+
 def estimate(problem: Problem) -> dict[str, Any]:
     """What a case asks for, before any packing."""
     domain, survey = problem.domain, problem.survey
@@ -123,6 +129,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
             "maximum_at": survey.maximum_at,
         },
         **rules_figures(problem),
+        **budget_figures(problem),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,
         "warnings": problem.warnings,

@@ -1,5 +1,8 @@
 """The spacing that a case asks for: its terms, bound to its domain."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from bubblemesh.case import Case
@@ -11,32 +14,72 @@ from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing, by_region
 
-__all__ = ["rules_of", "wanted_of"]
+__all__ = ["Wanted", "limits_of", "nodes_of", "rules_of", "wanted_of"]
+
+UNLIMITED = (0.0, np.inf)
+NO_RULES = Rules()
 
 
-def wanted_of(case: Case, domain: Domain) -> Spacing:
-    """The case's spacing, those of its regions within these, before its rules."""
-    terms = case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
-    base = Spacing(_combined(terms, case, domain))
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked of a spacing.
+
+    Attributes
+    ----------
+    at : callable
+        The spacing at a scale, or at its own if None is given; before its rules.
+    rules : Rules
+    nodes : int or None
+        How many nodes it is to be scaled for.
+    """
+
+    at: Callable[[float | None], Spacing]
+    rules: Rules = NO_RULES
+    nodes: int | None = None
+
+
+def wanted_of(case: Case, domain: Domain) -> Wanted:
+    """The case's spacing, those of its regions within these."""
+    terms = _mapping(case)
+    found = tuple(_terms(terms, case, domain))
     finer = {model.name: _value(model.spacing, case) for model in case.domain.regions if model.spacing is not None}
     own = [(region, finer[region.name]) for region in domain.parts.regions if region.name in finer]
     own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
-    return by_region(base, [(region.core, region.reach, Spacing(value)) for region, value in own]) if own else base
+
+    def at(scale: float | None) -> Spacing:
+        factor = 1.0 if scale is None else scale / terms.scale
+        base = Spacing(_combined(found, factor * terms.scale, limits_of(case)))
+        regions = [(region.core, region.reach, Spacing(_combined((value,), factor))) for region, value in own]
+        return by_region(base, regions) if regions else base
+
+    return Wanted(at, rules_of(case), terms.nodes)
+
+
+def nodes_of(case: Case) -> int | None:
+    """How many nodes the case's spacing is to be scaled for."""
+    return _mapping(case).nodes
+
+
+def limits_of(case: Case) -> tuple[float, float]:
+    """The least and the largest value of the case's spacing."""
+    terms = _mapping(case)
+    return terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
 
 
 def rules_of(case: Case) -> Rules:
     """What the case's spacing has to respect."""
-    if not isinstance(case.spacing, SpacingTerms):
-        return Rules()
-    terms = case.spacing
+    terms = _mapping(case)
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
 
 
-def _combined(terms: SpacingTerms, case: Case, domain: Domain) -> Term:
+def _mapping(case: Case) -> SpacingTerms:
+    return case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
+
+
+def _combined(terms: tuple[Term, ...], scale: float, limits: tuple[float, float] = UNLIMITED) -> Term:
     """The terms as one; a single one without limits as it is, since it is evaluated very often."""
-    found = tuple(_terms(terms, case, domain))
-    limits = terms.scale, terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
-    return found[0] if len(found) == 1 and limits == (1.0, 0.0, np.inf) else Combination(found, *limits)
+    plain = len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED)
+    return terms[0] if plain else Combination(terms, scale, *limits)
 
 
 def _terms(terms: SpacingTerms, case: Case, domain: Domain) -> list[Term]:

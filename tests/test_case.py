@@ -377,6 +377,14 @@ class TestLoading:
         assert case.domain.holes[0].circle.radius == 0.3
         assert (case.spacing, case.parameters, case.limits.max_nodes) == ("h*2", {"h": 0.1}, 10_000)
 
+    def test_plain_spacing_that_gets_a_key_becomes_the_value(self):
+        one, other = (
+            case_of(SQUARE.replace("spacing: 0.1", f"spacing: {text}"), overrides=["spacing.nodes=50"])
+            for text in ("x + 2", "{value: x + 2}")
+        )
+        assert one.spacing == other.spacing
+        assert (one.spacing.value, one.spacing.nodes) == ("x + 2", 50)
+
     @pytest.mark.parametrize(
         ("option", "message"),
         [
@@ -387,7 +395,12 @@ class TestLoading:
             ("domain.outer.polygon=[[1]]", "--set domain.outer.polygon: domain.outer.polygon.0: must be a point"),
             ("limits.max_node=1", "--set limits.max_node: limits.max_node: unknown key; did you mean 'max_nodes'?"),
             ("spacing=hh", "--set spacing: spacing: column 1: unknown name 'hh'"),
-            ("spacing.h=3", "--set spacing.h: spacing is the plain value 0.1"),
+            (
+                "domain.holes.0.label.h=3",
+                "--set domain.holes.0.label.h: domain.holes.0.label is the plain value 'hole'",
+            ),
+            ("spacing.h=3", "--set spacing.h: spacing.h: unknown key; "),
+            ("spacing.nodes=2", "--set spacing.nodes: spacing.nodes: must be at least 3 (found 2)"),
         ],
     )
     def test_problem_of_an_override_names_the_option(self, option, message):

@@ -23,6 +23,7 @@ MAY_IMPORT = {
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
     "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
     "sampled": FOUNDATION | {"case", "output", "readers", "spacing"},
+    "domains": FOUNDATION | {"case", "geometry"},
     "wanted": FOUNDATION | {"case", "geometry", "sampled", "spacing"},
     "output": FOUNDATION | {"histograms", "meshes", "output", "quality", "solvers"},
     "batch": FOUNDATION

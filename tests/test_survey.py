@@ -4,7 +4,8 @@ from scipy.integrate import quad
 
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.rings import circle, rectangle
+from bubblemesh.geometry.partition import Parts, Region
+from bubblemesh.geometry.rings import LineTo, circle, rectangle, strand
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import surveyed
 
@@ -36,6 +37,15 @@ def test_each_hole_takes_one_node_off():
     domain = Domain.of(rectangle(-1, -1, 1, 1), [rectangle(-0.5, -0.5, 0, 0), rectangle(0.5, 0.5, 0.7, 0.7)])
     found = surveyed(domain, uniform(0.1), ENOUGH).ideal_nodes
     assert found == pytest.approx(ideal((4 - 0.25 - 0.04) / 0.01, (8 + 2 + 0.8) / 0.1, holes=2), rel=1e-9)
+
+
+def test_inner_lines_take_no_nodes_of_their_own():
+    crack = strand((-0.5, 0), [LineTo((0.5, 0))], "crack")
+    region = Region(rectangle(-1, -1, 0, 1), "west", label="rim")
+    domain = Domain.of(rectangle(-1, -1, 1, 1), parts=Parts(regions=(region,), strands=(crack,)))
+    assert domain.boundary.inner.any()
+    found = surveyed(domain, uniform(0.1), ENOUGH).ideal_nodes
+    assert found == pytest.approx(ideal(4 / 0.1**2, 8 / 0.1), rel=1e-9)
 
 
 @pytest.mark.parametrize("d", [0.2, 0.02])

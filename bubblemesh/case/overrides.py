@@ -10,6 +10,10 @@ from bubblemesh.errors import CaseError
 __all__ = ["Override", "applied", "parsed"]
 
 
+# Keys whose plain value is short for a mapping with one key.
+SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}
+
+
 @dataclass(frozen=True)
 class Override:
     """A value for one place of the data, and how messages call where it came from."""
@@ -44,6 +48,8 @@ def parsed(option: str) -> Override:
 def applied(data: Any, override: Override) -> Any:
     """A copy of ``data`` with the override's value; missing mappings on the way are made, ``data`` stays as it is.
 
+    A plain spacing that gets a key becomes the ``value`` of a mapping.
+
     Raises
     ------
     CaseError
@@ -60,6 +66,8 @@ def _placed(data: Any, override: Override, depth: int) -> Any:
         return [*data[:index], _placed(data[index], override, depth + 1), *data[index + 1 :]]
     if data is None:
         data = {}
+    elif not isinstance(data, dict) and override.path[:depth] in SHORT_FORMS:
+        data = {SHORT_FORMS[override.path[:depth]]: data}
     if not isinstance(data, dict):
         reached = ".".join(map(str, override.path[:depth]))
         raise CaseError(f"{override.source}: {reached} is the plain value {data!r}, without keys: set it as a whole")

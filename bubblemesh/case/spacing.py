@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Positive, Strict
+from bubblemesh.case.fields import Count, Positive, Strict
 from bubblemesh.case.tabulated import FieldTerm, ImageTerm, OneOrMore, RasterTerm, ScatteredTerm
 
 __all__ = ["SpacingTerms", "SpacingValue", "WantedSpacing", "expressions"]
@@ -58,6 +58,9 @@ class SpacingTerms(Strict):
     minimum: Positive | None = Field(default=None, description="The spacing is nowhere finer, but where it has to be.")
     maximum: Positive | None = Field(default=None, description="The spacing is nowhere coarser.")
     growth: Positive | None = Field(default=None, description="Largest growth of the spacing per length.")
+    nodes: Annotated[Count, Field(ge=3)] | None = Field(
+        default=None, description="Number of nodes of the mesh, within 2 %: decides on the scale."
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> "SpacingTerms":

@@ -117,7 +117,7 @@ def show_problem(problem: "Problem") -> None:
         "spacing": f"{survey.minimum:.4g} at {_place(survey.minimum_at)} to "
         f"{survey.maximum:.4g} at {_place(survey.maximum_at)}",
         **_rules(problem),
-        "nodes": f"about {problem.expected_nodes:.0f}",
+        "nodes": f"about {problem.expected_nodes:.0f}" + _scale(problem),
         "method": problem.task.method_name,
     }
     _show(rows)
@@ -128,6 +128,10 @@ def _rules(problem: "Problem") -> dict[str, str]:
     if ruled.ratio <= 1:
         return {}
     return {"rules": f"finer than the terms on {ruled.share:.1%} of the area, at most {ruled.ratio:.3g} times"}
+
+
+def _scale(problem: "Problem") -> str:
+    return "" if problem.budget is None else f", with the spacing times {problem.budget.scale:.4g}"
 
 
 def show_quality(figures: Mapping[str, Any]) -> None:
@@ -148,6 +152,10 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["edges l/d"] = f"{spacing['mean']:.3f} ± {spacing['std']:.3f}, 98 % in " + (
             f"[{spacing['p01']:.2f}, {spacing['p99']:.2f}]"
         )
+    if "budget" in figures:
+        budget = figures["budget"]
+        meshes = _counted(len(budget["attempts"]), "attempt")
+        rows["budget"] = f"{budget['nodes']} nodes, met by the spacing times {budget['scale']:.4g}, in {meshes}"
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = f"{figures['seconds']['total']:.2f} s"

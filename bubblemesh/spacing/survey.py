@@ -12,7 +12,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import triangulated
 from bubblemesh.wording import place
 
-__all__ = ["Survey", "ideal_nodes", "surveyed"]
+__all__ = ["Survey", "ideal_nodes", "rough_nodes", "surveyed"]
 
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 2e-3  # relative change on halving below which a part of an integral stands
@@ -70,6 +70,21 @@ def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: flo
     return _ideal_nodes(_resolved(domain), domain, spacing, max_nodes, tolerance)
 
 
+def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
+    """About as many nodes as a perfect packing has, for many spacings: by the same few points for each of them."""
+    triangles, intervals = _resolved(domain), _intervals(domain)
+    middles, piece = triangles.mean(axis=1), intervals[:, 0].astype(np.int64)
+    sides = domain.boundary.points(piece, intervals[:, 1:].mean(axis=1))
+    weight, lengths = _doubled_areas(triangles) / np.sqrt(3), intervals[:, 2] - intervals[:, 1]
+
+    def count(spacing: Spacing) -> float:
+        inverse = 1 / spacing(np.vstack([middles, sides]))
+        over_area, along = weight @ inverse[: len(weight)] ** 2, lengths @ inverse[len(weight) :] / 2
+        return max(float(over_area + along) + 1 - domain.hole_count, FEWEST)
+
+    return count
+
+
 def _ideal_nodes(triangles: Floats, domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
     """The same for a domain that is covered by ``triangles`` (t, 3, 2)."""
     intervals, limits = _intervals(domain), (tolerance, max_nodes)
@@ -123,9 +138,9 @@ def _resolved(domain: Domain) -> Floats:
 
 
 def _intervals(domain: Domain) -> Floats:
-    """Boundary intervals (k, 3) as piece, begin and end arc length."""
-    piece = np.arange(len(domain.boundary.lengths), dtype=float)
-    whole = np.column_stack([piece, np.zeros(len(piece)), domain.boundary.lengths])
+    """Boundary intervals (k, 3) as piece, begin and end arc length; inner pieces lie in the area and count there."""
+    piece = np.flatnonzero(~domain.boundary.inner)
+    whole = np.column_stack([piece, np.zeros(len(piece)), domain.boundary.lengths[piece]])
     return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], COARSEST * domain.size)
 
 
@@ -163,8 +178,13 @@ def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
     """Integrals (t,) of 2 / (sqrt(3) d^2), by the midpoints of the edges (exact to second order)."""
     middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
     d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
+    return _doubled_areas(triangles) / np.sqrt(3) * (1 / d**2).mean(axis=1)
+
+
+def _doubled_areas(triangles: Floats) -> Floats:
+    """Twice the areas (t,) of triangles (t, 3, 2)."""
     (ux, uy), (vx, vy) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
-    return np.abs(ux * vy - uy * vx) / np.sqrt(3) * (1 / d**2).mean(axis=1)
+    return np.abs(ux * vy - uy * vx)
 
 
 def _halved_intervals(intervals: Floats) -> Floats:
