@@ -1,5 +1,6 @@
 """Initial bubbles by error diffusion: as many as the spacing asks for, from the start."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -17,7 +18,7 @@ from bubblemesh.packing.placement import require_at_most
 from bubblemesh.spacing.quadtree import leaves
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["ErrorDiffusion", "distance_to_facets", "distance_to_lines", "on_boundary"]
+__all__ = ["ErrorDiffusion", "distance_to_facets", "distance_to_lines", "missing", "on_boundary"]
 
 AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
 HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
@@ -50,14 +51,33 @@ class ErrorDiffusion:
             If there would be more than ``max_nodes`` of them.
         """
         shell = on_boundary(domain, spacing)
-        cells = leaves(domain, spacing, self.leaf)
-        distance = distance_to_facets(shell, domain, cells.centers, cells.d)
-        # A cell that reaches into the strip of the boundary bubbles counts in part.
-        share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1)
-        passed = np.cumsum(share * cells.sides**2 / (AREA * cells.d**2))
-        x = cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
+        x = missing(domain, spacing, shell, self.leaf)
         require_at_most(max_nodes, len(shell) + len(x))
         return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+
+
+def everything(x: Floats, d: Floats) -> Floats:
+    """All bubbles (n,) of sizes d (n,) at x (n, 2)."""
+    return np.ones(len(x))
+
+
+def missing(
+    domain: Domain,
+    spacing: Spacing,
+    shell: Bubbles,
+    leaf: float,
+    lacking: Callable[[Floats, Floats], Floats] = everything,
+) -> Floats:
+    """Points (k, 2) for interior bubbles, by error diffusion over leaves of sides up to ``leaf`` spacings.
+
+    ``lacking`` tells what part (n,) of the bubbles of sizes d (n,) at points x (n, 2) is not there yet.
+    """
+    cells = leaves(domain, spacing, leaf)
+    distance = distance_to_facets(shell, domain, cells.centers, cells.d)
+    # A cell that reaches into the strip of the boundary bubbles counts in part.
+    share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1) * lacking(cells.centers, cells.d)
+    passed = np.cumsum(share * cells.sides**2 / (AREA * cells.d**2))
+    return cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
 
 
 def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
