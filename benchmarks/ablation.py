@@ -44,11 +44,11 @@ def main() -> None:
     PAGE.write_text(renewed(PAGE.read_text(), tables(repeats)))
 
 
-def renewed(page: str, content: str) -> str:
+def renewed(page: str, content: str, begin: str = BEGIN, end: str = END) -> str:
     """The page with other content between its marks."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n\n{content}\n{END}{after}"
+    before, _, rest = page.partition(begin)
+    _, _, after = rest.partition(end)
+    return f"{before}{begin}\n\n{content}\n{end}{after}"
 
 
 def tables(repeats: int) -> str:

@@ -4,17 +4,32 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bubblemesh.adaptation import Solution, adapt
     from bubblemesh.api import Case, Domain, Mesh, Result, load_case, mesh, mesh_case
 
-__all__ = ["Case", "Domain", "Mesh", "Result", "__version__", "load_case", "mesh", "mesh_case"]
+__all__ = [
+    "Case",
+    "Domain",
+    "Mesh",
+    "Result",
+    "Solution",
+    "__version__",
+    "adapt",
+    "load_case",
+    "mesh",
+    "mesh_case",
+]
 
 __version__ = "0.1.0"
+
+
+OF_ADAPTATION = ("Solution", "adapt")
 
 
 def __getattr__(name: str) -> Any:
     """Load the programming interface when it is first used: the command line starts faster without."""
     if name in __all__:
-        return getattr(import_module("bubblemesh.api"), name)
+        return getattr(import_module("bubblemesh.adaptation" if name in OF_ADAPTATION else "bubblemesh.api"), name)
     raise AttributeError(f"module 'bubblemesh' has no attribute {name!r}")
 
 

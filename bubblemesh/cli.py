@@ -18,6 +18,9 @@ from bubblemesh.streams import read_input, write_output
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
+    from bubblemesh.delivery import Destination
+    from bubblemesh.meshes import Mesh
+    from bubblemesh.pipeline import Result
     from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["app", "main"]
@@ -38,6 +41,20 @@ Settings = Annotated[
 MethodName = Annotated[str | None, typer.Option("--method", help="Packing method, over the case's.")]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers, over the case's.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON on the standard output.")]
+Output = Annotated[
+    str | None,
+    typer.Option("--output", "-o", metavar="PATH", help="A folder, a mesh file, or - for the standard output."),
+]
+FormatNamed = Annotated[
+    str | None, typer.Option("--format", help="Write this format only: msh, vtu, xdmf, mesh, inp, su2 ...")
+]
+SolverNamed = Annotated[
+    str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option("--time-limit", metavar="SECONDS", help="End the packing then, with the mesh as it is."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and errors only.")]
 
 
@@ -80,16 +97,9 @@ def bubblemesh(version: Annotated[bool, typer.Option("--version", help="Print th
 @app.command()
 def run(
     case: CaseFile,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="PATH", help="A folder, a mesh file, or - for the standard output."),
-    ] = None,
-    format_name: Annotated[
-        str | None, typer.Option("--format", help="Write this format only: msh, vtu, xdmf, mesh, inp, su2 ...")
-    ] = None,
-    solver: Annotated[
-        str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
-    ] = None,
+    output: Output = None,
+    format_name: FormatNamed = None,
+    solver: SolverNamed = None,
     settings: Settings = None,
     method: MethodName = None,
     seed: Seed = None,
@@ -97,10 +107,7 @@ def run(
     history: Annotated[
         bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
     ] = False,
-    time_limit: Annotated[
-        float | None,
-        typer.Option("--time-limit", metavar="SECONDS", help="End the packing then, with the mesh as it is."),
-    ] = None,
+    time_limit: TimeLimit = None,
     page: Annotated[
         bool | None, typer.Option("--report/--no-report", help="Write a page to look at, NAME.html, over the case's.")
     ] = None,
@@ -110,27 +117,63 @@ def run(
     """Mesh a case and write the mesh files and a report."""
     with reported():
         from bubblemesh import console, delivery, pipeline
-        from bubblemesh.output import dump
 
         loaded = read_case(case, settings, method, seed, time_limit)
-        if as_json and output == "-":
-            raise CaseError("--json and -o - would both write to the standard output: drop one of them")
+        require_distinct(as_json, output)
         place = delivery.destination(loaded, case, output, format_name, solver, history=history, page=page)
         if dry_run:
             show_estimate(loaded, case, as_json, quiet)
             return
         with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case):
             result = pipeline.mesh_case(loaded, progress.show, progress.advance)
-        report = place.deliver(result)
-        if as_json:
-            write_output(dump(report))
-        if not quiet:
-            console.show_quality(report)
-            if place.folder is not None:
-                console.show_files(str(place.folder), report["files"])
-        console.warn(report["warnings"])
-        delivery.require_finished(report)
-        delivery.require_quality(loaded, report)
+        hand_over(result, loaded, place, as_json, quiet)
+
+
+@app.command()
+def adapt(
+    case: CaseFile,
+    solution: Annotated[
+        Path, typer.Option("--solution", metavar="FILE", help="Mesh of the case with the solution at its nodes.")
+    ],
+    field: Annotated[
+        str | None, typer.Option("--field", metavar="NAME", help="Name of the solution, if the file has more data.")
+    ] = None,
+    error: Annotated[
+        float | None, typer.Option("--error", metavar="E", help="Wanted error of the gradient, relative: 0.05 is 5 %.")
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option("--nodes", metavar="N", help="Wanted number of nodes; by default as many as now.")
+    ] = None,
+    exact: Annotated[
+        str | None, typer.Option("--exact", metavar="EXPR", help="Exact solution in x and y, to check the estimate.")
+    ] = None,
+    output: Output = None,
+    format_name: FormatNamed = None,
+    solver: SolverNamed = None,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: AsJson = False,
+    time_limit: TimeLimit = None,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
+    with reported():
+        from bubblemesh import adapting, console, delivery
+        from bubblemesh.adaptivity.solution import Solution
+        from bubblemesh.output.solutions import read_nodal_field
+
+        loaded = read_case(case, settings, method, seed, time_limit)
+        target = adapting.Target(error, nodes)
+        place = delivery.destination(loaded, case, output, format_name, solver)
+        require_distinct(as_json, output)
+        place.require_apart(solution)
+        read = read_nodal_field(solution, field)
+        with located(str(solution)):
+            present = Solution.of(read.points, read.triangles, read.values, read.name)
+        with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case):
+            result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
+        hand_over(result, loaded, place, as_json, quiet)
 
 
 @app.command()
@@ -326,6 +369,29 @@ def read_case(
 
     text = read_input() if case == "-" else None
     return load_case(case, overrides=settings or (), method=method, seed=seed, time_limit=time_limit, text=text)
+
+
+def require_distinct(as_json: bool, output: str | None) -> None:
+    """Check that report and mesh do not both go to the standard output."""
+    if as_json and output == "-":
+        raise CaseError("--json and -o - would both write to the standard output: drop one of them")
+
+
+def hand_over(result: "Result[Mesh]", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
+    """Write what a run has made, tell of it, and check it against what the case requires."""
+    from bubblemesh import console, delivery
+    from bubblemesh.output import dump
+
+    report = place.deliver(result)
+    if as_json:
+        write_output(dump(report))
+    if not quiet:
+        console.show_quality(report)
+        if place.folder is not None:
+            console.show_files(str(place.folder), report["files"])
+    console.warn(report["warnings"])
+    delivery.require_finished(report)
+    delivery.require_quality(case, report)
 
 
 def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) -> None:

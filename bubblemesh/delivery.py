@@ -66,6 +66,11 @@ class Destination:
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
         return [self.folder / name for name in file_names(self.name, self.formats, tables)]
 
+    def require_apart(self, source: Path) -> None:
+        """Check that no file that may be written is one that has been read; else it is a FileError."""
+        if source.resolve() in [path.resolve() for path in self.files]:
+            raise FileError(f"{source}: the results would overwrite this file: give another name by -o")
+
     def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
@@ -130,8 +135,8 @@ def destination(
     require_order(formats, case.output.order)
     wanted = case.output.report if page is None else page
     place = Destination(folder, name, formats, case.output.order, history, wanted and folder is not None)
-    if source != "-" and Path(source).resolve() in [path.resolve() for path in place.files]:
-        raise FileError(f"{source}: the results would overwrite the case file: give another name")
+    if source != "-":
+        place.require_apart(Path(source))
     return place
 
 

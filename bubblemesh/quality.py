@@ -14,6 +14,7 @@ __all__ = [
     "edge_ratios",
     "edges",
     "radius_ratios",
+    "rim_nodes",
     "shape_quality",
     "signed_areas",
     "spacing_fit",
@@ -120,6 +121,12 @@ def edges(triangles: Integers) -> tuple[Integers, Integers]:
     # One integer per pair sorts many times faster than rows do.
     keys, counts = np.unique(pairs[:, 0].astype(np.int64) * size + pairs[:, 1], return_counts=True)
     return np.stack(np.divmod(keys, size), axis=1), counts
+
+
+def rim_nodes(triangles: Integers) -> Integers:
+    """Return the nodes (b,) on edges of one triangle only, ascending."""
+    pairs, counts = edges(triangles)
+    return np.unique(pairs[counts == 1])
 
 
 def edge_means(triangles: Integers, values: Floats) -> Floats:

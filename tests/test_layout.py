@@ -19,6 +19,7 @@ MAY_IMPORT = {
     "quality": FOUNDATION,
     "triangulation": FOUNDATION,
     "geometry": FOUNDATION | {"geometry"},
+    "adaptivity": FOUNDATION | {"adaptivity", "geometry", "quality"},
     "spacing": FOUNDATION | {"geometry", "spacing", "triangulation"},
     "packing": FOUNDATION | {"geometry", "packing", "spacing", "triangulation"},
     "case": FOUNDATION | {"case", "geometry", "packing", "readers", "solvers", "spacing"},
@@ -91,6 +92,8 @@ def test_every_room_of_the_package_is_known():
     top = {
         "__init__",
         "__main__",
+        "adaptation",
+        "adapting",
         "api",
         "arguments",
         "cli",

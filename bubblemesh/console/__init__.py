@@ -152,6 +152,8 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["edges l/d"] = f"{spacing['mean']:.3f} ± {spacing['std']:.3f}, 98 % in " + (
             f"[{spacing['p01']:.2f}, {spacing['p99']:.2f}]"
         )
+    if "adaptation" in figures:
+        rows |= _adaptation(figures["adaptation"])
     if "budget" in figures:
         budget = figures["budget"]
         meshes = _counted(len(budget["attempts"]), "attempt")
@@ -160,6 +162,20 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = f"{figures['seconds']['total']:.2f} s"
     _show(rows)
+
+
+def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
+    """What is known of the error of a solution, before and after."""
+    true = ""
+    if figures.get("effectivity") is not None:
+        true = f", {figures['effectivity']:.3f} times the true one of {figures['true_error']:.4g}"
+    kept = f"{figures['unchanged']:.0%} of the nodes are where sizes stay"
+    start = "they are the start" if figures["start"] == "present nodes" else "the start is a new one"
+    return {
+        "solution": f"{figures['field']} on {figures['nodes_before']} nodes, estimated error {figures['error']:.4g}, "
+        f"{figures['relative_error']:.2%}{true}",
+        "adapted": f"to an expected error of {figures['expected_relative_error']:.2%}; {kept}: {start}",
+    }
 
 
 def show_files(folder: str, files: Sequence[str]) -> None:

@@ -1,0 +1,1 @@
+"""Sizes for the next mesh from the solution on the present one."""

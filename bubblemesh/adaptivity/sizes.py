@@ -1,0 +1,81 @@
+"""Sizes of triangles that spread the estimated error evenly."""
+
+import numpy as np
+
+from bubblemesh.adaptivity.estimate import Estimate
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.quality import edges, signed_areas
+
+__all__ = ["equivalent_sizes", "predicted_error", "sizes_for_error", "sizes_for_nodes", "smooth_sizes"]
+
+FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate tells little about sizes far from it
+TRIANGLES_PER_NODE = 2
+NEGLIGIBLE = 1e-12  # relative error, which may be rounding alone
+SMOOTHINGS = 5
+TINY = np.finfo(float).tiny
+
+
+def equivalent_sizes(points: Floats, triangles: Integers) -> Floats:
+    """Sides (t,) of equilateral triangles with the areas of the given ones."""
+    return np.sqrt(4 / np.sqrt(3) * np.abs(signed_areas(points, triangles)))
+
+
+def smooth_sizes(points: Floats, triangles: Integers) -> Floats:
+    """Sizes (n,) of the triangles around the points (n, 2), averaged over a few rings of neighbours."""
+    corner = triangles.ravel()
+    number = np.maximum(np.bincount(corner, minlength=len(points)), 1)
+    sizes = np.bincount(corner, np.repeat(np.log(equivalent_sizes(points, triangles)), 3), len(points)) / number
+    i, j = edges(triangles)[0].T
+    number = 1 + np.bincount(np.append(i, j), minlength=len(points))
+    for _ in range(SMOOTHINGS):
+        sizes = (sizes + np.bincount(np.append(i, j), np.append(sizes[j], sizes[i]), len(points))) / number
+    return np.exp(sizes)
+
+
+def sizes_for_error(estimate: Estimate, sizes: Floats, error: float) -> Floats:
+    """Sizes (t,) with which the fewest triangles lead to an error; ``sizes`` (t,) are the present ones.
+
+    With linear elements the error eta of a triangle whose size goes from h to h' becomes that of (h / h')^2 triangles,
+    altogether eta h' / h. Under the condition that the squares of these add up to the wanted error's E, the number of
+    triangles, the sum of (h / h')^2, is least where h' = h (t / eta)^(1/2) with t = E^2 / sum of eta: each new triangle
+    has the same error t then. (With polynomials of degree p the exponent is 1 / (p + 1).)
+
+    Sizes change by limited factors, so that the error may come out larger or smaller.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    sizes : (t,)
+    error : float
+        Wanted error in the whole domain.
+    """
+    factor = min(error / max(estimate.error, TINY), 1.0)
+    return _even(estimate, sizes, error**2 / max(_total(estimate), TINY), factor)
+
+
+def sizes_for_nodes(estimate: Estimate, sizes: Floats, nodes: int) -> Floats:
+    """The same for about so many nodes, two triangles to each: t = sum of eta / 2 N."""
+    triangles = TRIANGLES_PER_NODE * nodes
+    return _even(estimate, sizes, _total(estimate) / triangles, float(np.sqrt(len(sizes) / triangles)))
+
+
+def predicted_error(estimate: Estimate, sizes: Floats, wanted: Floats) -> float:
+    """Estimated error in the whole domain once the present sizes (t,) have become the wanted ones (t,)."""
+    return float(np.sqrt(((estimate.indicators * wanted / sizes) ** 2).sum()))
+
+
+def _total(estimate: Estimate) -> float:
+    return float(estimate.indicators.sum())
+
+
+def _even(estimate: Estimate, sizes: Floats, each: float, factor: float) -> Floats:
+    """Sizes (t,) that give each triangle the same error, as far as they may change.
+
+    By how much all change alike is ``factor``; where there is no error they become as large as they may.
+    """
+    largest = COARSER * max(factor, 1.0)
+    if estimate.relative <= NEGLIGIBLE:
+        return largest * sizes
+    with np.errstate(divide="ignore"):
+        wanted = np.sqrt(each / estimate.indicators)
+    return sizes * np.clip(wanted, FINER * min(factor, 1.0), largest)
