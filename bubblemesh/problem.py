@@ -8,7 +8,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.rings import rings_of
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.partition import Parts, Region
+from bubblemesh.geometry.regions import Parts, Region
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed

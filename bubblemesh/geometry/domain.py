@@ -11,9 +11,10 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
 from bubblemesh.geometry.contacts import joined
 from bubblemesh.geometry.labelled import known_labels, onto
-from bubblemesh.geometry.partition import Parts, partitioned
+from bubblemesh.geometry.partition import partitioned
 from bubblemesh.geometry.periodic import paired
 from bubblemesh.geometry.projection import Nearest, Projection
+from bubblemesh.geometry.regions import Parts
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
