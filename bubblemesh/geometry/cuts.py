@@ -28,7 +28,7 @@ def cut(boundary: Boundary, cuts: Cuts, size: float, fixed: int) -> Boundary:
     """The boundary with its pieces cut, at corners that it has already where there are any."""
     count = len(boundary.corners)
     corners, number = _clustered(np.vstack([boundary.corners, cuts.points]), TOUCHING * size, fixed)
-    ends = [np.where(end >= 0, number[end], -1) for end in (boundary.start, boundary.end)]
+    ends = [np.append(number, -1)[end] for end in (boundary.start, boundary.end)]  # -1 stays: no corner
     corner, length = number[count:], boundary.lengths[cuts.piece]
     # At its own end a piece is cut already; the same cut may come from several lines, but a line may cross itself.
     at_end = (cuts.s <= TOUCHING * size) & (corner == ends[0][cuts.piece])

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.cuts import NEARLY
 
@@ -34,6 +34,10 @@ class Pairs(NamedTuple):
     b: Floats
     step_a: Floats
     step_b: Floats
+
+    def kept(self, which: Integers | Booleans) -> "Pairs":
+        """Those of them."""
+        return Pairs(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
 def chords_of(boundary: Boundary, size: float) -> Chords:

@@ -6,6 +6,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.coincidence import following, openings
 from bubblemesh.geometry.crossings import crossings
 from bubblemesh.geometry.cuts import NEARLY, TOUCHING, Cuts, between_ends, cut
 from bubblemesh.geometry.near_chords import NEWTON_STEPS, Chords, chords_of, near_pairs
@@ -42,8 +43,10 @@ def noded(boundary: Boundary, size: float, fixed: int) -> Boundary:
 def _meetings(boundary: Boundary, size: float) -> Cuts:
     """Where inner pieces cross or touch others, each other or themselves, but for their ends."""
     pairs = near_pairs(boundary, chords_of(boundary, size))
-    both = crossings(boundary, pairs, size), touches(boundary, pairs, size)
-    return Cuts(*(np.concatenate(columns) for columns in zip(*both, strict=True)))
+    same = following(boundary, pairs, size)
+    along, pairs = pairs.kept(same), pairs.kept(~same)
+    cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size)
+    return Cuts(*(np.concatenate(columns) for columns in zip(*cuts, strict=True)))
 
 
 def _corners_on_pieces(boundary: Boundary, chords: Chords, size: float, fixed: int) -> Cuts:

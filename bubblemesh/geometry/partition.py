@@ -110,8 +110,8 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
             raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
         used |= there
         owner[corner] = label
-    number = np.cumsum(used) - 1
-    ends = [np.where(open_, number[end], -1) for end in (kept.start, kept.end)]
+    number = np.append(np.cumsum(used) - 1, -1)  # -1 stays: no corner
+    ends = [number[end] for end in (kept.start, kept.end)]
     return replace(kept, start=ends[0], end=ends[1], corners=kept.corners[used])
 
 

@@ -7,18 +7,17 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.cuts import CONTACT_LENGTH, NEARLY, TOUCHING, Cuts, between_ends
-from bubblemesh.geometry.near_chords import NEWTON_STEPS, PARALLEL, Pairs, limited
+from bubblemesh.geometry.near_chords import NEWTON_STEPS, Pairs, limited
 from bubblemesh.wording import place
 
 __all__ = ["touches"]
 
-SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves follow each other rather than touch
+SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
+BESIDE = 2e-5  # radians between them; they turn by 0.025 along a chord, of which they may differ by that 1e-3
 
 
 def touches(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
     """Cuts where the curves of chords touch with a common tangent.
-
-    Of two closed curves that are the same, one point is a cut of both.
 
     Raises
     ------
@@ -42,25 +41,23 @@ def touches(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
     offset, v = boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b)
     distance = np.hypot(*offset.T)
     opposite = (np.abs(np.einsum("ij,ij->i", offset, v)) <= tolerance) & (np.abs(off) <= tolerance)
-    opposite &= ~alike | (np.abs(angle) <= PARALLEL)
+    opposite &= ~alike | (np.abs(angle) <= BESIDE)
     around = CONTACT_LENGTH * tolerance
     opposite &= between_ends(boundary, p, a, around) & between_ends(boundary, q, b, around)
-    near = np.flatnonzero(opposite & (distance > tolerance) & (distance <= NEARLY * size))
+    near = np.flatnonzero(opposite & (alike | (distance > tolerance)) & (distance <= NEARLY * size))
     if len(near):
         k = near[0]
         raise GeometryError(
             f"two curves pass each other at {place(boundary.points(p[[k]], a[[k]])[0])} at a distance of "
-            f"{distance[k]:.1g}, next to each other but not touching: let them touch, or move them apart"
+            f"{distance[k]:.1g}, next to each other but not the same and not touching in a point: let them touch, "
+            "or move them apart"
         )
-    same = np.flatnonzero(opposite & (distance <= tolerance) & ~alike)
-    equal = np.flatnonzero(opposite & (distance <= tolerance) & alike & boundary.closed[p] & boundary.closed[q])
-    equal = equal[np.unique(np.column_stack([p, q])[equal], axis=0, return_index=True)[1]]
-    k = np.concatenate([same, equal])
+    k = np.flatnonzero(opposite & (distance <= tolerance) & ~alike)
     points = boundary.points(p[k], a[k])
     return Cuts(np.concatenate([p[k], q[k]]), np.concatenate([a[k], b[k]]), np.tile(points, (2, 1)))
 
 
 def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> Floats:
     """Mean curvature (m,) along chords."""
-    before, after = (boundary.tangents(piece, middle + t * step) for t in (-0.5, 0.5))
+    before, after = (boundary.tangents(piece, boundary.wrapped(piece, middle + t * step)) for t in (-0.5, 0.5))
     return np.where(boundary.curved[piece], turning(before, after) / step, 0)
