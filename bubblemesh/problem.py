@@ -152,16 +152,8 @@ def _parts(case: Case) -> Parts:
 
     Raises
     ------
-    GeometryError, CaseError
+    GeometryError, CaseError, FileError
     """
-    seen = {case.domain.region: "domain.region"}
-    for number, model in enumerate(case.domain.regions):
-        where = f"domain.regions[{number}].name"
-        if model.name in seen:
-            raise CaseError(
-                f"{where}: {model.name!r} is the name at {seen[model.name]} too: give every region a name of its own"
-            )
-        seen[model.name] = where
     regions = []
     for model in case.domain.regions:
         try:

@@ -8,8 +8,9 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.sampled import sampled_terms
 from bubblemesh.spacing.combination import Combination, Term
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.regional import OwnSpacing, by_region
 from bubblemesh.spacing.rules import Rules
-from bubblemesh.spacing.spacing import Spacing, by_region
+from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["rules_of", "wanted_of"]
 
@@ -18,10 +19,18 @@ def wanted_of(case: Case, domain: Domain) -> Spacing:
     """The case's spacing, those of its regions within these, before its rules."""
     terms = case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
     base = Spacing(_combined(terms, case, domain))
-    finer = {model.name: _value(model.spacing, case) for model in case.domain.regions if model.spacing is not None}
-    own = [(region, finer[region.name]) for region in domain.parts.regions if region.name in finer]
-    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
-    return by_region(base, [(region.core, region.reach, Spacing(value)) for region, value in own]) if own else base
+    made: dict[float | str, Spacing] = {}
+    finer = {
+        model.name: (made.setdefault(model.spacing, Spacing(_value(model.spacing, case))), number)
+        for number, model in enumerate(case.domain.regions)
+        if model.spacing is not None
+    }
+    own = [
+        OwnSpacing(region, finer[region.name][0], f"domain.regions.{finer[region.name][1]}.spacing")
+        for region in domain.parts.regions
+        if region.name in finer
+    ]
+    return by_region(base, own)
 
 
 def rules_of(case: Case) -> Rules:

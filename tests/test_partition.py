@@ -1,4 +1,3 @@
-import re
 from collections import Counter
 
 import numpy as np
@@ -275,6 +274,6 @@ def test_mistakes_are_named_with_their_place(regions, others, message):
 )
 def test_every_region_has_a_name_of_its_own(text):
     with pytest.raises(
-        CaseError, match=r"domain\.regions\[\d\]\.name: '(a|domain)' is the name at " + re.escape("domain.region")
+        CaseError, match=r"parts\.yaml:\d: domain\.regions\.\d\.name: '(a|domain)' is the name at domain\.region"
     ):
         domain_of(text)

@@ -62,7 +62,7 @@ class Domain:
         simple = cls(boundary, notes, traced=traced)
         whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
         require_room(whole)
-        return cls(whole, notes, parts or Parts(), traced)
+        return cls(whole, notes, Parts() if parts is None else parts, traced)
 
     @cached_property
     def periodic(self) -> Integers:

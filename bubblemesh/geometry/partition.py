@@ -1,6 +1,5 @@
 """Regions, interfaces and embedded lines: inner pieces, cut where they meet and named by what lies beside them."""
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -72,14 +71,12 @@ def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     numbers = np.arange(len(boundary.kind))
     middle = boundary.points(numbers, boundary.lengths / 2)
     keep = ~boundary.inner | (low != high) | (boundary.lengths > 10 * tolerance)
-    seen: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for number in np.lexsort((numbers, np.where(boundary.inner, -boundary.ring, 0))).tolist():
-        known = seen[int(low[number]), int(high[number])]
-        same = [k for k in known if np.hypot(*(middle[k] - middle[number])) <= 10 * tolerance]
-        if same and boundary.inner[number]:
-            keep[number] = False
-        else:
-            known.append(number)
+    rank = np.empty(len(numbers), np.int64)
+    rank[np.lexsort((numbers, np.where(boundary.inner, -boundary.ring, 0)))] = numbers
+    spots = shapely.points(middle)
+    i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
+    double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
+    keep[i[double]] = False
     return boundary.kept(np.flatnonzero(keep))
 
 

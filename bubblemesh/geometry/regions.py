@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from shapely.validation import explain_validity
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.cuts import TOUCHING
@@ -40,17 +40,19 @@ class Region:
         shapely.prepare(polygon)
         return polygon
 
-    def core(self, x: Floats, y: Floats) -> Booleans:
-        """Which points (n,) are inside and not on the rim."""
-        return _within(self._bands[0], x, y)
+    @property
+    def core(self) -> shapely.Geometry:
+        """The region without its rim."""
+        return self._bands[0]
 
-    def reach(self, x: Floats, y: Floats) -> Booleans:
-        """Which points (n,) are inside or on the rim."""
-        return _within(self._bands[1], x, y)
+    @property
+    def reach(self) -> shapely.Geometry:
+        """The region with its rim."""
+        return self._bands[1]
 
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """The region without its rim and with it; the rim of a curved one is as wide as its chords are off."""
+        """Both; the rim of a curved region is as wide as its chords are off."""
         straight = all(isinstance(side.curve, Line) for side in self.ring.sides)
         x0, y0, x1, y1 = self.polygon.bounds
         width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
@@ -58,15 +60,6 @@ class Region:
         for band in bands:
             shapely.prepare(band)
         return bands
-
-
-def _within(shape: shapely.Geometry, x: Floats, y: Floats) -> Booleans:
-    """Which points (n,) the prepared shape contains; most are outside its bounds."""
-    x0, y0, x1, y1 = shapely.bounds(shape)
-    result = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
-    near = np.flatnonzero(result)
-    result[near] = shapely.contains_xy(shape, x[near], y[near])
-    return result
 
 
 @dataclass(frozen=True)

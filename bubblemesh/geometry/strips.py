@@ -44,6 +44,8 @@ def beside(boundary: Boundary, piece: Integers, s: Floats, reach: Floats) -> Str
     reach : (m,)
         How far to look to both sides.
     """
+    if len(piece) == 0:
+        return Strips(np.zeros((0, 2)), np.zeros(0))
     side = np.repeat([1.0, -1.0], len(piece))
     piece, s, reach = np.tile(piece, 2), np.tile(s, 2), np.tile(reach, 2)
     points, (tx, ty) = boundary.points(piece, s), boundary.tangents(piece, s).T
@@ -67,6 +69,8 @@ def beside_tips(boundary: Boundary, corner: Integers, reach: Floats) -> Strips:
 
     Pieces that end there, and those that have a corner in common with these, are not looked at.
     """
+    if len(corner) == 0:
+        return Strips(np.zeros((0, 2)), np.zeros(0))
     line, chords = _chords(boundary)
     alone = np.setdiff1d(np.arange(len(boundary.corners)), np.concatenate([boundary.start, boundary.end]))
     things = np.concatenate([chords, shapely.points(boundary.corners[alone])])
