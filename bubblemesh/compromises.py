@@ -1,15 +1,15 @@
 """What a case asks for and cannot have: warnings, each with its place."""
 
-from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.departures import departures
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import gaps
+from bubblemesh.geometry.strips import beside, beside_tips, inner_samples, tips
 from bubblemesh.spacing.grading import GROWTH, Graded
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
@@ -17,6 +17,7 @@ from bubblemesh.wording import place
 
 __all__ = [
     "missed_budget",
+    "narrow_strips",
     "narrow_walls",
     "poor_result",
     "refined_boundary",
@@ -28,6 +29,7 @@ __all__ = [
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 ROUNDING = 1e-6
 SHARPEST = 5.0  # degrees
+MOST_ANGLES = 5  # that are told one by one
 POOR_QUALITY = 0.2
 BUDGET_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
@@ -35,47 +37,63 @@ FEW_NODES = 100  # below which the boundary decides the number
 
 
 def sharp_angles(domain: Domain) -> list[str]:
-    """Corners where the domain's angle is so small that the triangles there cannot be good."""
+    """Corners where lines enclose so small an angle in the domain that the triangles there cannot be good."""
     boundary = domain.boundary
-    open_ = np.flatnonzero(~boundary.closed)
-    ahead = boundary.tangents(open_, np.zeros(len(open_)))
-    back = -boundary.tangents(open_, boundary.lengths[open_])
-    leaving, arriving = _meeting(boundary.start[open_], boundary.end[open_])
-    angle = np.full(len(open_), np.inf)
-    # A full turn is no angle of a domain: it is none at all, rounded down.
-    between = (turning(ahead[leaving], back[arriving]) + ROUNDING) % (2 * np.pi) - ROUNDING
-    np.minimum.at(angle, leaving, np.degrees(between))
-    sharp = np.flatnonzero(angle < SHARPEST)
+    ends = departures(boundary)
+    angle = np.degrees(ends.angle_to(ends.following))
+    # The domain is on the left of all pieces, and on both sides of those inside it.
+    within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))
+    sharp = np.flatnonzero(within & (angle < SHARPEST))
+    sharp = sharp[np.argsort(angle[sharp], kind="stable")]
+    sharp = sharp[np.sort(np.unique(ends.corner[sharp], return_index=True)[1])]
     warnings = [
-        f"the angle at {place(corner)} is {abs(round(a, 3)):.2g} degrees: triangles there are as sharp"
-        for corner, a in zip(boundary.corners[boundary.start[open_[sharp]]], angle[sharp], strict=True)
+        f"the angle at {place(boundary.corners[ends.corner[k]])} is {abs(round(angle[k], 3)):.2g} degrees: "
+        "triangles there are as sharp"
+        for k in sharp[:MOST_ANGLES]
     ]
-    return list(dict.fromkeys(warnings))
-
-
-def _meeting(start: Integers, end: Integers) -> tuple[Integers, Integers]:
-    """Pairs i, j of pieces such that j ends at the corner where i starts; several where rings touch."""
-    ending = defaultdict(list)
-    for j, corner in enumerate(end.tolist()):
-        ending[corner].append(j)
-    pairs = [(i, j) for i, corner in enumerate(start.tolist()) for j in ending[corner]]
-    meeting = np.array(pairs, np.int64).reshape(-1, 2)
-    return meeting[:, 0], meeting[:, 1]
+    if len(sharp) > MOST_ANGLES:
+        warnings.append(f"{len(sharp) - MOST_ANGLES} more angles are below {SHARPEST:g} degrees")
+    return warnings
 
 
 def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if narrower than that."""
     piece, s = _samples(domain)
-    d = spacing(domain.boundary.points(piece, s))
-    places, widths, _ = gaps(domain, piece, s, d)
-    if len(places) == 0:
+    found = gaps(domain, piece, s, spacing(domain.boundary.points(piece, s)))
+    narrowest = _narrowest(found.places, found.widths, spacing)
+    if narrowest is None:
         return []
+    at, width, d = narrowest
+    return [
+        f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d:.3g}): only boundary "
+        "nodes fit"
+    ]
+
+
+def narrow_strips(domain: Domain, spacing: Spacing) -> list[str]:
+    """The place where a line or point inside the domain is nearest to another one, or to a wall, likewise."""
+    boundary = domain.boundary
+    corner, (piece, s) = tips(boundary), inner_samples(boundary, SAMPLING * domain.size)
+    across = beside(boundary, piece, s, spacing(boundary.points(piece, s)))
+    ahead = beside_tips(boundary, corner, spacing(boundary.corners[corner]))
+    places = np.concatenate([across.places, ahead.places])
+    narrowest = _narrowest(places, np.concatenate([across.widths, ahead.widths]), spacing)
+    if narrowest is None:
+        return []
+    at, width, d = narrowest
+    return [
+        f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
+        f"({d:.3g}): no nodes fit into it"
+    ]
+
+
+def _narrowest(places: Floats, widths: Floats, spacing: Spacing) -> tuple[Floats, float, float] | None:
+    """Place, width and spacing where the width is least in terms of the spacing, if it is less."""
+    if len(places) == 0:
+        return None
     there = spacing(places)
     worst = int(np.argmin(widths / there))
-    return [
-        f"the domain is {widths[worst]:.3g} wide at {place(places[worst])}, narrower than the spacing there "
-        f"({there[worst]:.3g}): only boundary nodes fit"
-    ]
+    return None if widths[worst] > (1 - ROUNDING) * there[worst] else (places[worst], widths[worst], there[worst])
 
 
 def _samples(domain: Domain) -> tuple[Integers, Floats]:

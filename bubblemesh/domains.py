@@ -2,9 +2,9 @@
 
 from bubblemesh.case import Case
 from bubblemesh.case.rings import rings_of
-from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.partition import Parts, Region
+from bubblemesh.geometry.regions import Parts, Region
 
 __all__ = ["domain_of"]
 
@@ -25,16 +25,8 @@ def _parts(case: Case) -> Parts:
 
     Raises
     ------
-    GeometryError, CaseError
+    GeometryError, CaseError, FileError
     """
-    seen = {case.domain.region: "domain.region"}
-    for number, model in enumerate(case.domain.regions):
-        where = f"domain.regions[{number}].name"
-        if model.name in seen:
-            raise CaseError(
-                f"{where}: {model.name!r} is the name at {seen[model.name]} too: give every region a name of its own"
-            )
-        seen[model.name] = where
     regions = []
     for model in case.domain.regions:
         try:

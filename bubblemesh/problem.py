@@ -222,5 +222,6 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *compromises.refined_boundary(short, coarse),
             *compromises.slowed_growth(grading),
             *compromises.narrow_walls(domain, spacing),
+            *compromises.narrow_strips(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, ruled, warnings, seconds)

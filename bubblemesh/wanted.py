@@ -11,8 +11,9 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.sampled import sampled_terms
 from bubblemesh.spacing.combination import Combination, Term
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.regional import OwnSpacing, by_region
 from bubblemesh.spacing.rules import Rules
-from bubblemesh.spacing.spacing import Spacing, by_region
+from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Wanted", "limits_of", "nodes_of", "rules_of", "wanted_of"]
 
@@ -42,15 +43,19 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
     """The case's spacing, those of its regions within these."""
     terms = _mapping(case)
     found = tuple(_terms(terms, case, domain))
-    finer = {model.name: _value(model.spacing, case) for model in case.domain.regions if model.spacing is not None}
-    own = [(region, finer[region.name]) for region in domain.parts.regions if region.name in finer]
-    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
+    made: dict[float | str, Term] = {}
+    finer = {
+        model.name: (made.setdefault(model.spacing, _value(model.spacing, case)), f"domain.regions.{number}.spacing")
+        for number, model in enumerate(case.domain.regions)
+        if model.spacing is not None
+    }
+    own = [(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
 
     def at(scale: float | None) -> Spacing:
         factor = 1.0 if scale is None else scale / terms.scale
         base = Spacing(_combined(found, factor * terms.scale, limits_of(case)))
-        regions = [(region.core, region.reach, Spacing(_combined((value,), factor))) for region, value in own]
-        return by_region(base, regions) if regions else base
+        scaled = {value: Spacing(_combined((value,), factor)) for value in made.values()}
+        return by_region(base, [OwnSpacing(region, scaled[value], key) for region, value, key in own])
 
     return Wanted(at, rules_of(case), terms.nodes)
 

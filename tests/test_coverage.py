@@ -8,7 +8,7 @@ from bubblemesh.adaptivity.coverage import require_coverage
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.partition import Parts
+from bubblemesh.geometry.regions import Parts
 from bubblemesh.triangulation import triangulated
 
 SQUARE = Domain.of(rings.rectangle(0, 0, 1, 1))

@@ -147,6 +147,19 @@ CURVED = {
         {"outer": {"path": [[0, 0], {"spline": {"through": [[0.5, 0.3], [0.6, 0.3], [1, 0]]}}, [1, 1], [0, 1]]}},
         0.1,
     ),
+    "crescent": (
+        {
+            "outer": {
+                "path": [
+                    [0, 0],
+                    {"arc": {"to": [0, 2], "center": [0, 1], "turn": "left"}},
+                    [0.8 * math.sin(2), 0.8 - 0.8 * math.cos(2)],
+                    {"arc": {"to": [0, 0], "center": [0, 0.8], "turn": "right"}},
+                ]
+            }
+        },
+        0.2,
+    ),
     "touching circles": ({"outer": circle(0, 0, 1), "holes": [circle(0.5, 0, 0.5)]}, 0.2),
     "pinch node": ({"outer": UNIT, "holes": [polygon([(0.5, 0), (0.7, 0.3), (0.5, 0.5), (0.3, 0.3)])]}, 0.1),
     "holes in a pinch node": (

@@ -15,7 +15,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.partition import Parts, Region
+from bubblemesh.geometry.regions import Parts, Region
 from bubblemesh.pipeline import mesh_case
 from bubblemesh.problem import prepared
 

@@ -4,7 +4,7 @@ from scipy.integrate import quad
 
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.partition import Parts, Region
+from bubblemesh.geometry.regions import Parts, Region
 from bubblemesh.geometry.rings import LineTo, circle, rectangle, strand
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import surveyed

@@ -140,16 +140,32 @@ def _checked(data: dict[str, Any], places: _Places) -> Case:
     except ValidationError as error:
         raise CaseError("\n".join(problems(error, Case, places))) from None
     _check_spacing(case, places)
+    _check_names(case, places)
     _check_method(case, places)
     return case
 
 
 def _check_spacing(case: Case, places: _Places) -> None:
-    for path, text in expressions(case.spacing):
-        try:
-            Expression.parse(text, case.parameters)
-        except CaseError as error:
-            raise CaseError(places.message(("spacing", *path), error)) from None
+    regions = [region.spacing for region in case.domain.regions]
+    given: list[tuple[tuple[str | int, ...], Any]] = [(("spacing",), case.spacing)]
+    given += [(("domain", "regions", k, "spacing"), one) for k, one in enumerate(regions) if one is not None]
+    for key, spacing in given:
+        for path, text in expressions(spacing):
+            try:
+                Expression.parse(text, case.parameters)
+            except CaseError as error:
+                raise CaseError(places.message((*key, *path), error)) from None
+
+
+def _check_names(case: Case, places: _Places) -> None:
+    """Every region needs a name of its own."""
+    seen = {case.domain.region: "domain.region"}
+    for number, region in enumerate(case.domain.regions):
+        path = ("domain", "regions", number, "name")
+        if region.name in seen:
+            problem = f"{region.name!r} is the name at {seen[region.name]} too: give every region a name of its own"
+            raise CaseError(places.message(path, problem))
+        seen[region.name] = ".".join(map(str, path))
 
 
 def _check_method(case: Case, places: _Places) -> None:

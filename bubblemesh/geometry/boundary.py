@@ -19,6 +19,7 @@ ROUNDING = 1e-9  # relative
 CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
 CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
 MOST_GRADED = 100
+CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
 
 
 class Chords(NamedTuple):
@@ -278,7 +279,9 @@ class Boundary:
 
     def _evaluated(self, what: str, piece: Integers, s: Floats) -> Floats:
         along = self.offset[piece] + s
-        along = np.where(along > self._period[piece], along - self._period[piece], along)
+        period = self._period[piece]
+        # Only a piece of a split closed curve runs past the end, and none by rounding.
+        along = np.where(along > (1 + ROUNDING) * period, along - period, np.minimum(along, period))
         if len(self.families) == 1:
             return getattr(self.families[0], what)(self.index[piece], along)
         result = np.empty((len(piece), 2))
@@ -309,14 +312,14 @@ class Boundary:
         return Polyline(points, piece, s, step, successor, ring)
 
     def _graded_to_contacts(self) -> tuple[Integers, Floats]:
-        """Piece and arc length of more points beside corners that join two rings.
+        """Piece and arc length of more points beside corners that join two rings, and beside cusps.
 
         Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
         """
         rings = int(self.ring.max()) + 1
         corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed & ~self.inner])
         rings_at = np.bincount(corner_and_ring // rings, minlength=len(self.corners))
-        contact = np.append(rings_at > 1, False)  # the last entry answers for start = -1
+        contact = np.append((rings_at > 1) | self._cusps(), False)  # the last entry answers for start = -1
         curved = self.approximated & ~self.inner
         forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)
         if len(forward) + len(backward) == 0:
@@ -332,6 +335,16 @@ class Boundary:
         along = np.concatenate([at.ravel() for _, at in ends])
         within = (along > 0) & (along < self.lengths[pieces])
         return pieces[within], along[within]
+
+    def _cusps(self) -> Booleans:
+        """Corners (k,) of the rings at which a piece goes back along the one that ends there, or nearly so."""
+        open_ = np.flatnonzero(~self.closed & ~self.inner)
+        ahead = np.full((len(self.corners), 2), np.nan)
+        ahead[self.start[open_]] = self.tangents(open_, np.zeros(len(open_)))
+        behind = ahead[self.end[open_]] + self.tangents(open_, self.lengths[open_])
+        cusps = np.zeros(len(self.corners), bool)
+        cusps[self.end[open_][np.hypot(*behind.T) < CUSP]] = True
+        return cusps
 
     def edges(self, piece: Integers, s: Floats) -> tuple[Integers, Integers]:
         """Boundary edges between corners and the nodes (m,) at arc length ``s`` on the pieces ``piece``.

@@ -10,10 +10,12 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
 from bubblemesh.geometry.contacts import joined
+from bubblemesh.geometry.cusps import require_room
 from bubblemesh.geometry.labelled import known_labels, onto
-from bubblemesh.geometry.partition import Parts, partitioned
+from bubblemesh.geometry.partition import partitioned
 from bubblemesh.geometry.periodic import paired
 from bubblemesh.geometry.projection import Nearest, Projection
+from bubblemesh.geometry.regions import Parts
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain
 
@@ -58,9 +60,9 @@ class Domain:
         notes = tuple(note for ring in rings for note in ring.notes)
         traced = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, traced=traced)
-        if parts is None:
-            return simple
-        return cls(partitioned(boundary, parts, simple.polygon) if parts else boundary, notes, parts, traced)
+        whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
+        require_room(whole)
+        return cls(whole, notes, Parts() if parts is None else parts, traced)
 
     @cached_property
     def periodic(self) -> Integers:

@@ -6,9 +6,10 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.boundary import Boundary, Polyline
 from bubblemesh.geometry.domain import Domain
 
-__all__ = ["Gaps", "gaps"]
+__all__ = ["Gaps", "gaps", "opposite"]
 
 OFF_THE_WALL = 1e-6  # of a ray's length
 
@@ -43,16 +44,17 @@ def gaps(domain: Domain, piece: Integers, s: Floats, reach: Floats) -> Gaps:
     rays = shapely.linestrings(np.stack([points + OFF_THE_WALL * normal, points + normal], axis=1))
     chords = shapely.linestrings(np.stack([line.points, line.points[line.successor]], axis=1))
     ray, chord = shapely.STRtree(chords).query(rays, predicate="intersects")
-    opposite = _opposite(domain, piece[ray], s[ray], chord, reach[ray])
-    ray, chord = ray[opposite], chord[opposite]
+    apart = opposite(boundary, line, piece[ray], s[ray], chord, reach[ray])
+    ray, chord = ray[apart], chord[apart]
     ways = shapely.get_coordinates(shapely.shortest_line(shapely.points(points[ray]), chords[chord]))
     feet = ways.reshape(-1, 2, 2)[:, 1]
     return Gaps(points[ray], np.hypot(*(feet - points[ray]).T), feet)
 
 
-def _opposite(domain: Domain, piece: Integers, s: Floats, chord: Integers, reach: Floats) -> Booleans:
+def opposite(
+    boundary: Boundary, line: Polyline, piece: Integers, s: Floats, chord: Integers, reach: Floats
+) -> Booleans:
     """Whether the chords (m,) belong to another wall than the places (m,), not to its bend or next corner."""
-    line, boundary = domain.polyline, domain.boundary
     joints = np.column_stack([boundary.start, boundary.end])
     other = line.piece[chord]
     mine, theirs = joints[piece][:, :, None], joints[other][:, None, :]

@@ -6,8 +6,8 @@ import numpy as np
 
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary, Chords
-from bubblemesh.geometry.partition import Parts
 from bubblemesh.geometry.projection import Projection
+from bubblemesh.geometry.regions import Parts
 from bubblemesh.wording import meant
 
 __all__ = ["known_labels", "onto"]

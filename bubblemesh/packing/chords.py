@@ -4,11 +4,13 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.chord_runs import ChordRuns
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nearest_chord import nearest_chord
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.wording import place
 
 __all__ = ["arcs", "enclosed", "parted"]
 
@@ -16,6 +18,7 @@ NEAREST_TO_CHORD = 0.5  # in units of spacing; a perfect packing has 0.87, and n
 NEAREST_ON_CURVE = 0.05  # in units of spacing, along the boundary
 SAMPLES = 9  # points of an arc whose convex hull stands for it
 MOST_HALVINGS = 60
+MOST_ADDED = 500_000  # bubbles between curves; those that need more are the same but for rounding
 
 
 def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers) -> tuple[Floats, Floats]:
@@ -29,8 +32,14 @@ def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers
 
 
 def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
-    """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off."""
-    boundary = domain.boundary
+    """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off.
+
+    Raises
+    ------
+    GeometryError
+        If curves are so near to each other that no edges fit between them.
+    """
+    boundary, most = domain.boundary, len(bubbles) + MOST_ADDED
     if not boundary.curved.any():
         return bubbles
     for _ in range(MOST_HALVINGS):
@@ -43,6 +52,11 @@ def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         s = boundary.wrapped(piece, (begin[cut] + end[cut]) / 2)
         piece, s = _on_both_sides(domain, piece, s)
         x = boundary.points(piece, s)
+        if len(bubbles) + len(x) > most:
+            raise GeometryError(
+                f"two curves at {place(x[0])} are so near to each other that no edges fit between them: let them "
+                "share the curve, or move them apart"
+            )
         bubbles = bubbles.joined_by(x, spacing(x), piece, s)
     return bubbles
 
