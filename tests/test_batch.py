@@ -245,7 +245,7 @@ def test_failing_cases_are_rows_beside_the_others(here):
         (1, "b.yaml:1: domain"),
         (3, "max_nodes"),
         (4, "e.yaml: the mesh is written, but misses what the case requires: quality_mean is 0."),
-        (6, "g.yaml: domain: no.csv: the file cannot be read: No such file"),
+        (6, "g.yaml: no.csv: the file cannot be read: No such file"),
         (7, "missing.yaml: the case file cannot be read"),
     ]:
         assert part in rows[row].error

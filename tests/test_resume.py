@@ -4,13 +4,16 @@ import json
 import os
 import signal
 import subprocess
+import sys
+import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, rows_of
 
-from bubblemesh.batch.course import STAGING
+from bubblemesh.batch.course import STAGING, course
 from bubblemesh.batch.jobs import Job
 from bubblemesh.batch.shards import Shard
 
@@ -77,7 +80,7 @@ def test_a_change_of_a_case_its_base_or_its_file_is_noticed(file, text, expected
     assert anew() == []
 
 
-@pytest.mark.parametrize("options", [{"seed": 3}, {"overrides": ("spacing=0.3",)}, {"method": "fnpbs"}])
+@pytest.mark.parametrize("options", [{"seed": 3}, {"overrides": ("spacing=0.3",)}, {"method": "fnpbs"}, {"page": True}])
 def test_a_change_of_an_option_is_noticed(options, done):
     assert anew(**options) == ["child", "file", "plain"]
     assert anew(**options) == []
@@ -165,15 +168,30 @@ def test_a_table_that_lost_a_row_has_it_again(done):
 
 
 def test_staging_folders_of_a_killed_batch_are_removed(done):
-    leftover = Path(f"out/{STAGING}xyz")
-    leftover.mkdir()
-    (leftover / "plain.msh").write_text("half of a mesh")
+    for name in ("-xyz", "-1-of-2-xyz", "-2-of-2-xyz"):
+        Path(f"out/{STAGING}{name}").mkdir()
+        Path(f"out/{STAGING}{name}/plain.msh").write_text("half of a mesh")
     Path("out/.other").mkdir()
-    rows_of("cases", folder="out", resume=True, shard=Shard(1, 2))
-    assert leftover.exists()  # it could be another shard's
+    rows_of("cases", folder="out", resume=True, shard=Shard(1, 2))  # other shards may be at work
+    assert sorted(path.name for path in Path("out").glob(".*")) == [f"{STAGING}-2-of-2-xyz", f"{STAGING}-xyz", ".other"]
     assert anew() == []
-    assert not leftover.exists()
-    assert Path("out/.other").exists()
+    assert [path.name for path in Path("out").glob(".*")] == [".other"]
+
+
+@pytest.mark.parametrize("shard", [Shard(1, 1), Shard(1, 2)])
+def test_an_interrupt_in_the_midst_of_writing_leaves_no_staging_folder(shard, done, monkeypatch):
+    @contextmanager
+    def interrupted(folder, prefix):
+        made.append(Path(tempfile.mkdtemp(prefix=prefix, dir=folder)))
+        raise KeyboardInterrupt
+        yield
+
+    made = []
+    monkeypatch.setattr(sys.modules[course.__module__], "transaction", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        rows_of("cases", folder="out", shard=shard)
+    assert made
+    assert not list(Path("out").glob(".*"))
 
 
 def test_more_shards_than_before_take_over_what_is_done(done):

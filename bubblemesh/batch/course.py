@@ -1,9 +1,9 @@
 """The course of a batch: cases go to the workers, files and rows come back."""
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import Empty
@@ -25,7 +25,7 @@ __all__ = ["Begun", "Event", "Finished", "course"]
 
 ATTEMPTS = 3  # of a case whose worker process dies
 TICK = 0.2  # seconds between looks at the notes of running jobs
-STAGING = ".bubblemesh-batch-"
+STAGING = ".bubblemesh-batch"
 
 
 @dataclass(frozen=True)
@@ -88,24 +88,28 @@ def course(
     root = Path(settings.folder or ".")
     with reserved(root, shared=shard != WHOLE):
         done = unchanged(own, recorded(root), settings, root) if resume else {}
-        if shard == WHOLE:
-            without_leftovers(own, STAGING)
         kept = [*_of_others(own, root, shard), *done.values()] if resume else []
         left = [entry for entry in own if entry.number not in done]
         # Only who has workers begins a summary: an old one is not given up for nothing.
-        with _perhaps(workers, len(left)) as crew, summary(root, shard.suffix, kept) as rows:
+        crews = workers(len(left)) if left else nullcontext()
+        with _tidied(own, shard) as staging, crews as crew, summary(root, shard.suffix, kept) as rows:
             yield Begun(own, len(done), rows.path)
             yield from (Finished(number, row, unchanged=True) for number, row in done.items())
-            for event in _events(left, settings, crew, root) if crew else ():
+            for event in _events(left, settings, crew, root, staging) if crew else ():
                 if isinstance(event, Finished):
                     rows.append(event.row)
                 yield event
 
 
-def _perhaps(
-    workers: Callable[[int], AbstractContextManager[Workers]], count: int
-) -> AbstractContextManager[Workers | None]:
-    return workers(count) if count else nullcontext()
+@contextmanager
+def _tidied(own: Sequence[Entry], shard: Shard) -> Iterator[str]:
+    """How names of staging folders begin; those that a killed batch or an interrupt left are removed."""
+    prefix = f"{STAGING}{shard.suffix}-"
+    without_leftovers(own, prefix)
+    try:
+        yield prefix
+    finally:
+        without_leftovers(own, prefix)
 
 
 def _of_others(own: Iterable[Entry], root: Path, shard: Shard) -> list[Row]:
@@ -116,7 +120,9 @@ def _of_others(own: Iterable[Entry], root: Path, shard: Shard) -> list[Row]:
     return [row for row in rows if row.folder is not None]
 
 
-def _events(entries: Iterable[Entry], settings: Settings, crew: Workers, root: Path) -> Iterator[Note | Finished]:
+def _events(
+    entries: Iterable[Entry], settings: Settings, crew: Workers, root: Path, staging: str
+) -> Iterator[Note | Finished]:
     """Keep the workers busy, and tell what they do."""
     left = deque(entries)
     running: dict[Future[Outcome], Attempt] = {}
@@ -139,7 +145,7 @@ def _events(entries: Iterable[Entry], settings: Settings, crew: Workers, root: P
                 running[_submitted(again, crew)] = again
                 continue
             outcome = future.result() if problem is None else _failure(problem, attempt, crew)
-            yield Finished(attempt.job.number, _delivered(attempt, outcome, root))
+            yield Finished(attempt.job.number, _delivered(attempt, outcome, root, staging))
 
 
 def _submitted(attempt: Attempt, crew: Workers) -> Future[Outcome]:
@@ -172,14 +178,14 @@ def _failure(problem: BaseException, attempt: Attempt, crew: Workers) -> Outcome
     return replace(outcome, error=f"{attempt.entry.source}: {outcome.error}{times}")
 
 
-def _delivered(attempt: Attempt, outcome: Outcome, root: Path) -> Row:
+def _delivered(attempt: Attempt, outcome: Outcome, root: Path, staging: str) -> Row:
     """Write the files of a case, all or none, and give its row."""
     place = attempt.entry.place
     if outcome.files and place is not None and place.folder is not None:
         try:
-            with transaction(place.folder, STAGING) as staging:
+            with transaction(place.folder, staging) as folder:
                 for name, content in outcome.files.items():
-                    (staging / name).write_bytes(content)
+                    (folder / name).write_bytes(content)
         except FileError as error:
             outcome = Outcome(error.exit_code, f"{attempt.entry.source}: {error}", warnings=outcome.warnings)
     row = _row(attempt.entry, outcome, root)

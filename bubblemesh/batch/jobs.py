@@ -50,6 +50,7 @@ class Job:
             "formats": self.place.formats,
             "order": self.place.order,
             "history": self.place.history,
+            "page": self.place.page,
         }
         return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
