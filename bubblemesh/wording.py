@@ -5,12 +5,15 @@ from difflib import get_close_matches
 
 from bubblemesh.arrays import Floats
 
-__all__ = ["meant", "place", "ring_name"]
+FAR = 1e4  # six digits do not tell a place in a domain of any size
+
+__all__ = ["meant", "place", "ring_name", "shown"]
 
 
 def place(point: Floats | Sequence[float]) -> str:
-    """A point as messages write it: (0.5, -1)."""
-    return f"({point[0]:.6g}, {point[1]:.6g})"
+    """A point as messages write it: (0.5, -1); far from the origin with more digits."""
+    x, y = (f"{value:.6g}" if abs(value) < FAR else f"{value:.12g}" for value in (float(point[0]), float(point[1])))
+    return f"({x}, {y})"
 
 
 def meant(word: str, known: Iterable[str]) -> str:
@@ -20,6 +23,14 @@ def meant(word: str, known: Iterable[str]) -> str:
     return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
 
 
-def ring_name(number: int) -> str:
-    """What messages call a ring."""
-    return "the outer ring" if number == 0 else f"hole {number}"
+def ring_name(number: int, origin: str | None = None) -> str:
+    """What messages call a ring, with the place in a file that it comes from."""
+    name = "the outer ring" if number == 0 else f"hole {number}"
+    return name if origin is None else f"{name} ({origin})"
+
+
+def shown(text: object, most: int = 60) -> str:
+    """What another program or a file says, as messages show it: in one line, printable and not too long."""
+    letters = (letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in str(text))
+    line = " ".join("".join(letters).split())
+    return line if len(line) <= most else f"{line[: most - 3]}..."

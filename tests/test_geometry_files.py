@@ -205,7 +205,7 @@ FAULTS = {
         "a.geojson",
         collection({"type": "Polygon", "coordinates": [[[0, 0], [1, "a"], [1, 1], [0, 0]]]}),
         CaseError,
-        r"feature 0 \(plate\): its coordinates are no valid Polygon: no pair of numbers at coordinates\[0, 1\]",
+        r"feature 0 \(plate\): no pair of numbers at coordinates\[0, 1\]: give \[x, y\] there \(found \[1, 'a'\]\)",
     ),
     "nan": (
         "a.geojson",
@@ -513,7 +513,7 @@ class TestPictures:
         assert plate.hole_count == 0
         assert plate.notes == ("a.svg: circle 'old' not used, since it is hidden",)
 
-    @pytest.mark.parametrize("shape", ['<path id="a" d="M1 1"/>', '<path id="a" d="M1 1 L1 x"/>'])
+    @pytest.mark.parametrize("shape", ['<path id="a" d="M1 1"/>', '<path id="a" d="M1 1 L1 1"/>'])
     def test_what_has_no_extent_is_noted(self, written, shape):
         plate = domain(written("a.svg", SVG.format(shape + '<circle cx="5" cy="5" r="2"/>')))
         assert plate.notes == ("a.svg: path 'a' not used, since it has no extent",)
@@ -528,7 +528,7 @@ class TestPictures:
 
     @pytest.mark.parametrize(
         ("content", "message"),
-        [("", "no paths or shapes"), ("<path d='M0 0 L", "not valid XML"), ("<g>", "not valid XML")],
+        [("", "no closed paths or shapes"), ("<path d='M0 0 L", "not valid XML"), ("<g>", "not valid XML")],
     )
     def test_faulty_pictures_are_refused(self, written, content, message):
         with pytest.raises(CaseError, match=message):
@@ -577,7 +577,7 @@ class TestGeographicFiles:
 
     def test_what_is_no_such_file_is_refused(self, written):
         pytest.importorskip("pyogrio")
-        with pytest.raises(CaseError, match=r"a\.gpkg: not a valid file"):
+        with pytest.raises(CaseError, match=r"a\.gpkg: not a valid GeoPackage"):
             domain(written("a.gpkg", "hello"))
 
 

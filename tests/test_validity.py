@@ -6,7 +6,7 @@ import pytest
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo, circle, ellipse, path, polygon, rectangle
-from bubblemesh.geometry.validity import ring_name
+from bubblemesh.wording import ring_name
 
 SQUARE = rectangle(-1, -1, 1, 1)
 DISC = circle((0, 0), 1)

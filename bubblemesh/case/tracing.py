@@ -1,11 +1,13 @@
 """Keys of rings of many short edges that are followed as curves."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Positive
+from bubblemesh.errors import GeometryError
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
@@ -32,7 +34,18 @@ class Traced(BaseModel):
         return value
 
     def traced(self, ring: "rings.Ring") -> "rings.Ring":
-        """The ring, followed as the keys say."""
+        """The ring, followed as the keys say.
+
+        Raises
+        ------
+        GeometryError
+            If a spline departs from it by too much; with the file and place that it comes from.
+        """
         from bubblemesh.geometry.tracing import Tracing
 
-        return ring if self.corners is None else Tracing(self.corners, self.smooth, self.tolerance)(ring)
+        if self.corners is None:
+            return ring
+        try:
+            return replace(Tracing(self.corners, self.smooth, self.tolerance)(ring), origin=ring.origin)
+        except GeometryError as error:
+            raise GeometryError(f"{ring.origin}: {error}" if ring.origin else str(error)) from None

@@ -18,6 +18,8 @@ FEWEST_CHORDS = 8  # of a part of a curve
 ROUNDING = 1e-9  # relative
 CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
 CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
+CONTACT_CHORDS = 2 * 256 / np.pi  # curves part by the square of the distance, divided by that many chords or less
+CONTACT_ROUNDINGS = 16
 MOST_GRADED = 100
 CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
 
@@ -316,19 +318,25 @@ class Boundary:
 
         Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
         """
+        none = np.zeros(0, np.int64), np.zeros(0)
+        curved = self.approximated & ~self.inner
+        if not curved.any():
+            return none
         rings = int(self.ring.max()) + 1
         corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed & ~self.inner])
         rings_at = np.bincount(corner_and_ring // rings, minlength=len(self.corners))
         contact = np.append((rings_at > 1) | self._cusps(), False)  # the last entry answers for start = -1
-        curved = self.approximated & ~self.inner
         forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)
         if len(forward) + len(backward) == 0:
-            return np.zeros(0, np.int64), np.zeros(0)
+            return none
         # Equal lengths on both curves: the sharper curve's chords then turn away faster.
         piece, _, step = self.panels()
         first, last = np.flatnonzero(np.diff(piece, prepend=-1)), np.flatnonzero(np.diff(piece, append=-1))
         beside = np.concatenate([step[first[forward]], step[last[backward]]])
-        levels = np.ceil(np.log(4 * beside.max() / (CONTACT_FINEST * beside.min())) / -np.log(CONTACT_GRADING))
+        # Far from the origin the curves must part by more than their points are rounded.
+        rounding = CONTACT_ROUNDINGS * np.spacing(np.abs(self.corners).max())
+        finest = max(CONTACT_FINEST * beside.min(), float(np.sqrt(CONTACT_CHORDS * beside.min() * rounding)))
+        levels = np.ceil(np.log(4 * beside.max() / finest) / -np.log(CONTACT_GRADING))
         s = 4 * beside.max() * 0.999 * CONTACT_GRADING ** np.arange(1, min(levels, MOST_GRADED) + 1)
         ends = [(forward, np.tile(s, (len(forward), 1))), (backward, self.lengths[backward, None] - s)]
         pieces = np.concatenate([np.repeat(k, len(s)) for k, _ in ends])

@@ -12,6 +12,7 @@ from bubblemesh.geometry.boundary import Boundary, Polyline
 __all__ = ["joined"]
 
 TOUCHING = 1e-9  # of the domain's size
+ROUNDINGS = 4  # of coordinates far from the origin, by which places that are meant to be one may differ
 CONTACT_LENGTH = 1e5  # curves of radius R touch over a length of sqrt(8 R tolerance), not in a point
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
@@ -29,7 +30,9 @@ class Contact(NamedTuple):
 
 def joined(boundary: Boundary) -> Boundary:
     """The boundary with a corner wherever a ring touches another one between its corners."""
-    tolerance = TOUCHING * float(np.ptp(boundary.polyline().points, axis=0).max())
+    points = boundary.polyline().points
+    rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
+    tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
     splits: Counter[frozenset[int]] = Counter()
     while (contact := _contact(boundary, tolerance, splits)) is not None:
         boundary = boundary.split(contact.piece, contact.s, contact.point)

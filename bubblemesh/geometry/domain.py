@@ -17,7 +17,8 @@ from bubblemesh.geometry.periodic import paired
 from bubblemesh.geometry.projection import Nearest, Projection
 from bubblemesh.geometry.regions import Parts
 from bubblemesh.geometry.rings import Ring
-from bubblemesh.geometry.validity import require_domain
+from bubblemesh.geometry.validity import require_domain, simple_polygon
+from bubblemesh.wording import ring_name
 
 __all__ = ["Domain", "Nearest"]
 
@@ -53,11 +54,13 @@ class Domain:
             If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
         """
         rings = [_turned(outer, +1), *(_turned(hole, -1) for hole in holes)]
-        require_domain([outline(ring) for ring in rings], contact=False)
+        names = [ring_name(number, ring.origin) for number, ring in enumerate(rings)]
+        for ring, name in zip(rings, names, strict=True):
+            simple_polygon(outline(ring), name)
         boundary = joined(Boundary.of(rings))
         polyline = boundary.polyline()
-        require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))])
-        notes = tuple(note for ring in rings for note in ring.notes)
+        require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))], names)
+        notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
         traced = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, traced=traced)
         whole = partitioned(boundary, parts, simple.polygon) if parts else boundary

@@ -18,6 +18,8 @@ from bubblemesh.wording import place
 __all__ = ["partitioned"]
 
 ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
+ROUNDINGS = 4  # of coordinates, by which places that are meant to be one may differ
+COARSEST = 1e-6  # of the domain's size: rounding that regions and lines bear
 NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
 
 
@@ -41,8 +43,7 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
         If regions overlap or lie outside, if nothing is left of a line or a point is not in the domain, or if a
         vertex is next to a line but not on it; with the coordinates.
     """
-    x0, y0, x1, y1 = polygon.bounds
-    size = max(x1 - x0, y1 - y0)
+    size = _size(polygon)
     outlines = [region.polygon for region in parts.regions]
     _require_inside(parts, outlines, polygon)
     strands = [*parts.strands, *(Strand.around(region.ring, region.label) for region in parts.regions)]
@@ -56,6 +57,25 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     whole = _sided(whole, areas)
     _require_seen(whole, parts.regions)
     return replace(whole, ring=np.maximum(whole.ring, -1))
+
+
+def _size(polygon: shapely.Polygon) -> float:
+    """Size of the domain that tolerances are parts of; far from the origin coordinates are rounded by more than these.
+
+    Raises
+    ------
+    GeometryError
+        If too few digits are left to tell what meets.
+    """
+    x0, y0, x1, y1 = polygon.bounds
+    size = float(max(x1 - x0, y1 - y0))
+    rounding = ROUNDINGS * float(np.spacing(max(abs(x0), abs(y0), abs(x1), abs(y1))))
+    if rounding > COARSEST * size:
+        raise GeometryError(
+            f"the domain, {size:.3g} wide, is so far from the origin, at {place((x0, y0))}, that the rounding of its "
+            "coordinates hides which regions and lines meet: move it nearer to the origin"
+        )
+    return max(size, rounding / TOUCHING)
 
 
 def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:

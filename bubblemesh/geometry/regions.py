@@ -5,14 +5,12 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Integers
-from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.boundary import outline
 from bubblemesh.geometry.cuts import TOUCHING
 from bubblemesh.geometry.rings import Line, Ring, Strand
-from bubblemesh.wording import place
+from bubblemesh.geometry.validity import simple_polygon
 
 __all__ = ["Parts", "Region"]
 
@@ -30,13 +28,8 @@ class Region:
     @cached_property
     def polygon(self) -> shapely.Polygon:
         """Fine polygonal copy."""
-        polygon = shapely.Polygon(Boundary.of([self.ring]).polyline().points)
-        if not polygon.is_valid:
-            where = explain_validity(polygon).partition("[")[2].rstrip("]").split()
-            raise GeometryError(
-                f"the ring of region {self.name!r} crosses or touches itself at {place([float(v) for v in where])}: "
-                "move its points so that it does not"
-            )
+        origin = f" ({self.ring.origin})" if self.ring.origin else ""
+        polygon = simple_polygon(outline(self.ring), f"the ring of region {self.name!r}{origin}")
         shapely.prepare(polygon)
         return polygon
 
@@ -86,6 +79,12 @@ class Parts:
     strands: tuple[Strand, ...] = ()
     points: tuple[tuple[tuple[float, float], str], ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed on reading."""
+        inside = (*(region.ring.notes for region in self.regions), *(strand.notes for strand in self.strands))
+        return tuple(note for some in inside for note in some)
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.strands or self.points)

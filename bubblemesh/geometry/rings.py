@@ -29,6 +29,8 @@ __all__ = [
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
+FLATTEST = 1e-7  # distance of an arc's ends in terms of its radius, below which rounding hides the arc
+MOST_NAMED = 3  # duplicate points that are told one by one
 
 Point = tuple[float, float]
 
@@ -136,12 +138,15 @@ class Ring:
         What was changed on reading, for the user to know.
     given : (m, 2), optional
         Outline of the ring as it was given, where it is followed as a curve.
+    origin : str, optional
+        File and place in it that the ring comes from, for messages.
     """
 
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]
     notes: tuple[str, ...] = ()
     given: Floats | None = field(default=None, compare=False)
+    origin: str | None = field(default=None, compare=False)
 
     def reversed(self) -> "Ring":
         """The same ring run the other way."""
@@ -173,16 +178,19 @@ class Strand:
         Start of each side and end of the last one; empty for a whole circle or ellipse.
     label : str
         For sides that have none.
+    notes : tuple of str
+        What was changed on reading, for the user to know.
     """
 
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]
     label: str
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "Strand":
         """The sides of a ring."""
-        return cls(ring.sides, ring.vertices + ring.vertices[:1], label)
+        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes)
 
 
 class LineTo(NamedTuple):
@@ -252,11 +260,11 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     tolerance = 1e-13 * _extent([first, *(_end(piece) for piece in pieces)])
     if not _same(_end(pieces[-1]) if pieces else first, first, tolerance):
         pieces = [*pieces, LineTo(first, label)]
-    sides, vertices, notes = [], [], []
+    sides, vertices, notes, doubles = [], [], [], []
     for number, piece in enumerate(pieces, start=1):
         end = first if number == len(pieces) else _point(_end(piece))
         if isinstance(piece, LineTo) and _same(here, end, tolerance):
-            notes.append(f"duplicate point {place(end)} merged")
+            doubles.append(end)
             continue
         curve, curve_notes = _curve(here, piece, end)
         sides.append(Side(curve, piece.label or label))
@@ -265,7 +273,7 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
         here = end
     if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
         raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
-    return Ring(tuple(sides), tuple(vertices), tuple(notes))
+    return Ring(tuple(sides), tuple(vertices), (*_merged(doubles), *notes))
 
 
 def strand(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> Strand:
@@ -277,16 +285,27 @@ def strand(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], 
         If an arc's ends are not equally far from its centre, or the line has no length.
     """
     here, sides, vertices = _point(start), [], [_point(start)]
+    notes, doubles = [], []
     for piece in pieces:
         end = _point(_end(piece))
         if isinstance(piece, LineTo) and here == end:
+            doubles.append(end)
             continue
-        sides.append(Side(_curve(here, piece, end)[0], piece.label))
+        curve, curve_notes = _curve(here, piece, end)
+        notes += curve_notes
+        sides.append(Side(curve, piece.label))
         vertices.append(end)
         here = end
     if not sides:
         raise GeometryError(f"the line at {place(here)} has no length: give it two different points")
-    return Strand(tuple(sides), tuple(vertices), label)
+    return Strand(tuple(sides), tuple(vertices), label, (*_merged(doubles), *notes))
+
+
+def _merged(doubles: Sequence[Point]) -> list[str]:
+    """Notes on points that were given twice in a row."""
+    if len(doubles) > MOST_NAMED:
+        return [f"{len(doubles)} duplicate points merged, the first at {place(doubles[0])}"]
+    return [f"duplicate point {place(point)} merged" for point in doubles]
 
 
 def _curve(start: Point, piece: LineTo | ArcTo | SplineTo, end: Point) -> tuple[Curve, list[str]]:
@@ -318,6 +337,11 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
         )
     if start != end:
         chord = q - p
+        if np.hypot(*chord) <= FLATTEST * max(radii):
+            raise GeometryError(
+                f"the arc from {place(start)} to {place(end)} has a radius of {max(radii):.3g}, too large for ends so "
+                "near to each other: use a straight line, or the same point at both ends for a whole circle"
+            )
         center = center - chord * (((center - p) @ chord) / (chord @ chord) - 0.5)
     notes = []
     if mismatch > 1e-9:

@@ -8,47 +8,56 @@ from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.wording import place, ring_name
+from bubblemesh.wording import place
 
-__all__ = ["require_domain"]
+__all__ = ["require_domain", "simple_polygon"]
 
 SMALLEST = 1e-70  # extent whose fourth power is still a number
+SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
-def require_domain(outlines: Sequence[Floats], *, contact: bool = True) -> None:
-    """Check the polygonal copies (m, 2) of the rings, the outer one first.
-
-    With ``contact`` false, only each ring by itself is looked at.
+def require_domain(outlines: Sequence[Floats], names: Sequence[str]) -> None:
+    """Check the polygonal copies (m, 2) of the rings, the outer one first, which messages call by their ``names``.
 
     Raises
     ------
     GeometryError
         With the ring's name and the coordinates of the first fault.
     """
-    polygons = [_simple(outline, ring_name(k)) for k, outline in enumerate(outlines)]
-    if not contact:
-        return
-    for k, hole in enumerate(polygons[1:], start=1):
-        _require_inside(hole, polygons[0], ring_name(k))
+    polygons = [simple_polygon(outline, name) for outline, name in zip(outlines, names, strict=True)]
+    for hole, name in zip(polygons[1:], names[1:], strict=True):
+        _require_inside(hole, polygons[0], name)
     holes = np.array(polygons[1:], dtype=object)
     tree = shapely.STRtree(holes)
     for i, j in zip(*tree.query(holes, predicate="intersects"), strict=True):
         if i < j:
-            _require_apart(polygons[1 + i], polygons[1 + j], ring_name(1 + i), ring_name(1 + j))
+            _require_apart(polygons[1 + i], polygons[1 + j], names[1 + i], names[1 + j])
     whole = shapely.Polygon(outlines[0], outlines[1:])
     if not whole.is_valid:
         fault, where = _explained(whole)
         raise GeometryError(f"the rings cut the domain in two at {where} ({fault}): give one case for each part")
 
 
-def _simple(outline: Floats, name: str) -> shapely.Polygon:
-    polygon = shapely.Polygon(outline)
-    if np.ptp(outline, axis=0).max() <= SMALLEST:
+def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
+    """Polygon of a ring's polygonal copy (m, 2).
+
+    Raises
+    ------
+    GeometryError
+        If it encloses no area, or crosses or touches itself; with the ring's name and the coordinates.
+    """
+    extent = np.ptp(outline, axis=0).max()
+    if extent <= SMALLEST:
         raise GeometryError(
             f"{name} at {place(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
         )
-    extent = np.ptp(outline, axis=0).max()
+    if extent <= SMALLEST_STEPS * np.spacing(np.abs(outline).max()):
+        raise GeometryError(
+            f"{name} at {place(outline[0])} is as small as the rounding of its coordinates: move it nearer to the "
+            "origin, or make it larger"
+        )
+    polygon = shapely.Polygon(outline)
     if polygon.convex_hull.area <= FLAT * extent**2:
         raise GeometryError(f"{name} at {place(outline[0])} encloses no area: its points lie on one line")
     if not polygon.is_valid:

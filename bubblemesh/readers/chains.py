@@ -1,6 +1,7 @@
 """Strokes joined into closed rings where their ends meet."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -173,11 +174,13 @@ def _reversed(stroke: Stroke) -> Stroke:
 def _ring(strokes: Sequence[Stroke]) -> Ring:
     """The ring along strokes that follow each other; arcs of one circle become the whole circle."""
     pieces = [piece for stroke in strokes for piece in stroke.pieces]
-    whole = _whole_circle(pieces)
+    names = list(dict.fromkeys(stroke.name for stroke in strokes))
+    origin = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
     try:
-        return whole or rings.path(strokes[0].start, pieces)
+        ring = _whole_circle(pieces) or rings.path(strokes[0].start, pieces)
     except GeometryError as error:
-        raise GeometryError(f"{strokes[0].name}: {error}") from None
+        raise GeometryError(f"{origin}: {error}") from None
+    return replace(ring, origin=origin)
 
 
 def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:

@@ -1,7 +1,8 @@
 """DXF drawings: lines, arcs, circles, ellipses, polylines with bulges and splines; layers become labels."""
 
 from collections.abc import Callable, Iterable, Iterator
-from itertools import pairwise
+from dataclasses import replace
+from itertools import count, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +11,18 @@ from ezdxf.filemanagement import readfile
 from ezdxf.lldxf.const import DXFError
 from ezdxf.math import bulge_center
 
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
 from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.text import unreadable
-from bubblemesh.wording import place
+from bubblemesh.wording import place, shown
 
 __all__ = ["read_dxf"]
 
+FLAT = 3e-8  # bulge that is none but for rounding
+MOST_COPIES = 50_000  # entities that blocks draw, which takes a second for a few thousand
 FULL_TURN = 2 * np.pi * (1 - 1e-9)
 DEEPEST = 16  # blocks within blocks
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 13: "um"}  # of the header's $INSUNITS
@@ -35,35 +38,48 @@ def read_dxf(path: Path) -> Content:
     """
     try:
         drawing = readfile(path)
-    except (DXFError, UnicodeDecodeError) as error:
-        raise CaseError(f"not a valid DXF drawing: {error}") from None
+    except (DXFError, ValueError) as error:
+        raise CaseError(f"not a valid DXF drawing: {shown(error)}: save it anew as DXF") from None
     except OSError as error:
         if error.errno is None:
-            raise FileError("not a DXF drawing") from None
+            raise CaseError("not a DXF drawing: save it as DXF, text or binary, without anything before it") from None
         raise unreadable(error) from None
     features: list[Feature] = []
     unused: dict[str, list[Any]] = {}
-    for entity in _entities(drawing.modelspace(), 0):
+    heights: set[float] = set()
+    for entity in _entities(drawing.modelspace(), 0, count()):
         kind = entity.dxftype()
         if kind in CURVES and _is_plane(entity):
             features.append(_feature(entity))
+            heights |= {round(float(point[2]), 9) for point in _ends(entity)}
         else:
             unused.setdefault(kind, []).append(entity)
     notes = tuple(_unused(kind, entities) for kind, entities in unused.items())
     if not features:
         raise CaseError(f"there are no curves in its model space{''.join(f'; {note}' for note in notes)}")
+    if len(heights) > 1:
+        notes = (*notes, "heights (z) are not used")
     return Content(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
 
 
-def _entities(layout: Iterable[Any], depth: int) -> Iterator[Any]:
-    """Entities with those of blocks in their places."""
+def _ends(entity: Any) -> list[Any]:
+    """Both ends of a line, which may be at different heights."""
+    return [entity.dxf.start, entity.dxf.end] if entity.dxftype() == "LINE" else []
+
+
+def _entities(layout: Iterable[Any], depth: int, number: Iterator[int]) -> Iterator[Any]:
+    """Entities with those of blocks in their places; ``number`` counts the latter."""
     if depth > DEEPEST:
-        raise CaseError(f"blocks are nested more than {DEEPEST} deep")
+        raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
     for entity in layout:
-        if entity.dxftype() == "INSERT":
-            yield from _entities(entity.virtual_entities(), depth + 1)
-        else:
+        if depth > 0 and next(number) == MOST_COPIES:
+            raise CaseError(f"its blocks draw more than {MOST_COPIES:,} entities: explode them, or simplify it")
+        if entity.dxftype() != "INSERT":
             yield entity
+        elif entity.block() is None:
+            raise CaseError(f"{_name(entity)}: there is no block {shown(entity.dxf.name, 40)!r}: purge the drawing")
+        else:
+            yield from _entities(entity.virtual_entities(), depth + 1, number)
 
 
 def _is_plane(entity: Any) -> bool:
@@ -75,7 +91,7 @@ def _is_plane(entity: Any) -> bool:
 
 def _name(entity: Any) -> str:
     handle = entity.dxf.get("handle")
-    return f"{entity.dxftype()}{f' #{handle}' if handle else ''} on layer {entity.dxf.layer}"
+    return f"{entity.dxftype()}{f' #{handle}' if handle else ''} on layer {shown(entity.dxf.layer, 40)}"
 
 
 def _unused(kind: str, entities: list[Any]) -> str:
@@ -84,17 +100,20 @@ def _unused(kind: str, entities: list[Any]) -> str:
     keys = [key for key in ("insert", "location", "start", "center", "defpoint") if first.dxf.hasattr(key)]
     at = first.dxf.get(keys[0]) if keys else None
     where = f" at {place((at[0], at[1]))}" if at is not None else ""
-    return f"{len(entities)} {kind} not used, the first on layer {first.dxf.layer}{where}"
+    return f"{len(entities)} {kind} not used, the first on layer {shown(first.dxf.layer, 40)}{where}"
 
 
 def _feature(entity: Any) -> Feature:
     name, layer = _name(entity), str(entity.dxf.layer)
     label, notes = fitting(None if layer == "0" else layer, "a layer")
-    made = CURVES[entity.dxftype()](entity, name, label)
+    try:
+        made = CURVES[entity.dxftype()](entity, name, label)
+    except (DXFError, ValueError, ZeroDivisionError) as error:
+        raise CaseError(f"{name}: not a valid curve: {shown(error)}: draw it anew") from None
     properties = {"type": entity.dxftype(), "handle": entity.dxf.get("handle")}
     if isinstance(made, Stroke):
         return Feature(name, layer, properties, strokes=(made,), notes=notes)
-    return Feature(name, layer, properties, rings=(made,), notes=notes)
+    return Feature(name, layer, properties, rings=(replace(made, origin=name),), notes=notes)
 
 
 def _mirrored(entity: Any) -> float:
@@ -170,7 +189,7 @@ def _bulged(corners: list[tuple[float, float, float]], entity: Any, name: str, l
     for (begin, end), bulge in zip(pairwise(points), bulges, strict=False):
         if begin != end:
             pieces.append(
-                LineTo(end, label) if bulge == 0 else ArcTo(end, _center(begin, end, bulge), bulge > 0, label)
+                LineTo(end, label) if abs(bulge) < FLAT else ArcTo(end, _center(begin, end, bulge), bulge > 0, label)
             )
     if not pieces:
         raise CaseError(f"{name}: it has fewer than two different points")

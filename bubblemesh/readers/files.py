@@ -1,5 +1,6 @@
 """A file chosen by its ending, and what a case takes of it."""
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from glob import escape
@@ -7,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError, LimitError
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.chains import chained
@@ -53,6 +54,7 @@ READERS = {
     ".shp": Reader("gis.read_gis", "gis", (".shx", ".dbf", ".prj", ".cpg")),
     ".gpkg": Reader("gis.read_gis", "gis"),
 }
+MOST_BYTES = 500_000_000
 CHOOSES_LAYER = ("gis.read_gis",)  # readers that read one layer only
 
 
@@ -97,19 +99,20 @@ class Selection:
         for layer in self.layers:
             known = sorted({str(one.layer) for one in features if one.layer is not None})
             if layer not in known:
-                raise CaseError(f"it has no layer {layer!r}: {meant(layer, known) if known else 'it has no layers'}")
+                advice = meant(layer, known) if known else "it has no layers, leave layer out"
+                raise CaseError(f"it has no layer {layer!r}: {advice}")
         if self.layers:
             found = [one for one in found if one.layer in self.layers]
         if isinstance(self.feature, int):
             if self.feature >= len(found):
-                raise CaseError(f"it has no feature {self.feature}: give a number from 0 to {len(found) - 1}")
+                advice = f"a number from 0 to {len(found) - 1}" if found else "another layer, this one has none"
+                raise CaseError(f"it has no feature {self.feature}: give {advice}")
             return [found[self.feature]]
         for key, value in (self.feature or {}).items():
             known = sorted({name for one in found for name in one.properties})
             if key not in known:
-                raise CaseError(
-                    f"no feature has the property {key!r}: {meant(key, known) if known else 'there are none'}"
-                )
+                advice = meant(key, known) if known else "there are no properties, give a number"
+                raise CaseError(f"no feature has the property {key!r}: {advice}")
             values = [one.properties.get(key) for one in found]
             found = [one for one, has in zip(found, values, strict=True) if has == value or str(has) == str(value)]
             if not found:
@@ -172,13 +175,23 @@ def _read(
         features = chosen.of(content.features)
         joined, gaps = chained([stroke for one in features for stroke in one.strokes], chosen.join)
         areas = [area for one in features for area in one.areas]
-        rings = rings_of(areas, [*(ring for one in features for ring in one.rings), *joined], content)
+        loose = [*(ring for one in features for ring in one.rings), *joined]
+        if not areas and not loose:
+            raise CaseError("there is no ring in it: give closed curves, or lines that meet")
+        rings = rings_of(areas, loose, content)
     except BubblemeshError as error:
         raise type(error)(f"{path}: {error}") from None
     notes = [*content.notes, *dict.fromkeys(note for one in features for note in one.notes), *gaps]
     if chosen.unit and content.unit and chosen.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {chosen.unit}: the case counts")
-    first, *others = (replace(ring.scaled(chosen.factor), notes=_named(path, ring.notes)) for ring in rings)
+    first, *others = (
+        replace(
+            ring.scaled(chosen.factor),
+            notes=_named(path, ring.notes),
+            origin=f"{path.name}: {ring.origin}{'' if chosen.factor == 1 else f', lengths times {chosen.factor:g}'}",
+        )
+        for ring in rings
+    )
     return [replace(first, notes=(*_named(path, notes), *first.notes)), *others]
 
 
@@ -186,13 +199,38 @@ def _named(path: Path, notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{path.name}: {note}" for note in notes)
 
 
+def _require_readable(path: Path) -> None:
+    """Check that there is a file that can be read, and that it is not too large.
+
+    Raises
+    ------
+    FileError, LimitError
+    """
+    fault = None
+    if not path.exists():
+        fault = "there is no such file"
+    elif path.is_dir():
+        fault = "it is a folder"
+    elif not path.is_file():
+        fault = "it is no regular file"
+    elif not os.access(path, os.R_OK):
+        fault = "permission denied"
+    if fault:
+        raise FileError(f"the file cannot be read: {fault}")
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise LimitError(
+            f"the file has {size / 1e6:.0f} MB, more than the {MOST_BYTES / 1e6:.0f} that are read: simplify it, or "
+            "write only what the domain needs"
+        )
+
+
 def _content(path: Path, chosen: Selection) -> Content:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise FileError(f"no known geometry format: the name must end in {', '.join(READERS)}")
     path = at_hand(path)
-    if not path.is_file():
-        raise FileError("the file cannot be read: " + ("it is a folder" if path.is_dir() else "there is no such file"))
+    _require_readable(path)
     module, function = reader.function.split(".")
     try:
         read = getattr(import_module(f"bubblemesh.readers.{module}"), function)

@@ -1,6 +1,7 @@
 """Features of shapely's shapes: polygons are areas, lines join into rings."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import shapely
@@ -59,6 +60,6 @@ def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
 def _ring(loop: shapely.LinearRing, name: str, label: str | None) -> Ring:
     points = checked(shapely.get_coordinates(loop), name)
     try:
-        return rings.polygon(points, label=label)
+        return replace(rings.polygon(points, label=label), origin=name)
     except GeometryError as error:
         raise GeometryError(f"{name}: {error}") from None

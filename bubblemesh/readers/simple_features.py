@@ -1,6 +1,7 @@
 """GeoJSON and WKT."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,15 @@ from shapely.geometry import shape
 
 from bubblemesh.errors import CaseError
 from bubblemesh.readers.features import Content, Feature, feature_name
+from bubblemesh.readers.positions import plane_geometry
 from bubblemesh.readers.shapes import feature_of
 from bubblemesh.readers.text import read_text
+from bubblemesh.wording import shown
 
 __all__ = ["read_geojson", "read_wkt"]
 
-KINDS = ("Polygon", "MultiPolygon", "LineString", "MultiLineString", "Point", "MultiPoint", "GeometryCollection")
+SYSTEM = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
+MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
 
 
 def read_geojson(path: Path) -> Content:
@@ -28,57 +32,58 @@ def read_geojson(path: Path) -> Content:
         With the feature.
     """
     try:
-        data = json.loads(read_text(path))
+        data = json.loads(read_text(path), object_pairs_hook=_once, parse_int=_whole)
     except json.JSONDecodeError as error:
-        raise CaseError(f"line {error.lineno}: not valid JSON: {error.msg}") from None
+        raise CaseError(
+            f"line {error.lineno}: not valid JSON: {shown(error.msg)}: the file may be cut off, or be no GeoJSON"
+        ) from None
     except RecursionError:
         raise CaseError("nested too deep: GeoJSON needs far less") from None
     entries = data.get("features") if isinstance(data, dict) and data.get("type") == "FeatureCollection" else [data]
     if not isinstance(entries, list):
-        raise CaseError("the FeatureCollection has no list of features")
-    found = tuple(_feature(entry, k) for k, entry in enumerate(entries))
+        raise CaseError("the FeatureCollection has no list of features: give it one")
+    notes: dict[str, None] = {}
+    found = tuple(_feature(entry, k, notes) for k, entry in enumerate(entries))
     if not found:
-        raise CaseError("there are no features in it")
-    return Content(found)
+        raise CaseError("there are no features in it: give a Polygon, or lines that meet")
+    return Content(found, tuple(notes))
 
 
-def _feature(entry: Any, number: int) -> Feature:
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A mapping of which no key is given twice."""
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise CaseError(f"the key {shown(repr(twice))} is given twice in one object: remove one of them")
+    return mapping
+
+
+def _whole(digits: str) -> int | float:
+    return int(digits) if len(digits) <= MOST_DIGITS else float(digits)
+
+
+def _feature(entry: Any, number: int, notes: dict[str, None]) -> Feature:
+    """The feature of one entry; what is left out of it is added to the notes."""
     if not isinstance(entry, dict):
-        raise CaseError(f"feature {number}: not a GeoJSON object")
+        raise CaseError(f"feature {number}: not a GeoJSON object (found {shown(json.dumps(entry))})")
     properties: dict[str, Any] = {}
     geometry: Any = entry
     if entry.get("type") == "Feature":
         given, geometry = entry.get("properties"), entry.get("geometry", {})
         properties = ({"id": entry["id"]} if "id" in entry else {}) | (given if isinstance(given, dict) else {})
     name = feature_name(number, properties, "name", "id")
-    kind = geometry.get("type") if isinstance(geometry, dict) else None
-    if not isinstance(geometry, dict) or kind not in KINDS:
-        raise CaseError(f"{name}: no geometry of a kind that GeoJSON knows (found {kind!r})")
+    plane = plane_geometry(geometry, name, notes)
     try:
-        with np.errstate(invalid="ignore"):  # numbers that are none are told below, with their place
-            made = shape(geometry)
-    except (shapely.errors.GEOSException, ValueError, TypeError, KeyError, IndexError, AttributeError):
-        raise CaseError(f"{name}: its coordinates are no valid {kind}: {_first_fault(geometry)}") from None
+        with np.errstate(invalid="ignore"):  # numbers that are none are told by `feature_of`, with their place
+            made = shape(plane)
+    except (shapely.errors.GEOSException, ValueError, TypeError):
+        raise CaseError(
+            f"{name}: its coordinates are no valid {plane['type']}: give each ring at least four positions, the last "
+            "equal to the first, and each line two"
+        ) from None
     layer = properties.get("layer", properties.get("Layer"))
     return feature_of(made, name, None if layer is None else str(layer), properties)
-
-
-def _first_fault(geometry: Any) -> str:
-    """What is wrong with nested coordinates, as far as that can be said."""
-    for path, position in _positions(geometry.get("coordinates"), ()):
-        if not isinstance(position, list) or len(position) < 2:
-            return f"no pair of numbers at coordinates{list(path)}: {str(position)[:40]}"
-        if any(isinstance(value, bool) or not isinstance(value, int | float) for value in position):
-            return f"no pair of numbers at coordinates{list(path)}: {str(position)[:40]}"
-    return "give each ring at least four positions, the last equal to the first"
-
-
-def _positions(value: Any, path: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], Any]]:
-    if isinstance(value, list) and any(isinstance(part, list) for part in value):
-        for k, part in enumerate(value):
-            yield from _positions(part, (*path, k))
-    else:
-        yield path, value
 
 
 def read_wkt(path: Path) -> Content:
@@ -90,32 +95,36 @@ def read_wkt(path: Path) -> Content:
         With the number of the geometry and its line.
     """
     found = []
+    solid = False
     for number, (line, text) in enumerate(_statements(read_text(path))):
         name = f"feature {number} (line {line})"
         try:
             with np.errstate(invalid="ignore"):
-                geometry = shapely.from_wkt(text)
-        except shapely.errors.GEOSException as error:
-            reason = str(error).partition(": ")[2] or str(error)
-            raise CaseError(f"{name}: not valid WKT: {reason.strip()}") from None
+                geometry = shapely.from_wkt(SYSTEM.sub("", text, count=1))
+        except (shapely.errors.GEOSException, NotImplementedError) as error:
+            reason = shown(str(error).partition("Exception: ")[2] or error)
+            raise CaseError(
+                f"{name}: not valid WKT: {reason}: give polygons or lines of straight parts, with all brackets closed "
+                "and the last point of a ring equal to the first"
+            ) from None
+        solid = solid or bool(shapely.has_z(geometry))
         found.append(feature_of(geometry, name))
     if not found:
-        raise CaseError("there is no geometry in it")
-    return Content(tuple(found))
+        raise CaseError("there is no geometry in it: give a POLYGON, or lines that meet")
+    return Content(tuple(found), ("heights (z) are not used",) if solid else ())
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
     """First line and text of each geometry: it ends where its brackets are closed."""
-    depth, start, line, begun = 0, 0, 1, 1
-    opened = False
-    for k, letter in enumerate(text):
-        line += letter == "\n"
-        if letter.isspace() and not text[start:k].strip():
-            begun = line
-        depth += (letter == "(") - (letter == ")")
-        opened = opened or letter == "("
-        if opened and depth == 0:
-            yield begun, text[start : k + 1].strip(" \n\r\t;")
-            start, opened, begun = k + 1, False, line
-    if text[start:].strip(" \n\r\t;"):
-        yield begun, text[start:].strip()
+    depth = start = counted = 0
+    line = 1
+    for bracket in re.finditer("[()]", text):
+        depth += 1 if bracket.group() == "(" else -1
+        if depth <= 0:
+            begin = start + len(text[start : bracket.end()]) - len(text[start : bracket.end()].lstrip(" \n\r\t;"))
+            line += text.count("\n", counted, begin)
+            yield line, text[begin : bracket.end()]
+            depth, start, counted = 0, bracket.end(), begin
+    rest = text[start:].lstrip(" \n\r\t;")
+    if rest.strip():
+        yield line + text.count("\n", counted, len(text) - len(rest)), rest.strip()

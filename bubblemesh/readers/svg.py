@@ -13,11 +13,13 @@ from bubblemesh.errors import CaseError
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
 from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
 from bubblemesh.readers.sampling import splines
-from bubblemesh.readers.text import unreadable
+from bubblemesh.readers.svg_source import require_valid
+from bubblemesh.wording import shown
 
 __all__ = ["read_svg"]
 
 ROUND = 1e-9  # relative difference of an arc's radii that is rounding
+MOST_NAMED = 5
 SKIPPED = (svgelements.Text, svgelements.Image)
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
@@ -47,12 +49,11 @@ def read_svg(path: Path) -> Content:
     FileError, CaseError
         With the element.
     """
+    require_valid(path)
     try:
         drawing = svgelements.SVG.parse(str(path), reify=True, parse_display_none=True)
-    except OSError as error:
-        raise unreadable(error) from None
-    except ParseError as error:
-        raise CaseError(f"not valid XML: {error}") from None
+    except (ParseError, ValueError, ZeroDivisionError, RecursionError) as error:
+        raise CaseError(f"not a valid drawing: {shown(error)}: correct it") from None
     # The viewport's scaling to pixels is undone: lengths are those of the file's numbers.
     back = svgelements.Matrix(drawing.viewbox_transform or "")
     back.inverse()
@@ -69,7 +70,8 @@ def read_svg(path: Path) -> Content:
         elif isinstance(element, SKIPPED):
             notes.append(f"{_name(element)} not used")
     if not features:
-        raise CaseError(f"there are no paths or shapes in it{''.join(f'; {note}' for note in notes)}")
+        left_out = "".join(f"; {note}" for note in notes[:MOST_NAMED])
+        raise CaseError(f"there are no closed paths or shapes in it{left_out}")
     return Content(tuple(features), tuple(notes))
 
 
@@ -93,7 +95,7 @@ def _given(element: Any) -> str | None:
 
 def _name(element: Any) -> str:
     kind = str(element.values.get("tag", type(element).__name__.lower()))
-    return f"{kind} {element.id!r}" if element.id else kind
+    return f"{kind} {shown(element.id, 40)!r}" if element.id else kind
 
 
 def _feature(path: Any, drawn: Drawn, number: int) -> Feature:

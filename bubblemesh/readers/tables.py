@@ -5,6 +5,7 @@ In a line with semicolons a comma is a decimal point.
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,14 @@ from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.readers.features import Content, Feature, Point, checked
 from bubblemesh.readers.text import read_text
+from bubblemesh.wording import shown
 
 __all__ = ["read_columns", "read_table"]
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
+STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 
 
 def read_table(path: Path) -> Content:
@@ -30,18 +34,17 @@ def read_table(path: Path) -> Content:
         With the line.
     """
     features: list[Feature] = []
-    more = False
-    for first, points, columns in _blocks(path):
+    notes: dict[str, None] = {}
+    for first, points in _blocks(path, notes):
         name = f"ring {len(features)} (line {first})"
-        more = more or columns > 2
         try:
             ring = rings.polygon(checked(points, name))
         except GeometryError as error:
             raise GeometryError(f"{name}: {error}") from None
-        features.append(Feature(name, rings=(ring,)))
+        features.append(Feature(name, rings=(replace(ring, origin=name),)))
     if not features:
         raise CaseError("there are no points in it: give two numbers in a line")
-    return Content(tuple(features), ("columns after the second are not used",) if more else ())
+    return Content(tuple(features), tuple(notes))
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Floats:
@@ -57,7 +60,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
         if values is None and not rows:
             continue
         if values is None or len(values) not in (0, len(names)):
-            found = repr(text.strip()[:40])
+            found = repr(shown(text, 40))
             raise CaseError(f"line {number}: must have {len(names)} numbers, {', '.join(names)} (found {found})")
         if values:
             rows.append(values)
@@ -67,35 +70,58 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str, list[float] | None]]:
-    """Number, text and values of each line; None for a line of words."""
+    """Number, text and values of each line; None for a line of words.
+
+    Raises
+    ------
+    CaseError
+        If a line starts as numbers do, but is none, or a column is empty.
+    """
     for number, text in enumerate([*read_text(path).splitlines(), ""], start=1):
-        plain = COMMENT.sub("", text).strip()
-        words = [word for word in SEPARATOR.split(plain.replace(",", ".") if ";" in plain else plain) if word]
-        yield number, text, _numbers(words)
+        plain = COMMENT.sub("", text).replace('"', "").strip()
+        words = SEPARATOR.split(plain.replace(",", ".") if ";" in plain else plain)
+        if len(words) > 1 and words[-1] == "":  # a separator at the end of the line
+            words.pop()
+        if len(words) > 1 and "" in words:
+            raise CaseError(f"line {number}: an empty column: {shown(text, 40)!r}: give a number in each")
+        words = [word for word in words if word]
+        values = _numbers(words)
+        if values is None and STARTS_AS_NUMBER.match(words[0]):
+            raise CaseError(f"line {number}: no numbers: {shown(text, 40)!r}: correct it, or mark it as a comment by #")
+        yield number, text, values
 
 
-def _blocks(path: Path) -> Iterator[tuple[int, list[Point], int]]:
-    """First line, points and number of columns of each block."""
+def _blocks(path: Path, notes: dict[str, None]) -> Iterator[tuple[int, list[Point]]]:
+    """First line and points of each block; what is left out is added to the notes."""
     points: list[Point] = []
-    first = columns = 0
+    first = 0
     for number, text, values in _lines(path):
         if not values:
             if points and values is None:
-                raise CaseError(f"line {number}: not a point: {text.strip()[:40]!r}: give two numbers in a line")
+                raise CaseError(f"line {number}: not a point: {shown(text, 40)!r}: give two numbers in a line")
+            if values is None and _is_slip(text):
+                notes[f"line {number} is taken as a header: {shown(text, 40)!r}"] = None
             if points:
-                yield first, points, columns
-            points, columns = [], 0
+                yield first, points
+            points = []
             continue
         if len(values) < 2:
             raise CaseError(f"line {number}: one number alone: a point has two")
+        if len(values) > 2:
+            notes["columns after the second are not used"] = None
         first = number if not points else first
         points.append((values[0], values[1]))
-        columns = max(columns, len(values))
+
+
+def _is_slip(text: str) -> bool:
+    """Whether a line of words may be a mistyped point such as ``O 0``, rather than a header such as ``NACA 0012``."""
+    words = [word for word in SEPARATOR.split(text.strip()) if word]
+    others = [word for word in words if _numbers([word]) is None]
+    return len(others) < len(words) and any(len(word) == 1 or any(c.isdigit() for c in word) for word in others)
 
 
 def _numbers(words: list[str]) -> list[float] | None:
-    """The words as numbers; None if they are words."""
-    try:
-        return [float(word) for word in words]
-    except ValueError:
+    """The words as numbers; None if one is none."""
+    if not all(NUMBER.fullmatch(word) for word in words):
         return None
+    return [float(word) for word in words]

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.readers.features import Content, Feature, Point, Stroke, checked
 from bubblemesh.readers.text import read_text
+from bubblemesh.wording import shown
 
 __all__ = ["read_poly"]
 
@@ -24,18 +25,18 @@ class Rows:
                 try:
                     yield number, [float(word) for word in words]
                 except ValueError:
-                    raise CaseError(f"line {number}: not a row of numbers: {line.strip()[:40]!r}") from None
+                    raise CaseError(f"line {number}: not a row of numbers: {shown(line, 40)!r}") from None
 
-    def head(self, what: str) -> list[float]:
-        """The line that says how many rows of a section follow."""
-        line, row = self._next(1, what)
-        if not (row[0] >= 0 and row[0] == row[0] // 1):
-            raise CaseError(f"line {line}: {row[0]:g} is no number of rows: expected {what}")
-        return row
+    def head(self, what: str) -> tuple[int, list[float]]:
+        """How many rows of a section follow, and the further numbers of the line that says so."""
+        line, (count, *more) = self._next(1, what)
+        if not (count >= 0 and count.is_integer()):
+            raise CaseError(f"line {line}: {count:g} is no number of rows: expected {what}")
+        return int(count), more
 
-    def section(self, count: float, columns: int, what: str) -> Iterator[tuple[int, list[float]]]:
+    def section(self, count: int, columns: int, what: str) -> Iterator[tuple[int, list[float]]]:
         """Line and numbers of each row."""
-        for _ in range(int(count)):
+        for _ in range(count):
             yield self._next(columns, what)
 
     def rest(self) -> bool:
@@ -61,29 +62,39 @@ def read_poly(path: Path) -> Content:
         With the line.
     """
     rows = Rows(path)
-    head = rows.head("the number of vertices")
-    vertices = (
-        _vertices(rows, head)
-        if head[0]
-        else _vertices(nodes := Rows(path.with_suffix(".node")), nodes.head("the number of vertices"))
-    )
-    count, marked, *_ = [*rows.head("the number of segments"), 0.0]
+    count, dimension = rows.head("the number of vertices")
+    vertices = _vertices(rows, count, dimension) if count else _vertices_beside(path.with_suffix(".node"))
+    count, marked = rows.head("the number of segments")
     strokes = []
     for line, (_, begin, end, *marker) in rows.section(count, 3, "a segment: its number and two vertices"):
         name = f"segment in line {line}"
         if begin not in vertices or end not in vertices:
             missing = begin if begin not in vertices else end
-            raise CaseError(f"{name}: there is no vertex {missing:g}")
-        label = f"{marker[0]:g}" if marked and marker and marker[0] else None
+            raise CaseError(f"{name}: there is no vertex {missing:g}: vertices are named by their numbers")
+        label = f"{marker[0]:g}" if marked and marked[0] and marker and marker[0] else None
         strokes.append(Stroke(vertices[begin], (LineTo(vertices[end], label),), name))
-    holes = [(x, y) for _, (_, x, y, *_) in rows.section(rows.head("the number of holes")[0], 3, "a hole: x and y")]
+    count, _ = rows.head("the number of holes")
+    holes = [(x, y) for _, (_, x, y, *_) in rows.section(count, 3, "a hole: its number, x and y")]
     notes = ("regions and area limits of the file are not used",) if rows.rest() else ()
     return Content((Feature("the segments", strokes=tuple(strokes)),), notes, tuple(checked(holes, "hole")))
 
 
-def _vertices(rows: Rows, head: list[float]) -> dict[float, Point]:
+def _vertices_beside(path: Path) -> dict[float, Point]:
+    """Vertices of a ``.node`` file; errors name it."""
+    try:
+        rows = Rows(path)
+        return _vertices(rows, *rows.head("the number of vertices"))
+    except BubblemeshError as error:
+        raise type(error)(f"its vertices are in {path.name}: {error}") from None
+
+
+def _vertices(rows: Rows, count: int, dimension: list[float]) -> dict[float, Point]:
     """Vertices by their numbers."""
-    found = {}
-    for line, (number, x, y, *_) in rows.section(head[0], 3, "a vertex: its number, x and y"):
+    if dimension and dimension[0] != 2:
+        raise CaseError(f"the vertices have {dimension[0]:g} dimensions: only those of the plane are read")
+    found: dict[float, Point] = {}
+    for line, (number, x, y, *_) in rows.section(count, 3, "a vertex: its number, x and y"):
+        if number in found:
+            raise CaseError(f"line {line}: the vertex {number:g} is given twice: number them one after the other")
         (found[number],) = checked([(x, y)], f"vertex in line {line}")
     return found

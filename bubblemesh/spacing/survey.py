@@ -17,6 +17,8 @@ __all__ = ["Survey", "ideal_nodes", "rough_nodes", "surveyed"]
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 2e-3  # relative change on halving below which a part of an integral stands
 HALVINGS = 60
+NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
+MOST_PARTS = 1_000_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
 FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
@@ -105,19 +107,20 @@ def _integral(
 ) -> float:
     """Sum of the integrals over ``parts``, halving those whose integral changes by that.
 
-    It counts nodes, and is given up where these are clearly more than ``max_nodes``.
+    It counts nodes, and is given up where these are clearly more than ``max_nodes``. Only parts that have settled are
+    sure: next to a spot of small spacing the integral of a large part comes out far too large.
     """
     total, coarse = 0.0, over(parts)
     for _ in range(HALVINGS):
         halves = halved(parts)
         fine = over(halves).reshape(2, -1)
         both = fine.sum(axis=0)
-        unsure = np.abs(both - coarse) > tolerance * both
+        unsure = np.abs(both - coarse) > np.maximum(tolerance * both, NEGLIGIBLE)
         total += float(both[~unsure].sum())
         parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
-        if total + coarse.sum() > 2 * max_nodes:
+        if total > 2 * max_nodes:
             raise _too_many(total + float(coarse.sum()), max_nodes)
-        if len(parts) == 0:
+        if len(parts) == 0 or len(parts) > MOST_PARTS:
             break
     return total + float(coarse.sum())
 

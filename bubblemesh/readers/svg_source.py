@@ -1,0 +1,184 @@
+"""The source of an SVG drawing, looked through before it is read: SVG readers skip in silence what they cannot read."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from bubblemesh.errors import CaseError
+from bubblemesh.readers.text import unreadable
+from bubblemesh.wording import shown
+
+__all__ = ["require_valid"]
+
+SVG = "http://www.w3.org/2000/svg"
+HREFS = ("href", "http://www.w3.org/1999/xlink href")
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+LENGTH = re.compile(rf"\s*{NUMBER}\s*(?:px|pt|pc|mm|cm|in|em|ex|rem|vw|vh|%)?\s*")
+NUMBERS = re.compile(rf"[\s,]*(?:{NUMBER}[\s,]*)*")
+TOKEN = re.compile(rf"[MmZzLlHhVvCcSsQqTtAa]|{NUMBER}|[\s,]+")
+TRANSFORM = re.compile(r"[\s,]*(?:(?:matrix|translate|scale|rotate|skewX|skewY)\s*\([^()]*\)[\s,]*)*")
+ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}  # flags of arcs may be run together
+LENGTHS = {
+    "rect": ("x", "y", "width", "height", "rx", "ry"),
+    "circle": ("cx", "cy", "r"),
+    "ellipse": ("cx", "cy", "rx", "ry"),
+    "line": ("x1", "y1", "x2", "y2"),
+}
+SIZES = {"rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}
+UNDRAWN = ("defs", "symbol", "clipPath", "mask", "marker", "pattern")
+MOST_ELEMENTS = 200_000  # drawn, those that are used again counted each time
+DEEPEST = 100
+
+
+@dataclass
+class Element:
+    """An element with its line and what it contains."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list["Element"] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        label = self.attributes.get("id")
+        return f"{self.tag} {shown(label, 40)!r} in line {self.line}" if label else f"{self.tag} in line {self.line}"
+
+    def all(self) -> Iterator["Element"]:
+        """The element and all within it."""
+        yield self
+        for child in self.children:
+            yield from child.all()
+
+
+def require_valid(path: Path) -> None:
+    """Check that all of a drawing can be read.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or it cannot be read.
+    CaseError
+        If an element has something that is no number, path or transform, or uses itself; with the line.
+    """
+    root = _parsed(path)
+    if root.tag != "svg":
+        raise CaseError(f"its root element is {shown(root.tag, 40)!r}: no SVG drawing")
+    for element in root.all():
+        _check(element)
+    by_id = {element.attributes["id"]: element for element in root.all() if "id" in element.attributes}
+    if _drawn(root, by_id, (), {}) > MOST_ELEMENTS:
+        raise CaseError(f"its uses draw more than {MOST_ELEMENTS:,} elements: simplify it")
+
+
+def _parsed(path: Path) -> Element:
+    parser = expat.ParserCreate(namespace_separator=" ")
+    open_ = [Element("", {}, 0)]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_) > DEEPEST:
+            raise CaseError(f"line {parser.CurrentLineNumber}: elements are nested more than {DEEPEST} deep")
+        element = Element(tag.removeprefix(f"{SVG} "), attributes, parser.CurrentLineNumber)
+        open_[-1].children.append(element)
+        open_.append(element)
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda tag: open_.pop()
+    try:
+        parser.Parse(path.read_bytes(), True)
+    except OSError as error:
+        raise unreadable(error) from None
+    except expat.ExpatError as error:
+        raise CaseError(f"line {error.lineno}: not valid XML: {expat.ErrorString(error.code)}") from None
+    return open_[0].children[0]
+
+
+def _check(element: Element) -> None:
+    """Check what the shape of an element depends on."""
+    _check_lengths(element)
+    _check_numbers(element)
+    if element.tag == "path":
+        _check_path(element)
+    transform = element.attributes.get("transform", "")
+    if not TRANSFORM.fullmatch(transform):
+        raise CaseError(f"{element.name}: its transform is not valid: {_fault(TRANSFORM, transform)}: correct it")
+
+
+def _check_lengths(element: Element) -> None:
+    given = element.attributes
+    for key in LENGTHS.get(element.tag, ()):
+        if key in given and not LENGTH.fullmatch(given[key]) and given[key] != "auto":
+            raise CaseError(f"{element.name}: {key} is no length: {shown(repr(given[key]))}")
+    for key in SIZES.get(element.tag, ()):
+        if given.get(key, "").strip().startswith("-"):
+            raise CaseError(f"{element.name}: {key} is negative: {shown(repr(given[key]))}")
+
+
+def _check_numbers(element: Element) -> None:
+    given = element.attributes
+    if element.tag in ("polygon", "polyline"):
+        points = given.get("points", "")
+        if not NUMBERS.fullmatch(points) or len(re.findall(NUMBER, points)) % 2:
+            raise CaseError(f"{element.name}: its points are no pairs of numbers: {_fault(NUMBERS, points)}")
+    if element.tag == "svg" and "viewBox" in given:
+        box = re.findall(NUMBER, given["viewBox"])
+        if not NUMBERS.fullmatch(given["viewBox"]) or len(box) != 4 or min(float(box[2]), float(box[3])) <= 0:
+            raise CaseError(f"{element.name}: its viewBox is not valid: {shown(repr(given['viewBox']))}")
+
+
+def _fault(valid: re.Pattern[str], text: str) -> str:
+    """The text from where it is not valid."""
+    match = valid.match(text)
+    return repr(shown(text[match.end() if match and match.end() < len(text) else 0 :], 40))
+
+
+def _check_path(element: Element) -> None:
+    """Check that a path is made of commands with as many numbers as they take."""
+    text = element.attributes.get("d", "")
+    at, command, numbers = 0, "", 0
+    for token in TOKEN.finditer(text):
+        if token.start() != at:
+            break
+        at = token.end()
+        word = token.group()
+        if word.isalpha():
+            _check_arguments(element, command, numbers, token.start())
+            command, numbers = word, 0
+        elif not word.isspace() and word.strip(" \t\r\n,"):
+            numbers += 1
+    if at < len(text):
+        raise CaseError(f"{element.name}: its path is not valid from here on: {shown(text[at:], 40)!r}")
+    _check_arguments(element, command, numbers, at)
+
+
+def _check_arguments(element: Element, command: str, numbers: int, at: int) -> None:
+    needed = ARGUMENTS.get(command.upper())
+    wrong = numbers > 0 if command in ("", "Z", "z") else needed is not None and (numbers == 0 or numbers % needed)
+    if wrong:
+        before = shown(element.attributes["d"][max(at - 40, 0) : at], 40)
+        raise CaseError(f"{element.name}: its path has {numbers} numbers for {command or 'no command'}: {before!r}")
+
+
+def _drawn(element: Element, by_id: dict[str, Element], around: tuple[str, ...], known: dict[int, int]) -> int:
+    """How many elements are drawn for one.
+
+    Raises
+    ------
+    CaseError
+        If it uses itself.
+    """
+    if id(element) in known:
+        return known[id(element)]
+    inside = (*around, element.attributes["id"]) if "id" in element.attributes else around
+    count = 1 + sum(_drawn(child, by_id, inside, known) for child in element.children if child.tag not in UNDRAWN)
+    if element.tag == "use":
+        target = next((element.attributes[key] for key in HREFS if key in element.attributes), "").removeprefix("#")
+        if target in inside:
+            raise CaseError(f"{element.name}: it uses {shown(target, 40)!r}, which it is a part of: remove it")
+        if target in by_id:
+            count += _drawn(by_id[target], by_id, inside, known)
+    known[id(element)] = count
+    return count
