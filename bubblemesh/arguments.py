@@ -1,6 +1,7 @@
 """What Python programs give: polygons of shapely and spacings of their own, checked."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.terms import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.distance import FromLabels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.spacing.expression import Expression
@@ -86,12 +88,13 @@ def spacing_of(
     if isinstance(spacing, Mapping):
         case = spacing_case(spacing, [region.name for region in domain.parts.regions])
         return wanted_of(case, domain), rules_of(case)
-    return Spacing(_function(spacing)), Rules()
-
-
-def _function(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
     if callable(spacing):
-        return _Checked(spacing)
+        return Spacing(_Checked(spacing)), Rules()
+    expression = _expression(spacing, domain)
+    return Spacing(expression, costly=expression.measures), Rules()
+
+
+def _expression(spacing: float | str, domain: Domain) -> Expression:
     if not isinstance(spacing, str):
         value = np.asarray(spacing)
         if value.ndim > 0 or value.dtype.kind not in "iuf":
@@ -102,7 +105,7 @@ def _function(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callabl
             raise CaseError(f"spacing: is {value}: it has to be positive and finite")
         spacing = repr(float(value))
     try:
-        return Expression.parse(spacing)
+        return Expression.parse(spacing, distance_to=partial(FromLabels.of, domain))
     except CaseError as error:
         raise CaseError(f"spacing: {error}") from None
 

@@ -1,50 +1,137 @@
 """The spacing that a case asks for: its terms, bound to its domain."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+
 import numpy as np
 
 from bubblemesh.case import Case
+from bubblemesh.case.near import Near as NearModel
+from bubblemesh.case.near import NearLabel, NearPoint
 from bubblemesh.case.spacing import SpacingTerms
+from bubblemesh.case.tabulated import several
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.distance import FromLabels, FromLines
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.sampled import sampled_terms
 from bubblemesh.spacing.combination import Combination, Term
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.near import NEAR_GROWTH, Near, Nearest
 from bubblemesh.spacing.rules import Rules
-from bubblemesh.spacing.spacing import Spacing, by_region
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.within import ByRegion, Within
+from bubblemesh.wording import unknown
 
 __all__ = ["rules_of", "wanted_of"]
 
 
 def wanted_of(case: Case, domain: Domain) -> Spacing:
-    """The case's spacing, those of its regions within these, before its rules."""
-    terms = case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
-    base = Spacing(_combined(terms, case, domain))
-    finer = {model.name: _value(model.spacing, case) for model in case.domain.regions if model.spacing is not None}
-    own = [(region, finer[region.name]) for region in domain.parts.regions if region.name in finer]
-    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
-    return by_region(base, [(region.core, region.reach, Spacing(value)) for region, value in own]) if own else base
+    """The case's spacing, before its rules.
+
+    Raises
+    ------
+    CaseError
+        If a term names a label or a region that is not there; with the key.
+    """
+    terms = _mapping(case)
+    measures = any(Expression.parse(text, case.parameters).measures for _, text in case.expressions())
+    costly = bool(measures or terms.near or terms.labels or terms.field or terms.scattered)
+    return Spacing(_combined(terms, case, domain), costly=costly)
 
 
 def rules_of(case: Case) -> Rules:
     """What the case's spacing has to respect."""
-    if not isinstance(case.spacing, SpacingTerms):
-        return Rules()
-    terms = case.spacing
+    terms = _mapping(case)
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
+
+
+def _mapping(case: Case) -> SpacingTerms:
+    return case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
 
 
 def _combined(terms: SpacingTerms, case: Case, domain: Domain) -> Term:
     """The terms as one; a single one without limits as it is, since it is evaluated very often."""
-    found = tuple(_terms(terms, case, domain))
+    found = (
+        *_values(case, domain),
+        *_near(terms, domain),
+        *_limits_within(terms, case, domain),
+        *sampled_terms(terms),
+    )
     limits = terms.scale, terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
     return found[0] if len(found) == 1 and limits == (1.0, 0.0, np.inf) else Combination(found, *limits)
 
 
-def _terms(terms: SpacingTerms, case: Case, domain: Domain) -> list[Term]:
-    found: list[Term] = []
-    if terms.value is not None:
-        found.append(_value(terms.value, case))
-    return [*found, *sampled_terms(terms)]
+def _values(case: Case, domain: Domain) -> Iterator[Term]:
+    """The value that the case gives, with those of the regions that have one of their own in its place."""
+    mapped = isinstance(case.spacing, SpacingTerms)
+    value = _mapping(case).value
+    rest = None if value is None else _expression(value, case, domain, "spacing", *(["value"] if mapped else []))
+    finer = {
+        model.name: _expression(model.spacing, case, domain, "domain", "regions", number, "spacing")
+        for number, model in enumerate(case.domain.regions)
+        if model.spacing is not None
+    }
+    own = [(region, finer[region.name]) for region in domain.parts.regions if region.name in finer]
+    own.sort(key=lambda pair: -pair[0].polygon.area)  # nested regions after those around them
+    if own:
+        yield ByRegion(rest, tuple((region.core, region.reach, term) for region, term in own))
+    elif rest is not None:
+        yield rest
 
 
-def _value(value: float | str, case: Case) -> Term:
-    return Expression.parse(str(value), case.parameters)
+def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Term]:
+    """What is fine near something, and grows from there: one term for all of it."""
+    found = tuple(_growing(terms, domain))
+    if found:
+        yield found[0] if len(found) == 1 else Nearest(found)
+
+
+def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
+    growth = NEAR_GROWTH if terms.growth is None else terms.growth
+    models: tuple[NearModel, ...] = several(terms.near)
+    for number, near in enumerate(models):
+        with _at("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+            distance = _distance(near, domain)
+        yield Near(distance, near.size, growth if near.growth is None else near.growth, near.until)
+    for label, size in terms.labels.items():
+        with _at("spacing", "labels", label):
+            distance = FromLabels.of(domain, [label])
+        yield Near(distance, size, growth)
+
+
+def _distance(near: NearModel, domain: Domain) -> FromLabels | FromLines:
+    if isinstance(near, NearLabel):
+        return FromLabels.of(domain, [near.label])
+    return FromLines.through([near.point] if isinstance(near, NearPoint) else near.line)
+
+
+def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Term]:
+    """The largest spacings within regions."""
+    regions, rest = domain.parts.regions, domain.parts.rest
+    for name, value in terms.regions.items():
+        path = "spacing", "regions", name
+        term = _expression(value, case, domain, *path)
+        mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
+        if name != rest:
+            if not mine:
+                known = dict.fromkeys([*(region.name for region in regions), rest])
+                raise CaseError(f"{'.'.join(path)}: {unknown('region', name, known)}")
+            largest = max(region.polygon.area for region in mine)
+            others = [region for region in others if region.polygon.area < largest]
+        yield Within(term, tuple(r.reach for r in mine) or None, tuple(r.core for r in others))
+
+
+def _expression(value: float | str, case: Case, domain: Domain, *path: str | int) -> Expression:
+    """An expression that may measure distances in the domain."""
+    with _at(*path):
+        return Expression.parse(str(value), case.parameters, partial(FromLabels.of, domain))
+
+
+@contextmanager
+def _at(*path: str | int) -> Iterator[None]:
+    """Errors inside tell the key."""
+    try:
+        yield
+    except CaseError as error:
+        raise CaseError(f"{'.'.join(map(str, path))}: {error}") from None

@@ -1,6 +1,6 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.wording import place
 
-__all__ = ["Spacing", "by_region"]
+__all__ = ["Spacing"]
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,13 @@ class Spacing:
         Values (n,) at the coordinates x (n,) and y (n,).
     floor : float
         Value that stands for d outside the domain where the function has no positive one.
+    costly : bool
+        Whether the function takes so long that a table of it is worth having.
     """
 
     function: Callable[[Floats, Floats], Floats]
     floor: float = 0.0
+    costly: bool = False
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.
@@ -67,31 +70,6 @@ class Spacing:
 
     def _values(self, points: Floats) -> Floats:
         return np.asarray(self.function(points[:, 0], points[:, 1]), float)
-
-
-Inside = Callable[[Floats, Floats], Booleans]  # which points, given as x (n,) and y (n,), lie in some set
-
-
-def by_region(rest: Spacing, regions: Sequence[tuple[Inside, Inside, Spacing]]) -> Spacing:
-    """Spacing that is another one in some regions.
-
-    Parameters
-    ----------
-    rest : Spacing
-    regions : sequence of (core, reach, Spacing)
-        Points in the core of a region have its spacing; on its rim, which is in its reach but not in its core, the
-        finest of those that meet there counts. Nested regions come after those around them.
-    """
-
-    def function(x: Floats, y: Floats) -> Floats:
-        d = np.broadcast_to(np.asarray(rest.function(x, y), float), np.shape(x)).copy()
-        for core, reach, spacing in regions:
-            mine = np.flatnonzero(reach(x, y))
-            own, inside = spacing.function(x[mine], y[mine]), core(x[mine], y[mine])
-            d[mine] = np.where(inside, own, np.fmin(d[mine], own))
-        return d
-
-    return replace(rest, function=function)
 
 
 def _usable(d: Floats) -> Booleans:

@@ -1,0 +1,69 @@
+"""Spacings that count within regions."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.spacing.combination import Term
+
+__all__ = ["ByRegion", "Inside", "Within"]
+
+Inside = Callable[[Floats, Floats], Booleans]  # which points, given as x (n,) and y (n,), lie in some set
+
+
+@dataclass(frozen=True)
+class ByRegion:
+    """A term that is another one in some regions.
+
+    Attributes
+    ----------
+    rest : callable or None
+        Values (n,) at x (n,) and y (n,) in the rest; it asks for nothing where there is none.
+    regions : tuple of (core, reach, term)
+        Points in the core of a region have its values; on its rim, which is in its reach but not in its core, the
+        finest of those that meet there counts. Nested regions come after those around them.
+    """
+
+    rest: Term | None
+    regions: tuple[tuple[Inside, Inside, Term], ...]
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,)."""
+        values = np.full(len(x), np.inf) if self.rest is None else np.array(self.rest(x, y), float)
+        for core, reach, term in self.regions:
+            mine = np.flatnonzero(reach(x, y))
+            own, inside = term(x[mine], y[mine]), core(x[mine], y[mine])
+            values[mine] = np.where(inside, own, np.fmin(values[mine], own))
+        return values
+
+
+@dataclass(frozen=True)
+class Within:
+    """A term that asks for nothing outside a region.
+
+    Attributes
+    ----------
+    term : callable
+        Values (n,) at x (n,) and y (n,).
+    reaches : tuple of callable or None
+        Which points lie within each ring of the region or on it; without rings, all do.
+    others : tuple of callable
+        Which points lie in other regions, off their rims, that count before this one.
+    """
+
+    term: Term
+    reaches: tuple[Inside, ...] | None
+    others: tuple[Inside, ...] = ()
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,), infinite outside the region and off its rim."""
+        mine = np.arange(len(x))
+        if self.reaches is not None:
+            mine = np.flatnonzero(np.any([reach(x, y) for reach in self.reaches], axis=0))
+        for other in self.others:
+            mine = mine[~other(x[mine], y[mine])]
+        values = np.full(len(x), np.inf)
+        values[mine] = self.term(x[mine], y[mine])
+        return values
