@@ -57,7 +57,7 @@ class ChordRuns:
         rank = np.arange(LENGTH + 1)[:, None]
         chord = np.minimum(first + rank, last)
         points = np.where((rank < count)[..., None], start[chord], end[last])
-        x, y = np.ascontiguousarray(np.moveaxis(points, 2, 0), float)
+        x, y = np.ascontiguousarray(np.moveaxis(points, 2, 0))
         margin = ROUNDING * float(max(np.abs(start).max(), np.abs(end).max()))
         return cls(start, end, first, count, x, y, _boxes(x, y, margin), margin)
 

@@ -45,7 +45,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         If it needs more than ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
-    points = np.vstack([triangles.reshape(-1, 2), triangles.mean(axis=1), domain.polyline.points])
+    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1)])
     d = spacing(points)
     minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
     if minimum < VANISHING * domain.size:

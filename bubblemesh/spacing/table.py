@@ -80,8 +80,8 @@ class Samples:
         sides = self.grid.sides
         finest = np.where(self.d > 0, self.d, np.inf).min(axis=1)
         large = (sides > LARGEST * finest) | (sides > coarsest)
-        split: Booleans = self.inside & self.grid.divisible & (large | ((self.error() > TOLERANCE) & (sides > SMALLEST * finest)))
-        return split
+        large |= (self.error() > TOLERANCE) & (sides > SMALLEST * finest)
+        return self.inside & self.grid.divisible & large
 
     def split(self, cells: Booleans, domain: Domain, function: Term) -> "Samples":
         """The samples with some cells in four."""
