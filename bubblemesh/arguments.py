@@ -11,7 +11,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.terms import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.distance import FromLabels
+from bubblemesh.geometry.distance import distance_to
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.spacing.expression import Expression
@@ -91,7 +91,7 @@ def spacing_of(
     if callable(spacing):
         return Spacing(_Checked(spacing)), Rules()
     expression = _expression(spacing, domain)
-    return Spacing(expression, costly=expression.measures), Rules()
+    return Spacing(expression, costly=expression.costly), Rules()
 
 
 def _expression(spacing: float | str, domain: Domain) -> Expression:
@@ -105,7 +105,7 @@ def _expression(spacing: float | str, domain: Domain) -> Expression:
             raise CaseError(f"spacing: is {value}: it has to be positive and finite")
         spacing = repr(float(value))
     try:
-        return Expression.parse(spacing, distance_to=partial(FromLabels.of, domain))
+        return Expression.parse(spacing, distance_to=partial(distance_to, domain))
     except CaseError as error:
         raise CaseError(f"spacing: {error}") from None
 

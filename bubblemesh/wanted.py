@@ -12,10 +12,10 @@ from bubblemesh.case.near import NearLabel, NearPoint
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.case.tabulated import several
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.distance import FromLabels, FromLines
+from bubblemesh.geometry.distance import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.sampled import sampled_terms
-from bubblemesh.spacing.combination import Combination, Term
+from bubblemesh.spacing.combination import Combination, Term, costly
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.near import NEAR_GROWTH, Near, Nearest
 from bubblemesh.spacing.rules import Rules
@@ -34,10 +34,8 @@ def wanted_of(case: Case, domain: Domain) -> Spacing:
     CaseError
         If a term names a label or a region that is not there; with the key.
     """
-    terms = _mapping(case)
-    measures = any(Expression.parse(text, case.parameters).measures for _, text in case.expressions())
-    costly = bool(measures or terms.near or terms.labels or terms.field or terms.scattered)
-    return Spacing(_combined(terms, case, domain), costly=costly)
+    term = _combined(_mapping(case), case, domain)
+    return Spacing(term, costly=costly(term))
 
 
 def rules_of(case: Case) -> Rules:
@@ -81,10 +79,12 @@ def _values(case: Case, domain: Domain) -> Iterator[Term]:
 
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Term]:
-    """What is fine near something, and grows from there: one term for all of it."""
+    """What is fine near something, and grows from there: one term for all whose distance takes long."""
     found = tuple(_growing(terms, domain))
-    if found:
-        yield found[0] if len(found) == 1 else Nearest(found)
+    yield from (near for near in found if not near.costly)
+    slow = tuple(near for near in found if near.costly)
+    if slow:
+        yield slow[0] if len(slow) == 1 else Nearest(slow)
 
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
@@ -96,14 +96,14 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
         yield Near(distance, near.size, growth if near.growth is None else near.growth, near.until)
     for label, size in terms.labels.items():
         with _at("spacing", "labels", label):
-            distance = FromLabels.of(domain, [label])
+            distance = distance_to(domain, [label])
         yield Near(distance, size, growth)
 
 
-def _distance(near: NearModel, domain: Domain) -> FromLabels | FromLines:
+def _distance(near: NearModel, domain: Domain) -> Distance:
     if isinstance(near, NearLabel):
-        return FromLabels.of(domain, [near.label])
-    return FromLines.through([near.point] if isinstance(near, NearPoint) else near.line)
+        return distance_to(domain, [near.label])
+    return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
 def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Term]:
@@ -125,7 +125,7 @@ def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[
 def _expression(value: float | str, case: Case, domain: Domain, *path: str | int) -> Expression:
     """An expression that may measure distances in the domain."""
     with _at(*path):
-        return Expression.parse(str(value), case.parameters, partial(FromLabels.of, domain))
+        return Expression.parse(str(value), case.parameters, partial(distance_to, domain))
 
 
 @contextmanager

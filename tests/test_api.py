@@ -179,7 +179,7 @@ def test_a_spacing_may_grow_with_the_distance_from_a_label(spacing):
         (0, "is 0 at"),
         (-1.0, "is -1 at"),
         (math.nan, "nan"),
-        (lambda x, y: x - 1, r"is -0\.\d+ at \("),
+        (lambda x, y: x - 1, r"is -1 at \(0, 0\)"),
         (lambda x, y: 0.1 + 0j * x, "complex128"),
         (lambda x, y: [0.1, 0.2], r"shape \(2,\)"),
         (lambda x, y: np.full((len(x), 1), 0.1), "shape"),

@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -141,14 +142,25 @@ def test_rejected_at_parse_time(text, message):
 
 
 class Circles:
-    """Distances from circles by the names of their radii."""
+    """Distances from circles that are called by their radii."""
+
+    def __init__(self, costly=False):
+        self.costly = costly
 
     def __call__(self, labels):
         for label in labels:
             if not label.strip("#").isdigit():
                 raise CaseError(f"unknown label {label!r}; known: 1, 2")
-        radii = [float(label.strip("#")) for label in labels] or [3.0]
-        return lambda points: np.min([np.abs(np.hypot(*points.T) - radius) for radius in radii], axis=0)
+        return FromCircles([float(label.strip("#")) for label in labels] or [3.0], self.costly)
+
+
+@dataclass
+class FromCircles:
+    radii: list
+    costly: bool
+
+    def __call__(self, points):
+        return np.min([np.abs(np.hypot(*points.T) - radius) for radius in self.radii], axis=0)
 
 
 R = np.hypot(X, Y)
@@ -170,7 +182,8 @@ R = np.hypot(X, Y)
 )
 def test_distances_are_measured(text, expected):
     expression = Expression.parse(text, {"h": 0.1}, Circles())
-    assert expression.measures
+    assert not expression.costly
+    assert Expression.parse(text, {"h": 0.1}, Circles(costly=True)).costly
     np.testing.assert_allclose(expression(X, Y), expected, rtol=1e-14)
     Expression.parse(text, {"h": 0.1})  # without a domain the syntax is checked all the same
 

@@ -2,63 +2,80 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.chord_runs import ChordRuns
+from bubblemesh.geometry.direct import Direct
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nearest_chord import nearest_chord
 from bubblemesh.wording import unknown
 
-__all__ = ["FromLabels", "FromLines"]
+__all__ = ["Distance", "distance_to", "distance_to_line"]
+
+
+class Distance(Protocol):
+    """Distance from something."""
+
+    @property
+    def costly(self) -> bool:
+        """Whether it takes much longer than a formula."""
+
+    def __call__(self, points: Floats) -> Floats:
+        """Distances (m,) of points (m, 2)."""
+
+
+def distance_to(domain: Domain, labels: Sequence[str]) -> Distance:
+    """Distance from all that has one of the labels; without any, from the rings of the domain.
+
+    Raises
+    ------
+    CaseError
+        If nothing has a label; the text names the known ones.
+    """
+    for label in labels:
+        if label not in domain.labels:
+            raise CaseError(unknown("label", label, domain.labels))
+    boundary = domain.boundary
+    named = np.isin(boundary.labels, list(labels))[boundary.label]
+    points = [at for at, label in domain.parts.points if label in labels]
+    direct = Direct.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
+    return FromLabels(domain, tuple(labels)) if direct is None else direct
+
+
+def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
+    """Distance from the straight lines between consecutive points; from the point itself if there is only one."""
+    direct = Direct.through(points)
+    if direct is not None:
+        return direct
+    places = np.array(points, float)
+    return FromChords(ChordRuns.of(places[:-1], places[1:]))
 
 
 @dataclass(frozen=True)
 class FromLabels:
-    """Distance from all that has one of some labels; without any, from the rings of the domain.
-
-    Attributes
-    ----------
-    domain : Domain
-    labels : tuple of str
-    """
+    """Distance from what has one of some labels, on the true curves; without any, from the rings of the domain."""
 
     domain: Domain
     labels: tuple[str, ...]
 
-    @classmethod
-    def of(cls, domain: Domain, labels: Sequence[str]) -> "FromLabels":
-        """Distance from what is known to be there.
-
-        Raises
-        ------
-        CaseError
-            If nothing has a label; the text names the known ones.
-        """
-        for label in labels:
-            if label not in domain.labels:
-                raise CaseError(unknown("label", label, domain.labels))
-        return cls(domain, tuple(labels))
+    costly = True
 
     def __call__(self, points: Floats) -> Floats:
-        """Distances (m,) of points (m, 2), on the true curves."""
+        """Distances (m,) of points (m, 2)."""
         return self.domain.distance_to(points, *self.labels) if self.labels else self.domain.nearest(points).distance
 
 
 @dataclass(frozen=True)
-class FromLines:
+class FromChords:
     """Distance from straight lines."""
 
     chords: ChordRuns
 
-    @classmethod
-    def through(cls, points: Sequence[tuple[float, float]]) -> "FromLines":
-        """Distance from the lines between consecutive points; a single one is a line without length."""
-        places = np.array(points, float)
-        ends = places if len(places) == 1 else places[1:]
-        return cls(ChordRuns.of(places[: len(ends)], ends))
+    costly = True
 
     def __call__(self, points: Floats) -> Floats:
         """Distances (m,) of points (m, 2)."""

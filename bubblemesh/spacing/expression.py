@@ -5,7 +5,7 @@ import keyword
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,13 +15,16 @@ from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
 from bubblemesh.wording import meant
 
+if TYPE_CHECKING:
+    from bubblemesh.geometry.distance import Distance  # with which a case that is wrong should not wait
+
 __all__ = ["Expression", "check_parameter_name"]
 
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.
 MAX_DEPTH = 200
 
 Evaluate = Callable[[Floats, Floats], Any]
-DistanceTo = Callable[[Sequence[str]], Callable[[Floats], Floats]]  # distances (m,) of points (m, 2) from labels
+DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has some labels
 
 CONSTANTS = {"pi": float(np.pi), "e": float(np.e)}
 COORDINATES: dict[str, Evaluate] = {"x": lambda x, y: x, "y": lambda x, y: y}
@@ -52,13 +55,13 @@ class Expression:
         The expression as given, without the space around it.
     parameters : mapping of str to float
         The constants it may name.
-    measures : bool
-        Whether it measures distances.
+    costly : bool
+        Whether it measures distances that take long.
     """
 
     text: str
     parameters: Mapping[str, float] = field(hash=False)
-    measures: bool
+    costly: bool
     _evaluate: Evaluate = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
 
@@ -76,8 +79,8 @@ class Expression:
         text : str
         parameters : mapping of str to float, optional
         distance_to : callable, optional
-            Gives the function that computes distances from some labels, for calls such as ``distance("bore")``, or
-            raises a CaseError if a label is unknown. Without it, such calls are checked, but have no values.
+            Gives the distance from some labels for calls such as ``distance("bore")``, or raises a CaseError if a
+            label is unknown. Without it, such calls are checked, but have no values.
 
         Raises
         ------
@@ -91,7 +94,7 @@ class Expression:
         constants = {unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()}
         builder = _Builder(text, CONSTANTS | constants, distance_to)
         evaluate = builder.built(parsed(text), 0)
-        return cls(text, parameters, builder.measures, evaluate, distance_to)
+        return cls(text, parameters, builder.costly, evaluate, distance_to)
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values at the points (x, y), in the arrays' common shape; nan and infinite ones are passed on."""
@@ -112,7 +115,7 @@ class _Builder:
         self.text = text
         self.constants = constants
         self.distance_to = distance_to
-        self.measures = False
+        self.costly = False
 
     def built(self, node: ast.expr, depth: int) -> Evaluate:
         if depth > MAX_DEPTH:
@@ -183,13 +186,14 @@ class _Builder:
             if not (isinstance(part, ast.Constant) and isinstance(part.value, str)):
                 raise self._error(part, f"{DISTANCE} takes labels in quotes, or nothing for the whole boundary")
             labels.append(part.value)
-        self.measures = True
         if self.distance_to is None:
             return _unmeasured
         try:
-            return _of_points(self.distance_to(labels))
+            distance = self.distance_to(labels)
         except CaseError as error:
             raise self._error(node, str(error)) from None
+        self.costly |= distance.costly
+        return _of_points(distance)
 
     def _operator(self, node: ast.expr, op: ast.AST) -> Callable[..., Any]:
         if type(op) not in OPERATORS:
@@ -212,7 +216,7 @@ def _unmeasured(x: Floats, y: Floats) -> Floats:
     raise CaseError(f"{DISTANCE}(...) is measured from the boundary of a domain, and there is none here")
 
 
-def _of_points(distance: Callable[[Floats], Floats]) -> Evaluate:
+def _of_points(distance: "Distance") -> Evaluate:
     def evaluate(x: Floats, y: Floats) -> Floats:
         x, y = np.broadcast_arrays(x, y)
         return distance(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)

@@ -1,11 +1,11 @@
 """Spacing that is fine near something and grows with the distance from it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.geometry.distance import Distance
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 
 __all__ = ["NEAR_GROWTH", "Near", "Nearest"]
@@ -21,8 +21,7 @@ class Near:
 
     Attributes
     ----------
-    distance : callable
-        Distances (m,) of points (m, 2).
+    distance : Distance
     size : float
         Spacing at distance 0.
     growth : float
@@ -31,10 +30,15 @@ class Near:
         Distance up to which the spacing stays at its size.
     """
 
-    distance: Callable[[Floats], Floats]
+    distance: Distance
     size: float
     growth: float = NEAR_GROWTH
     until: float = 0.0
+
+    @property
+    def costly(self) -> bool:
+        """Whether the distance takes long."""
+        return self.distance.costly
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
@@ -47,12 +51,14 @@ class Near:
 
 @dataclass(frozen=True)
 class Nearest:
-    """The smallest of several such terms; few of the distances are computed.
+    """The smallest of several such terms, few of whose distances are computed.
 
     A term cannot change from a place to another one by more than its growth times their distance.
     """
 
     terms: tuple[Near, ...]
+
+    costly = True
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.spacing.combination import Term
+from bubblemesh.spacing.combination import Term, costly
 
 __all__ = ["ByRegion", "Inside", "Within"]
 
@@ -28,6 +28,11 @@ class ByRegion:
 
     rest: Term | None
     regions: tuple[tuple[Inside, Inside, Term], ...]
+
+    @property
+    def costly(self) -> bool:
+        """Whether one of the terms takes long."""
+        return any(map(costly, (self.rest, *(term for _, _, term in self.regions))))
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
@@ -56,6 +61,11 @@ class Within:
     term: Term
     reaches: tuple[Inside, ...] | None
     others: tuple[Inside, ...] = ()
+
+    @property
+    def costly(self) -> bool:
+        """Whether the term takes long."""
+        return costly(self.term)
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,), infinite outside the region and off its rim."""
