@@ -1,6 +1,7 @@
 """What Python programs give: polygons of shapely and spacings of their own, checked."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,10 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.terms import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.distance import distance_to
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
-from bubblemesh.spacing.combination import Combination
+from bubblemesh.spacing.combination import Combination, Term, costly
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wanted import Wanted, wanted_of
@@ -83,13 +85,16 @@ def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floa
     """
     if isinstance(spacing, Mapping):
         return wanted_of(spacing_case(spacing, [region.name for region in domain.parts.regions]), domain)
-    function = _function(spacing)
-    return Wanted(lambda scale: Spacing(function if scale is None else Combination((function,), scale)))
+    term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
+    return Wanted(partial(_scaled, term))
 
 
-def _function(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callable[[Floats, Floats], Floats]:
-    if callable(spacing):
-        return _Checked(spacing)
+def _scaled(term: Term, scale: float | None) -> Spacing:
+    scaled = term if scale is None else Combination((term,), scale)
+    return Spacing(scaled, costly=costly(scaled))
+
+
+def _expression(spacing: float | str, domain: Domain) -> Expression:
     if not isinstance(spacing, str):
         value = np.asarray(spacing)
         if value.ndim > 0 or value.dtype.kind not in "iuf":
@@ -100,7 +105,7 @@ def _function(spacing: float | str | Callable[[Floats, Floats], Any]) -> Callabl
             raise CaseError(f"spacing: is {value}: it has to be positive and finite")
         spacing = repr(float(value))
     try:
-        return Expression.parse(spacing)
+        return Expression.parse(spacing, distance_to=partial(distance_to, domain))
     except CaseError as error:
         raise CaseError(f"spacing: {error}") from None
 

@@ -22,6 +22,7 @@ from bubblemesh.packing.connection import connected
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import Problem, prepared
 from bubblemesh.resources import peak_memory_mb, timed
+from bubblemesh.spacing.table import tabulated
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, round_row, rules_figures, triangle_fields
 from bubblemesh.triangulation import regions, sorted_triangles
 
@@ -103,9 +104,10 @@ def _closest(nodes: int, done: dict[float, Result[Mesh]], seconds: float) -> Res
 def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: float) -> Result[Mesh]:
     """Mesh a problem once, as it is, when so many seconds have passed."""
     task = problem.task
-    domain, spacing, method, seconds = problem.domain, problem.spacing, problem.method, dict(problem.seconds)
+    domain, method, seconds = problem.domain, problem.method, dict(problem.seconds)
     ideal_nodes, clock = problem.survey.ideal_nodes, Clock(task.time_limit, passed, on_share)
     with timed(seconds, "placement"):
+        spacing = tabulated(domain, problem.spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
         initial = initial_row(start, connected(start, domain).triangles)

@@ -1,19 +1,30 @@
 """The spacing that a case asks for: its terms, bound to its domain."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import shapely
 
 from bubblemesh.case import Case
+from bubblemesh.case.near import Near as NearModel
+from bubblemesh.case.near import NearLabel, NearPoint
 from bubblemesh.case.spacing import SpacingTerms
+from bubblemesh.case.tabulated import several
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.distance import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.sampled import sampled_terms
-from bubblemesh.spacing.combination import Combination, Term
+from bubblemesh.spacing.combination import Combination, Term, costly, nothing
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.near import NEAR_GROWTH, Near, Nearest
 from bubblemesh.spacing.regional import OwnSpacing, by_region
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.within import Inside, Within
+from bubblemesh.wording import unknown
 
 __all__ = ["Wanted", "limits_of", "nodes_of", "rules_of", "wanted_of"]
 
@@ -40,22 +51,24 @@ class Wanted:
 
 
 def wanted_of(case: Case, domain: Domain) -> Wanted:
-    """The case's spacing, those of its regions within these."""
-    terms = _mapping(case)
-    found = tuple(_terms(terms, case, domain))
-    made: dict[float | str, Term] = {}
-    finer = {
-        model.name: (made.setdefault(model.spacing, _value(model.spacing, case)), f"domain.regions.{number}.spacing")
-        for number, model in enumerate(case.domain.regions)
-        if model.spacing is not None
-    }
-    own = [(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
+    """The case's spacing.
+
+    Raises
+    ------
+    CaseError
+        If a term names a label or a region that is not there; with the key.
+    """
+    terms, value = _mapping(case), _value(case, domain)
+    found = (
+        value.function,
+        *_near(terms, domain),
+        *_limits_within(terms, case, domain),
+        *sampled_terms(terms),
+    )
 
     def at(scale: float | None) -> Spacing:
-        factor = 1.0 if scale is None else scale / terms.scale
-        base = Spacing(_combined(found, factor * terms.scale, limits_of(case)))
-        scaled = {value: Spacing(_combined((value,), factor)) for value in made.values()}
-        return by_region(base, [OwnSpacing(region, scaled[value], key) for region, value, key in own])
+        term = _combined(found, terms.scale if scale is None else scale, limits_of(case))
+        return Spacing(term, key=value.key, costly=costly(term))
 
     return Wanted(at, rules_of(case), terms.nodes)
 
@@ -81,18 +94,88 @@ def _mapping(case: Case) -> SpacingTerms:
     return case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
 
 
-def _combined(terms: tuple[Term, ...], scale: float, limits: tuple[float, float] = UNLIMITED) -> Term:
+def _combined(terms: tuple[Term, ...], scale: float, limits: tuple[float, float]) -> Term:
     """The terms as one; a single one without limits as it is, since it is evaluated very often."""
     plain = len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED)
     return terms[0] if plain else Combination(terms, scale, *limits)
 
 
-def _terms(terms: SpacingTerms, case: Case, domain: Domain) -> list[Term]:
-    found: list[Term] = []
-    if terms.value is not None:
-        found.append(_value(terms.value, case))
-    return [*found, *sampled_terms(terms)]
+def _value(case: Case, domain: Domain) -> Spacing:
+    """The value that the case gives, with those of the regions that have one of their own in its place."""
+    mapped = isinstance(case.spacing, SpacingTerms)
+    value = _mapping(case).value
+    rest = nothing if value is None else _expression(value, case, domain, "spacing", *(["value"] if mapped else []))
+    made: dict[float | str, Spacing] = {}
+    finer = {}
+    for number, model in enumerate(case.domain.regions):
+        if model.spacing is not None:
+            path = "domain", "regions", number, "spacing"
+            if model.spacing not in made:
+                term = _expression(model.spacing, case, domain, *path)
+                made[model.spacing] = Spacing(term, costly=costly(term))
+            finer[model.name] = made[model.spacing], ".".join(map(str, path))
+    own = [OwnSpacing(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
+    return by_region(Spacing(rest, costly=costly(rest)), own)
 
 
-def _value(value: float | str, case: Case) -> Term:
-    return Expression.parse(str(value), case.parameters)
+def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Term]:
+    """What is fine near something, and grows from there: one term for all whose distance takes long."""
+    found = tuple(_growing(terms, domain))
+    yield from (near for near in found if not near.costly)
+    slow = tuple(near for near in found if near.costly)
+    if slow:
+        yield slow[0] if len(slow) == 1 else Nearest(slow)
+
+
+def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
+    growth = NEAR_GROWTH if terms.growth is None else terms.growth
+    models: tuple[NearModel, ...] = several(terms.near)
+    for number, near in enumerate(models):
+        with _at("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+            distance = _distance(near, domain)
+        yield Near(distance, near.size, growth if near.growth is None else near.growth, near.until)
+    for label, size in terms.labels.items():
+        with _at("spacing", "labels", label):
+            distance = distance_to(domain, [label])
+        yield Near(distance, size, growth)
+
+
+def _distance(near: NearModel, domain: Domain) -> Distance:
+    if isinstance(near, NearLabel):
+        return distance_to(domain, [near.label])
+    return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
+
+
+def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Term]:
+    """The largest spacings within regions."""
+    regions, rest = domain.parts.regions, domain.parts.rest
+    for name, value in terms.regions.items():
+        path = "spacing", "regions", name
+        term = _expression(value, case, domain, *path)
+        mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
+        if name != rest:
+            if not mine:
+                known = dict.fromkeys([*(region.name for region in regions), rest])
+                raise CaseError(f"{'.'.join(path)}: {unknown('region', name, known)}")
+            largest = max(region.polygon.area for region in mine)
+            others = [region for region in others if region.polygon.area < largest]
+        yield Within(term, _inside(r.reach for r in mine) or None, _inside(r.core for r in others))
+
+
+def _inside(shapes: Iterable[shapely.Geometry]) -> tuple[Inside, ...]:
+    return tuple(partial(shapely.contains_xy, shape) for shape in shapes)
+
+
+def _expression(value: float | str, case: Case, domain: Domain, *path: str | int) -> Expression:
+    """An expression that may measure distances in the domain."""
+    with _at(*path):
+        return Expression.parse(str(value), case.parameters, partial(distance_to, domain))
+
+
+@contextmanager
+def _at(*path: str | int) -> Iterator[None]:
+    """Errors inside tell the key."""
+    try:
+        yield
+    except CaseError as error:
+        raise CaseError(f"{'.'.join(map(str, path))}: {error}") from None

@@ -6,8 +6,9 @@ from difflib import get_close_matches
 from bubblemesh.arrays import Floats
 
 FAR = 1e4  # six digits do not tell a place in a domain of any size
+MOST_NAMES = 20  # that one message lists
 
-__all__ = ["meant", "place", "ring_name", "shown"]
+__all__ = ["meant", "place", "ring_name", "shown", "unknown"]
 
 
 def place(point: Floats | Sequence[float]) -> str:
@@ -34,3 +35,12 @@ def shown(text: object, most: int = 60) -> str:
     letters = (letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in str(text))
     line = " ".join("".join(letters).split())
     return line if len(line) <= most else f"{line[: most - 3]}..."
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Message on a name that nothing has, with the names that there are."""
+    names = list(known)
+    close = get_close_matches(name, names, n=1)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return f"unknown {what} {name!r}; {hint}known: {', '.join(names[:MOST_NAMES])}{more}"

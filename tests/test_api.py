@@ -42,7 +42,7 @@ def test_the_blocks_of_the_page_run_one_after_the_other(tmp_path):
     assert run.returncode == 0, run.stderr
     assert run.stderr == ""
     assert "<Mesh: " in run.stdout
-    assert "spacing: is -0.7 at (0.3, 0.5): it has to be positive" in run.stdout
+    assert "spacing: is -1 at (0, 0): it has to be positive" in run.stdout
     assert {path.name for path in tmp_path.iterdir()} == {
         *("disc.msh", "disc.report.json", "disc.png", "square.yaml"),
     }
@@ -157,12 +157,29 @@ def test_an_expression_and_the_same_function_give_the_same_mesh():
 
 
 @pytest.mark.parametrize(
+    "spacing", ["0.1 + 0.2*distance('bore')", {"near": {"label": "bore", "size": 0.1}}, {"labels": {"bore": 0.1}}]
+)
+def test_a_spacing_may_grow_with_the_distance_from_a_label(spacing):
+    mesh = bubblemesh.mesh(DISC, spacing)
+    check_mesh(mesh)
+    ends = mesh.points[mesh.triangles[:, :2]]
+    middle, lengths = ends.mean(axis=1), np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    wanted = 0.1 + 0.2 * np.abs(np.hypot(middle[:, 0] - 0.3, middle[:, 1]) - 0.3)
+    assert (lengths / wanted).mean() == pytest.approx(1, abs=0.03)
+    assert (lengths / wanted).std() < 0.1
+
+
+@pytest.mark.parametrize(
     ("spacing", "text"),
     [
+        ("distance('bor')", "spacing: column 1: unknown label 'bor'; known: outer, hole-1, at"),
+        ({"labels": {"bor": 1}}, "spacing.labels.bor: unknown label 'bor'"),
+        ({"value": "distance('bor')"}, "spacing.value: column 1: unknown label 'bor'"),
+        ({"value": 1, "regions": {"rest": 1}}, "spacing.regions.rest: unknown region 'rest'; known: domain"),
         (0, "is 0 at"),
         (-1.0, "is -1 at"),
         (math.nan, "nan"),
-        (lambda x, y: x - 1, r"is -0\.\d+ at \("),
+        (lambda x, y: x - 1, r"is -1 at \(0, 0\)"),
         (lambda x, y: 0.1 + 0j * x, "complex128"),
         (lambda x, y: [0.1, 0.2], r"shape \(2,\)"),
         (lambda x, y: np.full((len(x), 1), 0.1), "shape"),

@@ -209,6 +209,8 @@ def test_quality_gives_the_figures_of_the_report_for_a_written_mesh(square, tmp_
         for key in ("nodes", "triangles", "quality", "spacing", "area"):
             assert figures[key] == report[key], (name, key)
     assert "least" in bubblemesh("quality", "square.vtu", folder=tmp_path).stderr.decode()
+    message = failed(bubblemesh("quality", "square.vtu", "--spacing", "distance('wall')", folder=tmp_path), 2)
+    assert "--spacing: distance(...) is measured from the boundary of a domain, and there is none here" in message
 
 
 def test_init_writes_a_case_that_runs_and_keeps_what_is_there(tmp_path):

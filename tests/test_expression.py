@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -140,9 +141,107 @@ def test_rejected_at_parse_time(text, message):
         Expression.parse(text, {"h": 0.1, "radius": 2.0, "gröẞe": 7})
 
 
+class Circles:
+    """Distances from circles that are called by their radii."""
+
+    def __init__(self, costly=False):
+        self.costly = costly
+
+    def __call__(self, labels):
+        for label in labels:
+            if not label.strip("#").isdigit():
+                raise CaseError(f"unknown label {label!r}; known: 1, 2")
+        return FromCircles([float(label.strip("#")) for label in labels] or [3.0], self.costly)
+
+
+@dataclass
+class FromCircles:
+    radii: list
+    costly: bool
+
+    def __call__(self, points):
+        return np.min([np.abs(np.hypot(*points.T) - radius) for radius in self.radii], axis=0)
+
+
+R = np.hypot(X, Y)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("distance('1')", abs(R - 1)),
+        ('h + 2*distance("1")**2', 0.1 + 2 * (R - 1) ** 2),
+        ("distance('1', '2')", np.minimum(abs(R - 1), abs(R - 2))),
+        ("distance()", abs(R - 3)),
+        (
+            "min(distance('1'), 0.5*distance( '2' ) if x > 0 else y)",
+            np.minimum(abs(R - 1), np.where(X > 0, abs(R - 2) / 2, Y)),
+        ),
+        ("distance('#1') + x", abs(R - 1) + X),
+    ],
+)
+def test_distances_are_measured(text, expected):
+    expression = Expression.parse(text, {"h": 0.1}, Circles())
+    assert not expression.costly
+    assert Expression.parse(text, {"h": 0.1}, Circles(costly=True)).costly
+    np.testing.assert_allclose(expression(X, Y), expected, rtol=1e-14)
+    Expression.parse(text, {"h": 0.1})  # without a domain the syntax is checked all the same
+
+
+def test_distances_have_the_common_shape():
+    values = Expression.parse("distance('1')", {}, Circles())(np.zeros((3, 1)), np.arange(4.0)[None])
+    np.testing.assert_array_equal(values, np.broadcast_to([1.0, 0.0, 1.0, 2.0], (3, 4)))
+    assert Expression.parse("distance('1')", {}, Circles())(0.5, 0.0) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0.1 + distance(bore)", "column 16: distance takes labels in quotes.*, at 'bore'"),
+        ("distance(3)", "column 10: distance takes labels in quotes"),
+        ("distance('1', x)", "column 15: distance takes labels in quotes.*, at 'x'"),
+        ("distance(b'1')", "column 10: distance takes labels in quotes"),
+        ("distance(f'{x}')", "column 10: distance takes labels in quotes"),
+        ("distance(*x)", "column 10: distance takes labels in quotes"),
+        ("distance(label='1')", "column 1: the arguments of distance go without names"),
+        ("distance('1'", "not an expression"),
+        ("distance('1)", "not an expression"),
+        ("distance", "'distance' is a function: give it labels in parentheses and quotes"),
+        ("distence('1')", "unknown function 'distence'; did you mean 'distance'"),
+        ("min('1', 2)", "column 5: only real numbers are allowed in an expression, at \"'1'\""),
+        ("distance('1') + '1'", "column 17: only real numbers"),
+        ("distance('1').real", "a dot between names"),
+        ("distance('1')('2')", "only functions of the table"),
+        ("distance('1') # '", "column 15: no comments"),
+        ("distance('1\\x31')", "column 12: no backslashes"),
+    ],
+)
+def test_text_is_allowed_as_a_label_only(text, message):
+    for distance_to in (None, Circles()):
+        with pytest.raises(CaseError, match=message):
+            Expression.parse(text, {}, distance_to)
+
+
+def test_an_unknown_label_is_told_with_its_column():
+    with pytest.raises(CaseError, match=r"column 9: unknown label 'boer'; known: 1, 2, at .distance\('1', 'boer'\)"):
+        Expression.parse("0.1 + 2*distance('1', 'boer')", {}, Circles())
+
+
+def test_without_a_domain_a_distance_has_no_value():
+    expression = Expression.parse("x + distance('1')")
+    with pytest.raises(CaseError, match="measured from the boundary of a domain"):
+        expression(X, Y)
+
+
+def test_distances_travel_to_worker_processes():
+    expression = Expression.parse("x + distance('1')", {}, Circles())
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(expression))(X, Y), expression(X, Y))
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
+        ("distance", "hide the distance"),
         ("x", "hide the x"),
         ("y", "hide the y"),
         ("pi", "hide the pi"),

@@ -4,6 +4,7 @@ from lattices import uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.refinement import short_pieces
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 
@@ -71,3 +72,26 @@ def test_rules_combine_to_the_finest():
     alone = [Rules(growth=0.2, per_circle=48)(PLATE, uniform(0.2)), Rules(growth=0.2, across=4)(PLATE, uniform(0.2))]
     finest = np.minimum(*(one.spacing(points) for one in alone))
     assert np.quantile(np.abs(both(points) / finest - 1), 0.95) < 0.1
+
+
+NOTCHED = Domain.of(rings.polygon([(0, 0), (2, 0), (2, 1), (1.01, 1), (1.01, 1.01), (0.99, 1.01), (0.99, 1), (0, 1)]))
+
+
+@pytest.mark.parametrize("growth", [0.1, 0.2])
+def test_growth_holds_away_from_short_edges_too(growth):
+    away = np.linspace(0.02, 0.7, 20)
+    d = Rules(growth=growth)(NOTCHED, uniform(0.2)).spacing(np.column_stack([np.full(20, 1.0), 1 - away]))
+    expected = np.minimum(0.01 + growth * np.hypot(0.01, away), 0.2)
+    np.testing.assert_allclose(d, expected, rtol=0.06)
+    assert not len(short_pieces(NOTCHED, Rules(growth=growth)(NOTCHED, uniform(0.2)).spacing))
+
+
+def test_growth_holds_away_from_tight_curves_too():
+    drilled = Domain.of(rings.rectangle(0, 0, 2, 2), [rings.circle((1, 1), 0.02)])
+    d = Rules(growth=0.1)(drilled, uniform(0.2)).spacing(np.column_stack([1.02 + np.linspace(0, 0.9, 9), np.ones(9)]))
+    np.testing.assert_allclose(d, 0.02 * np.pi / 3 + 0.1 * np.linspace(0, 0.9, 9), rtol=0.08)
+
+
+def test_growth_is_kept_above_a_minimum():
+    d = Rules(growth=0.1, minimum=0.05)(NOTCHED, uniform(0.2)).spacing(np.array([[1.0, 0.99], [1.0, 0.5]]))
+    np.testing.assert_allclose(d, [0.051, 0.1], rtol=0.05)

@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from bubblemesh.labels import LONGEST, is_writable
 
 __all__ = [
+    "LARGEST",
     "TAG",
     "Choice",
     "Count",

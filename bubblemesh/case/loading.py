@@ -12,7 +12,6 @@ from bubblemesh.case.layers import Layer, layers_of, merged, place_of
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
-from bubblemesh.case.spacing import expressions
 from bubblemesh.case.sweep import ALONE, Variant, variants_of
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
@@ -146,15 +145,11 @@ def _checked(data: dict[str, Any], places: _Places) -> Case:
 
 
 def _check_spacing(case: Case, places: _Places) -> None:
-    regions = [region.spacing for region in case.domain.regions]
-    given: list[tuple[tuple[str | int, ...], Any]] = [(("spacing",), case.spacing)]
-    given += [(("domain", "regions", k, "spacing"), one) for k, one in enumerate(regions) if one is not None]
-    for key, spacing in given:
-        for path, text in expressions(spacing):
-            try:
-                Expression.parse(text, case.parameters)
-            except CaseError as error:
-                raise CaseError(places.message((*key, *path), error)) from None
+    for path, text in case.expressions():
+        try:
+            Expression.parse(text, case.parameters)
+        except CaseError as error:
+            raise CaseError(places.message(path, error)) from None
 
 
 def _check_names(case: Case, places: _Places) -> None:

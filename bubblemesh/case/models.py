@@ -1,5 +1,6 @@
 """The case file's models; their descriptions are the text of its JSON Schema."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
@@ -9,7 +10,7 @@ from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Po
 from bubblemesh.case.files import FileDomain
 from bubblemesh.case.parts import Parts
 from bubblemesh.case.rings import Ring, rings_of
-from bubblemesh.case.spacing import WantedSpacing
+from bubblemesh.case.spacing import WantedSpacing, expressions
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.solvers import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
@@ -151,3 +152,10 @@ class Case(Strict):
         default=None, description="Values of keys such as packing.w2, for a case of each combination (batch only)."
     )
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")
+
+    def expressions(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Key paths and texts of all expressions."""
+        yield from ((("spacing", *path), text) for path, text in expressions(self.spacing))
+        for number, region in enumerate(self.domain.regions):
+            if isinstance(region.spacing, str):
+                yield ("domain", "regions", number, "spacing"), region.spacing

@@ -6,7 +6,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Count, Positive, Strict
+from bubblemesh.case.fields import Count, Label, Positive, Strict
+from bubblemesh.case.near import Near
 from bubblemesh.case.tabulated import FieldTerm, ImageTerm, OneOrMore, RasterTerm, ScatteredTerm
 
 __all__ = ["SpacingTerms", "SpacingValue", "WantedSpacing", "expressions"]
@@ -40,6 +41,13 @@ class SpacingTerms(Strict):
     """Terms of which the smallest counts, and what limits it."""
 
     value: SpacingValue | None = Field(default=None, description="A number, or an expression in x and y.")
+    near: OneOrMore[Near] | None = Field(
+        default=None, description="Size near something, growing with the distance from it, or a list of such."
+    )
+    labels: dict[Label, Positive] = Field(
+        default={}, description="Sizes at what has the labels, growing with the distance from there."
+    )
+    regions: dict[Label, SpacingValue] = Field(default={}, description="Largest spacings within regions, by name.")
     field: OneOrMore[FieldTerm] | None = Field(
         default=None, description="Data at the nodes or of the cells of a mesh, or a list of such."
     )
@@ -66,8 +74,8 @@ class SpacingTerms(Strict):
     def _consistent(self) -> "SpacingTerms":
         if self.minimum is not None and self.maximum is not None and self.minimum > self.maximum:
             raise PydanticCustomError("spacing_range", "minimum must not be above maximum")
-        everywhere = (self.value, self.maximum, self.field, self.raster, self.image, self.scattered)
-        if all(term is None for term in everywhere):
+        everywhere = (self.value, self.maximum, self.near, self.field, self.raster, self.image, self.scattered)
+        if all(term is None for term in everywhere) and not (self.labels or self.regions):
             raise PydanticCustomError("spacing_open", "must have a value or a maximum, for where no other term counts")
         return self
 
@@ -83,5 +91,7 @@ def expressions(spacing: float | str | SpacingTerms) -> Iterator[tuple[tuple[str
     """Key paths below ``spacing`` and texts of all expressions."""
     if isinstance(spacing, str):
         yield (), spacing
-    elif isinstance(spacing, SpacingTerms) and isinstance(spacing.value, str):
-        yield ("value",), spacing.value
+    elif isinstance(spacing, SpacingTerms):
+        values: dict[tuple[str | int, ...], float | str | None] = {("value",): spacing.value}
+        values |= {("regions", name): value for name, value in spacing.regions.items()}
+        yield from ((path, value) for path, value in values.items() if isinstance(value, str))

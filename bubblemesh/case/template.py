@@ -34,8 +34,17 @@ domain:
 
 # Wanted edge length: a number, or an expression in x, y and the parameters. It may use
 # + - * / ** % //, comparisons, `a if c else b`, pi, e and min, max, abs, sqrt, exp, log, sin, cos, tan,
-# hypot, atan2, where, clip, sign, floor, ceil, round and their kin.
+# hypot, atan2, where, clip, sign, floor, ceil, round and their kin; distance("hole") is that from a boundary.
 spacing: "h*(1 + 2*max(hypot(x, y) - 0.4, 0))"
+
+# In place of it, terms of which the smallest counts, and limits of what comes out.
+# spacing:
+#   near: {label: hole, size: 0.05, growth: 0.1}   # or a list: of labels, points [x, y] and lines
+#   labels: {left: 0.08}                 # short for the same with the usual growth
+#   per_circle: 36                       # nodes on a full turn of curves
+#   across: 3                            # spacings across narrow parts
+#   maximum: 0.2
+#   growth: 0.2                          # per length, at most
 
 # The packing method.
 method: multilevel

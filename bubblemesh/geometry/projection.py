@@ -15,6 +15,7 @@ from bubblemesh.geometry.nearest_chord import distance_at_least, nearest_chord
 __all__ = ["Nearest", "Projection"]
 
 STEPS = 8
+REST = 1e-9  # of a piece's length: a shorter step changes the distance by its square
 AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
 FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
 
@@ -95,5 +96,5 @@ class Projection:
             rx, ry = (points[moving] - here).T
             slope = 1 - curvature[moving] * (tx * ry - ty * rx)
             s[moving] = self.boundary.wrapped(mine, before + (rx * tx + ry * ty) / np.maximum(slope, FLATTEST))
-            moving = moving[s[moving] != before]
+            moving = moving[np.abs(s[moving] - before) > REST * self.boundary.lengths[mine]]
         return s

@@ -95,6 +95,11 @@ class Background:
     def _located(self, column_row: Integers) -> Integers:
         return np.searchsorted(self._key, _interleaved(column_row), side="right") - 1
 
+    def covers(self, points: Floats) -> Booleans:
+        """Which of the points (m, 2) lie in the square."""
+        x, y = (points - self.low).T
+        return (x >= 0) & (x <= self.size) & (y >= 0) & (y <= self.size)
+
     def split(self, cells: Booleans) -> tuple["Background", Integers, Booleans]:
         """The grid with some divisible ``cells`` (n,) in four; from which cell each stems, and which are quarters."""
         old, new = np.flatnonzero(~cells), np.repeat(np.flatnonzero(cells), 4)
@@ -136,9 +141,13 @@ class Background:
 
     def interpolated(self, values: Floats, points: Floats, cells: Integers) -> Floats:
         """Bilinear interpolation (m,) of values (v,) at the vertices, at ``points`` (m, 2) in ``cells`` (m,)."""
+        return self.bilinear(values[self.vertices.corners[cells]], points, cells)
+
+    def bilinear(self, corners: Floats, points: Floats, cells: Integers) -> Floats:
+        """The same from values (m, 4) at the corners of these cells."""
         at = (points - self._points(self.column_row[cells])) / self.sides[cells, None]
         s, t = np.clip(at, 0, 1).T
-        a, b, c, d = values[self.vertices.corners[cells]].T
+        a, b, c, d = corners.T
         return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
 
 

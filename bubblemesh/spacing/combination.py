@@ -7,9 +7,19 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 
-__all__ = ["Combination", "Term"]
+__all__ = ["Combination", "Term", "costly", "nothing"]
 
 Term = Callable[[Floats, Floats], Floats]  # values (n,) at x (n,) and y (n,), infinite where it asks for nothing
+
+
+def nothing(x: Floats, y: Floats) -> Floats:
+    """A term that asks for nothing."""
+    return np.full(np.shape(x), np.inf)
+
+
+def costly(term: Term | None) -> bool:
+    """Whether a term says that it takes long."""
+    return bool(getattr(term, "costly", False))
 
 
 @dataclass(frozen=True)
@@ -30,6 +40,11 @@ class Combination:
     scale: float = 1.0
     minimum: float = 0.0
     maximum: float = np.inf
+
+    @property
+    def costly(self) -> bool:
+        """Whether one of the terms takes long."""
+        return any(map(costly, self.terms))
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""

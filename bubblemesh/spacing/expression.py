@@ -3,49 +3,32 @@
 import ast
 import keyword
 import unicodedata
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from textwrap import shorten
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
+from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
 from bubblemesh.wording import meant
+
+if TYPE_CHECKING:
+    from bubblemesh.geometry.distance import Distance  # with which a case that is wrong should not wait
 
 __all__ = ["Expression", "check_parameter_name"]
 
-MAX_CHARACTERS = 10_000
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.
 MAX_DEPTH = 200
 
 Evaluate = Callable[[Floats, Floats], Any]
-
-
-# What people write who come from other languages, and what is meant here.
-HINTS: dict[type[ast.AST], str] = {
-    ast.BitXor: "'^' is not a power here: use ** for powers",
-    ast.BitAnd: "'&' is not an operator here: use 'and'",
-    ast.BitOr: "'|' is not an operator here: use 'or'",
-    ast.Invert: "'~' is not an operator here: use 'not'",
-}
-
-FORBIDDEN: dict[type[ast.AST], str] = {
-    ast.Attribute: "a dot between names",
-    ast.Subscript: "an index in brackets",
-    ast.Starred: "unpacking with *",
-    ast.Lambda: "a lambda",
-    ast.NamedExpr: "an assignment",
-    ast.JoinedStr: "text in quotes",
-    ast.List: "a list",
-    ast.Tuple: "a comma outside a call",
-}
+DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has some labels
 
 CONSTANTS = {"pi": float(np.pi), "e": float(np.e)}
 COORDINATES: dict[str, Evaluate] = {"x": lambda x, y: x, "y": lambda x, y: y}
+DISTANCE = "distance"  # the only function that takes text: labels of what the distance is measured from
 
 
 def check_parameter_name(name: str) -> None:
@@ -58,7 +41,7 @@ def check_parameter_name(name: str) -> None:
     """
     if not name.isidentifier() or keyword.iskeyword(name):
         raise CaseError(f"the parameter {name!r} is not a name: use letters, digits and underscores")
-    if name in FUNCTIONS or name in CONSTANTS or name in COORDINATES:
+    if name in FUNCTIONS or name in CONSTANTS or name in COORDINATES or name == DISTANCE:
         raise CaseError(f"the parameter {name!r} would hide the {name} that expressions already have: rename it")
 
 
@@ -72,18 +55,32 @@ class Expression:
         The expression as given, without the space around it.
     parameters : mapping of str to float
         The constants it may name.
+    costly : bool
+        Whether it measures distances that take long.
     """
 
     text: str
     parameters: Mapping[str, float] = field(hash=False)
+    costly: bool
     _evaluate: Evaluate = field(repr=False, compare=False)
+    _distance_to: DistanceTo | None = field(repr=False, compare=False)
 
     @classmethod
-    def parse(cls, text: str, parameters: Mapping[str, float] | None = None) -> "Expression":
+    def parse(
+        cls, text: str, parameters: Mapping[str, float] | None = None, distance_to: DistanceTo | None = None
+    ) -> "Expression":
         """Check ``text`` and bind its parameters.
 
         Comparisons, ``and``, ``or`` and ``not`` give 1 and 0; as a condition, everything but 0 is true.
         All numbers are float64 from the start, so that ``9**9**9**9`` is infinite rather than endless.
+
+        Parameters
+        ----------
+        text : str
+        parameters : mapping of str to float, optional
+        distance_to : callable, optional
+            Gives the distance from some labels for calls such as ``distance("bore")``, or raises a CaseError if a
+            label is unknown. Without it, such calls are checked, but have no values.
 
         Raises
         ------
@@ -95,7 +92,9 @@ class Expression:
             check_parameter_name(name)
         # Python compares identifiers in this normal form, in which the micro sign is a Greek mu.
         constants = {unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()}
-        return cls(text, parameters, _Builder(text, CONSTANTS | constants).built(_tree(text), 0))
+        builder = _Builder(text, CONSTANTS | constants, distance_to)
+        evaluate = builder.built(parsed(text), 0)
+        return cls(text, parameters, builder.costly, evaluate, distance_to)
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values at the points (x, y), in the arrays' common shape; nan and infinite ones are passed on."""
@@ -106,56 +105,27 @@ class Expression:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.
-        return Expression.parse, (self.text, self.parameters)
-
-
-def _tree(text: str) -> ast.expr:
-    """Syntax tree of ``text``; columns count in characters of the text as one line."""
-    if not text:
-        raise CaseError("the expression is empty: give a number or a formula in x and y")
-    if len(text) > MAX_CHARACTERS:
-        raise CaseError(f"the expression has {len(text):,} characters: at most {MAX_CHARACTERS:,} are allowed")
-    if "#" in text:
-        raise _error("no comments in an expression", text, text.index("#"))
-    line = "".join(" " if character.isspace() else character for character in text)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            return ast.parse(line, mode="eval").body
-    except (RecursionError, MemoryError):
-        raise CaseError(f"the expression is nested too deeply: {_shown(text)}") from None
-    except SyntaxError as error:
-        # The parser gives column 0 where the text ends too early.
-        column = min(error.offset or len(text), len(text)) - 1
-        raise _error(f"not an expression ({shorten(error.msg, 100)})", text, column) from None
-    except ValueError as error:
-        raise CaseError(f"the expression is not readable text ({error}): {_shown(text)}") from None
-
-
-def _shown(part: str) -> str:
-    return repr(part if len(part) <= 60 else part[:57] + "...")
-
-
-def _error(problem: str, text: str, start: int, end: int | None = None) -> CaseError:
-    return CaseError(f"column {start + 1}: {problem}, at {_shown(text[start:end])}")
+        return Expression.parse, (self.text, self.parameters, self._distance_to)
 
 
 class _Builder:
     """Turns checked syntax nodes into nested closures ``(x, y) -> array``."""
 
-    def __init__(self, text: str, constants: Mapping[str, float]) -> None:
+    def __init__(self, text: str, constants: Mapping[str, float], distance_to: DistanceTo | None) -> None:
         self.text = text
         self.constants = constants
+        self.distance_to = distance_to
+        self.costly = False
 
     def built(self, node: ast.expr, depth: int) -> Evaluate:
         if depth > MAX_DEPTH:
-            raise CaseError(f"the expression is nested more than {MAX_DEPTH} deep: {_shown(self.text)}")
+            raise CaseError(f"the expression is nested more than {MAX_DEPTH} deep: {shown(self.text)}")
         parts: Sequence[ast.expr]
         match node:
-            case ast.Constant(value=value):
-                return self._number(node, value)
-            case ast.Name(id=name):
-                return self._named(node, name)
+            case ast.Constant() | ast.Name():
+                return self._leaf(node)
+            case ast.Call(func=ast.Name(id=name)) if name == DISTANCE:
+                return self._measured(node)
             case ast.Call():
                 call, parts = self._function(node).call, node.args
             case ast.BinOp(left=left, op=op, right=right):
@@ -172,6 +142,9 @@ class _Builder:
                 raise self._error(node, f"{FORBIDDEN.get(type(node), 'this')} is not allowed in an expression")
         return _applied(call, [self.built(part, depth + 1) for part in parts])
 
+    def _leaf(self, node: ast.Constant | ast.Name) -> Evaluate:
+        return self._named(node, node.id) if isinstance(node, ast.Name) else self._number(node, node.value)
+
     def _number(self, node: ast.expr, value: object) -> Evaluate:
         if not isinstance(value, int | float) or isinstance(value, bool):
             raise self._error(node, "only real numbers are allowed in an expression")
@@ -184,6 +157,8 @@ class _Builder:
             return _constant(self.constants[name])
         if name in FUNCTIONS:
             raise self._error(node, f"{name!r} is a function: give it {FUNCTIONS[name].arity()} in parentheses")
+        if name == DISTANCE:
+            raise self._error(node, f"{name!r} is a function: give it labels in parentheses and quotes, or none")
         known = [*COORDINATES, *self.constants]
         raise self._error(node, f"unknown name {name!r}; {meant(name, known)}")
 
@@ -194,7 +169,7 @@ class _Builder:
         if name in COORDINATES or name in self.constants:
             raise self._error(node, f"{name!r} is not a function: write * to multiply")
         if name not in FUNCTIONS:
-            raise self._error(node, f"unknown function {name!r}; {meant(name, FUNCTIONS)}")
+            raise self._error(node, f"unknown function {name!r}; {meant(name, [*FUNCTIONS, DISTANCE])}")
         if node.keywords:
             raise self._error(node, f"the arguments of {name} go without names")
         function = FUNCTIONS[name]
@@ -202,16 +177,31 @@ class _Builder:
             raise self._error(node, f"{name} takes {function.arity()}, found {len(node.args)}")
         return function
 
+    def _measured(self, node: ast.Call) -> Evaluate:
+        """A call of the distance, whose arguments are labels."""
+        if node.keywords:
+            raise self._error(node, f"the arguments of {DISTANCE} go without names")
+        labels: list[str] = []
+        for part in node.args:
+            if not (isinstance(part, ast.Constant) and isinstance(part.value, str)):
+                raise self._error(part, f"{DISTANCE} takes labels in quotes, or nothing for the whole boundary")
+            labels.append(part.value)
+        if self.distance_to is None:
+            return _unmeasured
+        try:
+            distance = self.distance_to(labels)
+        except CaseError as error:
+            raise self._error(node, str(error)) from None
+        self.costly |= distance.costly
+        return _of_points(distance)
+
     def _operator(self, node: ast.expr, op: ast.AST) -> Callable[..., Any]:
         if type(op) not in OPERATORS:
             raise self._error(node, HINTS.get(type(op), "this operator is not allowed in an expression"))
         return OPERATORS[type(op)]
 
     def _error(self, node: ast.expr, problem: str) -> CaseError:
-        # The tree counts bytes of UTF-8.
-        encoded = self.text.encode()
-        start, end = (len(encoded[:offset].decode()) for offset in (node.col_offset, node.end_col_offset))
-        return _error(problem, self.text, start, end)
+        return error_at(node, self.text, problem)
 
 
 def _constant(number: float) -> Evaluate:
@@ -220,6 +210,18 @@ def _constant(number: float) -> Evaluate:
     except OverflowError:
         value = np.float64(np.inf)
     return lambda x, y: value
+
+
+def _unmeasured(x: Floats, y: Floats) -> Floats:
+    raise CaseError(f"{DISTANCE}(...) is measured from the boundary of a domain, and there is none here")
+
+
+def _of_points(distance: "Distance") -> Evaluate:
+    def evaluate(x: Floats, y: Floats) -> Floats:
+        x, y = np.broadcast_arrays(x, y)
+        return distance(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+
+    return evaluate
 
 
 def _applied(call: Callable[..., Any], parts: Sequence[Evaluate]) -> Evaluate:

@@ -1,6 +1,6 @@
 """Graded spacing: it grows away from where it is fine by no more than a given rate."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from bubblemesh.spacing.panels import panels
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["GROWTH", "Graded", "Steepest", "graded"]
+__all__ = ["GROWTH", "Graded", "Steepest", "graded", "reaching"]
 
 GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 CELL = 2.0  # spacings: largest side of a cell
@@ -146,7 +146,7 @@ def _resolved(sampled: Sampled, domain: Domain, spacing: Spacing, sources: Sourc
         grid, origin, fresh = sampled.grid.split(split)
         mine = np.flatnonzero(fresh)
         inside, d, finest = sampled.inside[origin], sampled.d[origin], np.full(len(grid), np.inf)
-        inside[mine] = _reaching(domain, grid.centers[mine], grid.sides[mine])
+        inside[mine] = reaching(domain, grid.centers[mine], grid.sides[mine])
         d[mine] = spacing.extended(_places(grid, mine).reshape(-1, 2)).reshape(-1, len(SAMPLES))
         np.minimum.at(finest, grid.located(sources.points), sources.sizes)
         sampled = Sampled(grid, inside, d, finest)
@@ -159,7 +159,7 @@ def _places(grid: Background, cells: Integers) -> Floats:
     return grid.centers[cells, None] + grid.sides[cells, None, None] * SAMPLES
 
 
-def _reaching(domain: Domain, centers: Floats, sides: Floats) -> Booleans:
+def reaching(domain: Domain, centers: Floats, sides: Floats) -> Booleans:
     """Which square cells (k,) reach into the domain, or nearly so."""
     reaching = domain.contains(centers)
     outside = np.flatnonzero(~reaching)
@@ -229,7 +229,7 @@ def _limited(spacing: Spacing, limit: Limit) -> Spacing:
         wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
         return np.minimum(wanted, limit(np.column_stack([x, y])))  # no number stays none
 
-    return Spacing(function, min(spacing.floor, float(limit.values.min()) / 2))
+    return replace(spacing, function=function, floor=min(spacing.floor, float(limit.values.min()) / 2))
 
 
 def _change(sampled: Sampled, wanted: Floats, values: Floats) -> tuple[float, float]:

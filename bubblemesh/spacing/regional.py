@@ -33,7 +33,7 @@ def by_region(rest: Spacing, own: Sequence[OwnSpacing]) -> Spacing:
     if not own:
         return rest
     regions = _Regions(rest, tuple(sorted(own, key=lambda one: -one.region.polygon.area)))
-    return replace(rest, function=regions.spacing, key=regions.key)
+    return replace(rest, function=regions, key=regions.key, costly=regions.costly)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,12 @@ class _Regions:
         numbers: dict[int, int] = {}
         return np.array([numbers.setdefault(id(one.spacing.function), len(numbers)) for one in self.own])
 
-    def spacing(self, x: Floats, y: Floats) -> Floats:
+    @property
+    def costly(self) -> bool:
+        """Whether one of the spacings takes long."""
+        return self.rest.costly or any(one.spacing.costly for one in self.own)
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at points with coordinates x (n,) and y (n,)."""
         d = np.broadcast_to(np.asarray(self.rest.function(x, y), float), np.shape(x)).copy()
         point, region = self._found(x, y)
@@ -79,7 +84,7 @@ class _Regions:
         """What has the value at a point (2,)."""
         x, y = point[:1], point[1:]
         _, region = self._found(x, y)
-        d, own = self.spacing(x, y), self._own_values(np.repeat(x, len(region)), np.repeat(y, len(region)), region)
+        d, own = self(x, y), self._own_values(np.repeat(x, len(region)), np.repeat(y, len(region)), region)
         having = region[(own == d) | (np.isnan(own) & np.isnan(d))]
         return self.own[having[-1]].key if len(having) else self.rest.key(point)
 

@@ -8,7 +8,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, gaps
 from bubblemesh.spacing.grading import GROWTH, Graded, graded
 from bubblemesh.spacing.panels import panels
-from bubblemesh.spacing.refinement import Sources, coarse_curves
+from bubblemesh.spacing.refinement import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Rules", "resolving_gaps"]
@@ -23,7 +23,7 @@ class Rules:
     Attributes
     ----------
     growth : float or None
-        Largest growth per length.
+        Largest growth per length, from short pieces and tight curves of the boundary on as well.
     per_circle : float or None
         Nodes on a full turn of the boundary's curves.
     across : float or None
@@ -42,8 +42,12 @@ class Rules:
         if (self.growth, self.per_circle, self.across) == (None, None, None):
             return Graded(spacing)
         growth, sources = GROWTH if self.growth is None else self.growth, Sources.none()
+        if self.growth is not None:
+            # What the boundary makes fine in any case would otherwise grow faster from there.
+            sources = short_pieces(domain, spacing).joined(coarse_curves(domain, spacing))
         if self.per_circle is not None:
-            sources = coarse_curves(domain, spacing, 2 * np.pi / self.per_circle).not_below(self.minimum)
+            sources = sources.joined(coarse_curves(domain, spacing, 2 * np.pi / self.per_circle))
+        sources = sources.not_below(self.minimum)
         if self.across is None:
             return graded(domain, spacing, growth, sources)
         return resolving_gaps(domain, spacing, growth, self.across, sources, self.minimum)

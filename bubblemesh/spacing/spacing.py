@@ -28,11 +28,14 @@ class Spacing:
         Value that stands for d outside the domain where the function has no positive one.
     key : callable
         What messages call the spacing at a point (2,): a region may have its own.
+    costly : bool
+        Whether the function takes so long that a table of it is worth having.
     """
 
     function: Callable[[Floats, Floats], Floats]
     floor: float = 0.0
     key: Callable[[Floats], str] = _whole
+    costly: bool = False
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.

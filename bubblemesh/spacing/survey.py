@@ -15,7 +15,8 @@ from bubblemesh.wording import place
 __all__ = ["Survey", "ideal_nodes", "rough_nodes", "surveyed"]
 
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
-TOLERANCE = 2e-3  # relative change on halving below which a part of an integral stands
+TOLERANCE = 1e-3  # relative, of an integral
+SHARE = 1e-3  # of that: change on halving below which a part of the integral stands
 HALVINGS = 60
 NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
 MOST_PARTS = 1_000_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
@@ -46,7 +47,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         If it needs more than ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
-    points = np.vstack([triangles.reshape(-1, 2), triangles.mean(axis=1), domain.polyline.points])
+    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1)])
     d = spacing(points)
     minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
     if minimum < VANISHING * domain.size:
@@ -62,7 +63,7 @@ def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: flo
     """Number of nodes of a perfect packing.
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
-    minus the number of holes; ``tolerance`` is the relative accuracy of each part of the integrals.
+    minus the number of holes; ``tolerance`` is the relative accuracy of the integrals.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def _integral(
     tolerance: float,
     max_nodes: int,
 ) -> float:
-    """Sum of the integrals over ``parts``, halving those whose integral changes by that.
+    """Sum of the integrals over ``parts``, halving those whose integral changes by that, as measured by the sum.
 
     It counts nodes, and is given up where these are clearly more than ``max_nodes``. Only parts that have settled are
     sure: next to a spot of small spacing the integral of a large part comes out far too large.
@@ -115,7 +116,8 @@ def _integral(
         halves = halved(parts)
         fine = over(halves).reshape(2, -1)
         both = fine.sum(axis=0)
-        unsure = np.abs(both - coarse) > np.maximum(tolerance * both, NEGLIGIBLE)
+        settled = SHARE * tolerance * total
+        unsure = np.abs(both - coarse) > np.maximum(np.maximum(tolerance * both, NEGLIGIBLE), settled)
         total += float(both[~unsure].sum())
         parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
         if total > 2 * max_nodes:
@@ -134,10 +136,34 @@ def _too_many(needed: float, max_nodes: int) -> LimitError:
 
 def _resolved(domain: Domain) -> Floats:
     """Triangles (t, 3, 2) that cover the domain, with edges up to a fraction of its size."""
+    longest = COARSEST * domain.size
+    outline, edges = _outline(domain, longest)
+    points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
+    return _refined(points[triangulated(points, edges)], _halved_triangles, _longest_edges, longest)
+
+
+def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
+    """Points (m, 2) along the boundary, and edges (e, 2) between them that are no longer than ``longest``."""
     line = domain.polyline
-    points, number = np.unique(line.points, axis=0, return_inverse=True)
-    edges = number[np.column_stack([np.arange(len(line.points)), line.successor])]
-    return _refined(points[triangulated(points, edges)], _halved_triangles, _longest_edges, COARSEST * domain.size)
+    corners, number = np.unique(line.points, axis=0, return_inverse=True)
+    begin, end = number, number[line.successor]
+    parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
+    chord = np.repeat(np.arange(len(parts)), parts)
+    rank = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    inner = rank > 0
+    share = (rank / parts[chord])[inner, None]
+    between = corners[begin[chord[inner]]] * (1 - share) + corners[end[chord[inner]]] * share
+    first = np.where(inner, len(corners) + np.cumsum(inner) - 1, begin[chord])
+    last = np.where(rank + 1 < parts[chord], np.roll(first, -1), end[chord])
+    return np.vstack([corners, between]), np.column_stack([first, last])
+
+
+def _lattice(domain: Domain, step: float) -> Floats:
+    """Points (m, 2) of a hexagonal lattice inside; without them triangles would reach from wall to wall."""
+    x0, y0, x1, y1 = domain.bounds
+    i, j = np.meshgrid(np.arange(int((x1 - x0) / step) + 2), np.arange(int((y1 - y0) / (step * np.sqrt(0.75))) + 1))
+    points = np.column_stack([x0 + step * (i + j % 2 / 2).ravel(), y0 + step * np.sqrt(0.75) * (j + 0.5).ravel()])
+    return points[domain.clear(points, np.full(len(points), step / 2))]
 
 
 def _intervals(domain: Domain) -> Floats:

@@ -1,0 +1,48 @@
+import numpy as np
+
+from bubblemesh.spacing.within import Within
+
+X, Y = np.meshgrid(np.linspace(0, 4, 9), np.linspace(0, 1, 3))
+X, Y = X.ravel(), Y.ravel()
+
+
+def constant(value):
+    return lambda x, y: np.full(len(x), value)
+
+
+def between(low, high):
+    return lambda x, y: (x > low) & (x < high), lambda x, y: (x >= low) & (x <= high)
+
+
+OUTER, INNER = between(1, 3), between(2, 3)
+
+
+def test_a_limit_counts_within_its_region_and_on_its_rim():
+    core, reach = OUTER
+    values = Within(lambda x, y: 0.1 + x, (reach,))(X, Y)
+    np.testing.assert_array_equal(values, np.where((X >= 1) & (X <= 3), 0.1 + X, np.inf))
+    assert core(X, Y).sum() < np.isfinite(values).sum()
+
+
+def test_a_limit_leaves_out_what_is_nested():
+    values = Within(constant(0.1), (OUTER[1],), (INNER[0],))(X, Y)
+    np.testing.assert_array_equal(np.isfinite(values), ((X >= 1) & (X <= 2)) | (X == 3))
+
+
+def test_the_rest_is_what_no_region_is():
+    values = Within(constant(0.1), None, (OUTER[0], INNER[0]))(X, Y)
+    np.testing.assert_array_equal(np.isfinite(values), (X <= 1) | (X >= 3))
+
+
+def test_a_region_may_have_several_rings():
+    values = Within(constant(0.1), (between(0.2, 1)[1], between(2, 3)[1]))(X, Y)
+    np.testing.assert_array_equal(np.isfinite(values), ((X >= 0.2) & (X <= 1)) | ((X >= 2) & (X <= 3)))
+
+
+def test_a_limit_is_evaluated_where_it_counts_only():
+    def picky(x, y):
+        assert len(x) > 0
+        assert (x >= 1).all()
+        return x
+
+    Within(picky, (OUTER[1],))(X, Y)
