@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from bubblemesh.delivery import Destination
     from bubblemesh.meshes import Mesh
     from bubblemesh.pipeline import Result
+    from bubblemesh.problem import Problem
     from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["app", "main"]
@@ -51,6 +52,7 @@ FormatNamed = Annotated[
 SolverNamed = Annotated[
     str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
 ]
+Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.")]
 TimeLimit = Annotated[
     float | None,
     typer.Option("--time-limit", metavar="SECONDS", help="End the packing then, with the mesh as it is."),
@@ -112,6 +114,7 @@ def run(
         bool | None, typer.Option("--report/--no-report", help="Write a page to look at, NAME.html, over the case's.")
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
+    picture: Picture = None,
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
@@ -122,8 +125,12 @@ def run(
         require_distinct(as_json, output)
         place = delivery.destination(loaded, case, output, format_name, solver, history=history, page=page)
         if dry_run:
-            show_estimate(loaded, case, as_json, quiet)
+            show_estimate(loaded, case, picture, as_json, quiet)
             return
+        if picture is not None:
+            raise CaseError(
+                "--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot"
+            )
         with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case):
             result = pipeline.mesh_case(loaded, progress.show, progress.advance)
         hand_over(result, loaded, place, as_json, quiet)
@@ -229,11 +236,12 @@ def check(
     seed: Seed = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
     with reported():
         loaded = read_case(case, settings, method, seed)
-        show_estimate(loaded, case, as_json, quiet)
+        show_estimate(loaded, case, picture, as_json, quiet)
 
 
 @app.command()
@@ -418,8 +426,8 @@ def left_out(mesh: Path, kinds: Sequence[str]) -> list[str]:
     return [f"{mesh}: cells that are no triangles are left out: {', '.join(kinds)}"] if kinds else []
 
 
-def show_estimate(case: "Case", source: str, as_json: bool, quiet: bool) -> None:
-    """What meshing the case would take."""
+def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
+    """What meshing the case would take, and a picture of its spacing if one is named."""
     from bubblemesh import console
     from bubblemesh.output import dump
     from bubblemesh.problem import prepared
@@ -427,11 +435,26 @@ def show_estimate(case: "Case", source: str, as_json: bool, quiet: bool) -> None
 
     with located(source):
         problem = prepared(case)
+    if picture is not None:
+        draw_spacing(problem, picture)
     if as_json:
-        write_output(dump(estimate(problem)))
+        write_output(dump(estimate(problem) | ({} if picture is None else {"plot": picture})))
     if not quiet:
         console.show_problem(problem)
+        if picture is not None:
+            console.show_files(str(picture.parent), [picture.name])
     console.warn(problem.warnings)
+
+
+def draw_spacing(problem: "Problem", picture: Path) -> None:
+    """Draw the spacing of a problem."""
+    from bubblemesh.output import spacing_plots
+    from bubblemesh.preview import previewed
+
+    spacing_plots.require_picture(picture)
+    shown = previewed(problem)
+    least, largest = shown.extremes[:2], shown.extremes[2:]
+    spacing_plots.draw_spacing(shown.mesh, shown.spacing, (least, largest), picture, problem.task.name)
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes import Mesh
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import connected
+from bubblemesh.packing.connection import Net, connected
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import Problem, prepared
 from bubblemesh.resources import peak_memory_mb, timed
@@ -26,7 +26,7 @@ from bubblemesh.spacing.table import tabulated
 from bubblemesh.summary import RoundRow, initial_row, mesh_figures, round_row, rules_figures, triangle_fields
 from bubblemesh.triangulation import regions, sorted_triangles
 
-__all__ = ["Result", "mesh_case", "meshed"]
+__all__ = ["Result", "mesh_case", "mesh_of", "meshed"]
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
@@ -114,7 +114,7 @@ def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: floa
     with timed(seconds, "packing"):
         last, rows, speeds = _packed(rounds(start, domain, levels, method, clock), on_round)
     with timed(seconds, "quality"):
-        mesh = _mesh(last, domain)
+        mesh = mesh_of(last.net, domain)
         require_conforming(mesh)
         departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
         figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
@@ -159,11 +159,11 @@ def _packed(
     return done, rows, tuple(speeds)
 
 
-def _mesh(last: Round, domain: Domain) -> Mesh:
-    """The mesh of the last round's bubbles."""
-    boundary, bubbles, parts = domain.boundary, last.bubbles, domain.parts
+def mesh_of(net: Net, domain: Domain) -> Mesh:
+    """The mesh of connected bubbles, with the domain's labels and regions."""
+    boundary, bubbles, parts = domain.boundary, net.bubbles, domain.parts
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
-    triangles = sorted_triangles(last.triangles)
+    triangles = sorted_triangles(net.triangles)
     region = np.zeros(len(triangles), np.int64)
     if parts.regions:
         region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from bubblemesh.spacing.grading import GROWTH, Graded, graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Survey, ideal_nodes, surveyed
+from bubblemesh.spacing.survey import Extremes, Survey, extremes, ideal_nodes, surveyed
 from bubblemesh.wanted import NO_RULES, Wanted, wanted_of
 
 __all__ = ["Budget", "Problem", "Task", "posed", "posed_for", "prepared", "task_of"]
@@ -99,6 +100,14 @@ class Problem:
     def refined(self) -> bool:
         """Whether the packing goes by a finer spacing than the wanted one somewhere."""
         return self.spacing is not self.wanted
+
+    @cached_property
+    def packed(self) -> Extremes:
+        """Extremes of the spacing that the packing goes by."""
+        survey = self.survey
+        if not self.refined:
+            return Extremes(survey.minimum, survey.minimum_at, survey.maximum, survey.maximum_at)
+        return extremes(self.domain, self.spacing)
 
 
 @dataclass(frozen=True)

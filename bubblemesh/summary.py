@@ -19,6 +19,7 @@ from bubblemesh.quality import (
     worst_triangles,
 )
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.survey import Extremes
 
 __all__ = ["RoundRow", "estimate", "initial_row", "mesh_figures", "round_row", "triangle_fields"]
 
@@ -102,7 +103,9 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
 def rules_figures(problem: Problem) -> dict[str, Any]:
     """How much the rules of the wanted spacing changed it, if they did."""
     ruled = problem.ruled
-    return {"rules": {"share": ruled.share, "ratio": ruled.ratio}} if ruled.ratio > 1 else {}
+    if ruled.ratio <= 1:
+        return {}
+    return {"rules": {"share": ruled.share, "ratio": ruled.ratio, "ratio_at": ruled.ratio_at}}
 
 
 def budget_figures(problem: Problem) -> dict[str, Any]:
@@ -122,12 +125,8 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "area": domain.polygon.area,
         "holes": domain.hole_count,
         "labels": domain.boundary.labels,
-        "spacing": {
-            "minimum": survey.minimum,
-            "minimum_at": survey.minimum_at,
-            "maximum": survey.maximum,
-            "maximum_at": survey.maximum_at,
-        },
+        "spacing": {name: getattr(survey, name) for name in Extremes._fields},
+        **({"packed_spacing": problem.packed._asdict()} if problem.refined else {}),
         **rules_figures(problem),
         **budget_figures(problem),
         "ideal_nodes": survey.ideal_nodes,

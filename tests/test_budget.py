@@ -1,5 +1,11 @@
 """A number of nodes instead of a length: the search for the scale, and meshes that have the nodes."""
 
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from examples import BARE
@@ -203,3 +209,35 @@ def test_rough_numbers_fall_with_the_scale():
     assert most > 60
     for aim in (fewest, np.log(1e5), most):
         assert scales.rough(np.log(scales.at(aim))) == pytest.approx(aim, abs=1e-6)
+
+
+# The page
+
+PAGE = (Path(__file__).parents[1] / "docs" / "spacing.md").read_text()
+SECTIONS = {
+    title: PAGE.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
+    for title in ("A number of nodes", "A picture of the spacing")
+}
+
+
+def test_the_case_of_the_page_has_its_nodes_and_its_scale_gives_the_same_mesh():
+    (text,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
+    one = bubblemesh.mesh_case(load_case("plate.yaml", text=text))
+    assert len(one.mesh.points) == pytest.approx(2000, rel=0.02)
+    scaled = text.replace("nodes: 2000", f"scale: {one.report['budget']['scale']!r}")
+    other = bubblemesh.mesh_case(load_case("plate.yaml", text=scaled))
+    assert one.mesh.points.tobytes() == other.mesh.points.tobytes()
+
+
+def test_the_command_of_the_page_draws(tmp_path):
+    (case,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
+    (command,) = re.findall(r"```sh\nbubblemesh (.*?)\n```", SECTIONS["A picture of the spacing"])
+    (tmp_path / "plate.yaml").write_text(case)
+    run = [sys.executable, "-m", "bubblemesh", *command.split(), "--json"]
+    found = json.loads(subprocess.run(run, cwd=tmp_path, check=True, capture_output=True, timeout=120).stdout)
+    assert (tmp_path / "spacing.png").stat().st_size > 10_000
+    keys = re.findall(
+        r"`(\w+)`", SECTIONS["A picture of the spacing"].partition("has it all")[2].partition("`--plot")[0]
+    )
+    assert set(keys) - {"packed_spacing", "rules"} <= set(found)  # these where something was made finer
+    assert len(keys) == 5

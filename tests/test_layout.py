@@ -104,6 +104,7 @@ def test_every_room_of_the_package_is_known():
         "console",
         "delivery",
         "pipeline",
+        "preview",
         "problem",
     }
     assert rooms == set(MAY_IMPORT) | top | {"resources", "streams", "summary"}

@@ -13,6 +13,7 @@ from rich.text import Text
 
 if TYPE_CHECKING:  # an error must be shown even where NumPy cannot be loaded
     from bubblemesh.problem import Problem
+    from bubblemesh.spacing.survey import Extremes, Survey
     from bubblemesh.summary import RoundRow
 
 __all__ = ["Progress", "show_files", "show_problem", "show_quality", "warn"]
@@ -114,20 +115,25 @@ def show_problem(problem: "Problem") -> None:
         "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {domain.polygon.area:.6g}, "
         f"{_counted(domain.hole_count, 'hole')}",
         "labels": ", ".join(domain.boundary.labels),
-        "spacing": f"{survey.minimum:.4g} at {_place(survey.minimum_at)} to "
-        f"{survey.maximum:.4g} at {_place(survey.maximum_at)}",
+        "spacing": _extremes(survey),
         **_rules(problem),
+        **({"packed": _extremes(problem.packed)} if problem.refined else {}),
         "nodes": f"about {problem.expected_nodes:.0f}" + _scale(problem),
         "method": problem.task.method_name,
     }
     _show(rows)
 
 
+def _extremes(found: "Survey | Extremes") -> str:
+    return f"{found.minimum:.4g} at {_place(found.minimum_at)} to {found.maximum:.4g} at {_place(found.maximum_at)}"
+
+
 def _rules(problem: "Problem") -> dict[str, str]:
     ruled = problem.ruled
     if ruled.ratio <= 1:
         return {}
-    return {"rules": f"finer than the terms on {ruled.share:.1%} of the area, at most {ruled.ratio:.3g} times"}
+    where = "" if ruled.ratio_at is None else f" at {_place(ruled.ratio_at)}"
+    return {"rules": f"finer than the terms on {ruled.share:.1%} of the area, at most {ruled.ratio:.3g} times{where}"}
 
 
 def _scale(problem: "Problem") -> str:

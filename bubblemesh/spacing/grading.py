@@ -49,12 +49,15 @@ class Graded:
         Part of the domain's area where it is finer than the wanted one.
     ratio : float
         Wanted spacing over it, where that is largest.
+    ratio_at : tuple of float or None
+        That place (x, y), if it is finer anywhere.
     """
 
     spacing: Spacing
     steepest: Steepest | None = None
     share: float = 0.0
     ratio: float = 1.0
+    ratio_at: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -232,10 +235,12 @@ def _limited(spacing: Spacing, limit: Limit) -> Spacing:
     return replace(spacing, function=function, floor=min(spacing.floor, float(limit.values.min()) / 2))
 
 
-def _change(sampled: Sampled, wanted: Floats, values: Floats) -> tuple[float, float]:
-    """Share of the area where values (v,) at the vertices are below the wanted ones, and the largest ratio."""
+def _change(sampled: Sampled, wanted: Floats, values: Floats) -> tuple[float, float, tuple[float, float] | None]:
+    """Share of the area where values (v,) at the vertices are below the wanted ones, the largest ratio, its place."""
     ratio = np.where(np.isfinite(wanted), wanted / values, 1.0)
     corners = sampled.grid.vertices.corners[sampled.inside]
     area = sampled.grid.sides[sampled.inside] ** 2
     lower = (ratio > 1 / (1 - LOWERED))[corners].mean(axis=1)
-    return float((area * lower).sum() / area.sum()), float(ratio.max(initial=1.0))
+    most = ratio.argmax()
+    x, y = sampled.grid.vertices.points[most].tolist()
+    return float((area * lower).sum() / area.sum()), float(ratio[most]), (x, y) if ratio[most] > 1 else None

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.triangulation import triangulated
 from bubblemesh.wording import place
 
-__all__ = ["Survey", "ideal_nodes", "rough_nodes", "surveyed"]
+__all__ = ["Extremes", "Survey", "extremes", "ideal_nodes", "rough_nodes", "surveyed"]
 
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral
@@ -23,6 +24,15 @@ MOST_PARTS = 1_000_000  # unsettled ones: a spacing that fine is noise, of which
 FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
+
+
+class Extremes(NamedTuple):
+    """Least and largest spacing with their places (x, y)."""
+
+    minimum: float
+    minimum_at: tuple[float, float]
+    maximum: float
+    maximum_at: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -47,16 +57,25 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         If it needs more than ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
+    found = _extremes(triangles, domain, spacing)
+    if found.minimum < VANISHING * domain.size:
+        raise CaseError(
+            f"spacing: falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole "
+            "domain"
+        )
+    return Survey(*found, _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE))
+
+
+def extremes(domain: Domain, spacing: Spacing) -> Extremes:
+    """Extremes of the spacing over the domain."""
+    return _extremes(_resolved(domain), domain, spacing)
+
+
+def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
     points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1)])
     d = spacing(points)
-    minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
-    if minimum < VANISHING * domain.size:
-        raise CaseError(
-            f"spacing: falls to {minimum:.3g} at {place(minimum_at)}: it has to be positive in the whole domain"
-        )
-    ideal = _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE)
     x, y = points[d.argmax()]
-    return Survey(minimum, minimum_at, float(d.max()), (float(x), float(y)), ideal)
+    return Extremes(*_minimised(domain, spacing, points[d.argmin()]), float(d.max()), (float(x), float(y)))
 
 
 def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:

@@ -6,7 +6,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
@@ -64,7 +65,7 @@ def _sample(lines: LineCollection) -> Line2D:
 
 
 def add_colour_bar(
-    figure: Figure, axes: Axes, triangles: PolyCollection, meaning: Colouring, style: Style, *, aside: bool
+    figure: Figure, axes: Axes, triangles: ScalarMappable, meaning: Colouring, style: Style, *, aside: bool
 ) -> None:
     """Add the scale of the colours, beside the mesh or below it."""
     values, (low, high) = meaning.values, meaning.limits
