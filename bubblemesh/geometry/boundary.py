@@ -284,13 +284,14 @@ class Boundary:
         period = self._period[piece]
         # Only a piece of a split closed curve runs past the end, and none by rounding.
         along = np.where(along > (1 + ROUNDING) * period, along - period, np.minimum(along, period))
-        if len(self.families) == 1:
-            return getattr(self.families[0], what)(self.index[piece], along)
+        index, kind = self.index[piece], self.kind[piece]
         result = np.empty((len(piece), 2))
         for k, f in enumerate(self.families):
-            mine = self.kind[piece] == k
-            if mine.any():
-                result[mine] = getattr(f, what)(self.index[piece[mine]], along[mine])
+            mine = np.flatnonzero(kind == k)
+            if len(mine) == len(piece):
+                return getattr(f, what)(index, along)
+            if len(mine):
+                result[mine] = getattr(f, what)(index[mine], along[mine])
         return result
 
     def wrapped(self, piece: Integers, s: Floats) -> Floats:

@@ -58,33 +58,43 @@ def _contact(boundary: Boundary, tolerance: float, splits: Counter[frozenset[int
 
 def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tuple[int, int]]:
     """Points of the polyline, and chords of other rings, where curves may touch: the nearest of each two pieces."""
-    points, ends = shapely.points(line.points), line.points[line.successor]
-    chords = shapely.linestrings(np.stack([line.points, ends], axis=1))
-    length = np.hypot(*(ends - line.points).T)
+    start, end = line.points, line.points[line.successor]
+    length = np.hypot(*(end - start).T)
     curved = boundary.approximated[line.piece]
     reach = np.maximum(tolerance, GAP_OF_CHORDS * length * curved)
-    probe, chord = shapely.STRtree(chords).query(points, predicate="dwithin", distance=reach.max())
-    gap = shapely.distance(points[probe], chords[chord])
+    probe, chord = _near(line, reach)
     around = SETTLED * np.maximum(length[probe] * curved[probe], length[chord] * curved[chord])
-    wanted = (gap <= np.maximum(reach[probe], reach[chord])) & (line.ring[probe] != line.ring[chord])
-    wanted &= _to_shared_corner(boundary, line, probe, chord) > around
-    probe, chord = probe[wanted], chord[wanted]
+    unsettled = _to_shared_corner(boundary, line, probe, chord) > around
+    probe, chord = probe[unsettled], chord[unsettled]
     gap = np.hypot(*(line.points[probe] - _feet(boundary, line, chord, line.points[probe])[1]).T)
     order = np.lexsort((gap, line.piece[chord], line.piece[probe]))
     pairs = np.column_stack([line.piece[probe], line.piece[chord]])[order]
-    nearest = order[np.unique(pairs, axis=0, return_index=True)[1]]
+    nearest = order[np.flatnonzero((np.diff(pairs, axis=0, prepend=-1) != 0).any(axis=1))]
     return list(zip(probe[nearest].tolist(), chord[nearest].tolist(), strict=True))
+
+
+def _near(line: Polyline, reach: Floats) -> tuple[Integers, Integers]:
+    """Points (k,) and chords (k,) of other rings that are within the reach (m,) of either, in order."""
+    points = shapely.points(line.points)
+    chords = shapely.linestrings(np.stack(line.chords[3:], axis=1))
+    # A search for each of the two: long chords would find far too many points for short ones to look at.
+    probe, chord = shapely.STRtree(chords).query(points, predicate="dwithin", distance=reach)
+    other, found = shapely.STRtree(points).query(chords, predicate="dwithin", distance=reach)
+    probe, chord = np.append(probe, found), np.append(chord, other)
+    apart = line.ring[probe] != line.ring[chord]
+    return np.divmod(np.unique(probe[apart] * len(points) + chord[apart]), len(points))
 
 
 def _to_shared_corner(boundary: Boundary, line: Polyline, probe: Integers, chord: Integers) -> Floats:
     """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
     corners_of = [set(boundary.start[boundary.ring == ring].tolist()) - {-1} for ring in range(boundary.ring.max() + 1)]
     distance = np.full(len(probe), np.inf)
-    pairs = np.column_stack([line.ring[probe], line.ring[chord]])
-    for a, b in np.unique(pairs, axis=0).tolist():
-        shared = sorted(corners_of[a] & corners_of[b]) if a != b else []
+    rings = line.ring[probe] * len(corners_of) + line.ring[chord]
+    for both in np.unique(rings).tolist():
+        a, b = divmod(both, len(corners_of))
+        shared = sorted(corners_of[a] & corners_of[b])
         if shared:
-            mine = (pairs == [a, b]).all(axis=1)
+            mine = rings == both
             offset = line.points[probe[mine]][:, None] - boundary.corners[shared]
             distance[mine] = np.hypot(offset[..., 0], offset[..., 1]).min(axis=1)
     return distance
