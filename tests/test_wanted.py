@@ -5,6 +5,7 @@ import pytest
 import shapely
 from partitions import domain_of
 
+from bubblemesh.arguments import spacing_of
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.wanted import wanted_of
@@ -152,5 +153,7 @@ spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, gr
     a, b, wall = (domain.distance_to(POINTS, label) for label in ("a", "b", "wall"))
     expected = np.min([0.02 + 0.2 * a, 0.05 + 0.2 * b, 0.03 + 0.4 * b, 0.1 + 0.2 * wall, np.full(len(X), 0.25)], axis=0)
     np.testing.assert_allclose(spacing(POINTS), expected, rtol=1e-9)
+    assert spacing_of("0.1 + distance('a')", domain)[0].costly
+    assert not spacing_of("0.1 + distance('wall')", domain)[0].costly
     assert not wanted("{labels: {bore: 0.1}}").costly
     assert not wanted("{value: 0.1, per_circle: 36}").costly

@@ -1,5 +1,6 @@
 import numpy as np
 
+from bubblemesh.spacing.combination import Combination
 from bubblemesh.spacing.within import ByRegion, Within
 
 X, Y = np.meshgrid(np.linspace(0, 4, 9), np.linspace(0, 1, 3))
@@ -66,3 +67,18 @@ def test_values_of_the_rest_are_not_changed_in_place():
     shared = np.ones(len(X))
     ByRegion(lambda x, y: shared, ((*OUTER, constant(0.3)),))(X, Y)
     assert (shared == 1).all()
+
+
+class Slow:
+    costly = True
+
+    def __call__(self, x, y):
+        return x
+
+
+def test_what_holds_a_costly_term_is_costly():
+    assert Within(Slow(), None).costly
+    assert ByRegion(Slow(), ()).costly
+    assert ByRegion(None, ((*OUTER, constant(1)), (*INNER, Slow()))).costly
+    assert Combination((constant(1), Within(Slow(), None))).costly
+    assert not Combination((constant(1), ByRegion(None, ((*OUTER, Within(constant(1), None)),)))).costly
