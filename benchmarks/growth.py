@@ -19,7 +19,7 @@ __all__ = ["CASES", "limited", "table"]
 PAGE = ROOT / "docs" / "spacing.md"
 BEGIN, END = "<!-- growth: begin -->", "<!-- growth: end -->"
 CASES = ("example-1", "example-2", "example-3", "dense", "example-4", "example-3-9000")
-GROWTHS = (None, 0.2, 0.1)
+GROWTHS = (None, 0.15, 0.1)
 COLUMNS = ("growth", "nodes", "N / N_id", "mean q", "1 % q", "least q", "l/d spread", "finer on", "at most")
 
 

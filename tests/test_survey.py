@@ -149,3 +149,15 @@ def test_limit_itself_may_be_reached():
     surveyed(SQUARE, uniform(0.1), int(np.ceil(nodes)))
     with pytest.raises(LimitError):
         surveyed(SQUARE, uniform(0.1), int(nodes))
+
+
+def test_the_spacing_is_asked_at_few_places_also_beside_curves():
+    domain = Domain.of(rectangle(-1, -1, 1, 1), [circle((0.3, 0.1), 0.4), circle((-0.5, 0.5), 0.05)])
+    asked = []
+
+    def function(x, y):
+        asked.append(len(x))
+        return np.full(len(x), 0.1)
+
+    surveyed(domain, Spacing(function), ENOUGH)
+    assert sum(asked) < 80_000

@@ -1,8 +1,11 @@
 import numpy as np
 import pytest
 
+from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.pipeline import meshed
+from bubblemesh.problem import prepared
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.table import ROUGH, SMALLEST, TOLERANCE, tabulated
 
@@ -105,3 +108,34 @@ def test_what_is_quick_to_compute_is_left_alone():
 def test_a_needle_is_resolved():
     spacing = tabulated(PLATE, Spacing(lambda x, y: 1e-9 + np.abs(np.hypot(x - 0.7, y)), costly=True))
     assert spacing(np.array([[0.7, 0.0]])) == pytest.approx(1e-9, rel=ROUGH)
+
+
+def test_spots_as_small_as_the_spacing_around_are_not_passed_over():
+    for at in np.random.default_rng(5).uniform([0.5, -0.9], [0.9, 0.9], (9, 2)):
+
+        def spotted(x, y, at=at):
+            return np.minimum(0.008, 0.004 + 0.4 * np.hypot(x - at[0], y - at[1]))
+
+        spacing = tabulated(PLATE, Spacing(spotted, costly=True))
+        assert spacing(at[None]) == pytest.approx(0.004, rel=0.1)
+
+
+def test_packing_asks_for_costly_distances_a_few_times_for_each_node_only(monkeypatch):
+    text = """
+domain:
+  outer: {rectangle: [-1, -1, 1, 1]}
+  holes: [{ellipse: {center: [0, 0], radii: [0.4, 0.2]}, label: bore}]
+spacing: "0.02 + 0.05*distance('bore')"
+"""
+    asked = []
+    measured = Domain.distance_to
+
+    def counted(self, points, *labels):
+        asked.append(len(points))
+        return measured(self, points, *labels)
+
+    monkeypatch.setattr(Domain, "distance_to", counted)
+    problem = prepared(load_case("plate.yaml", text=text))
+    asked.clear()
+    nodes = meshed(problem).report["nodes"]
+    assert sum(asked) < 25 * nodes

@@ -5,6 +5,7 @@ import pytest
 import shapely
 from partitions import domain_of
 
+from bubblemesh.arguments import spacing_of
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.wanted import wanted_of
@@ -135,3 +136,24 @@ def test_unknown_names_in_the_spacing_of_a_region_are_told_with_their_key():
 def test_a_region_without_any_limit_is_named_by_a_point():
     with pytest.raises(CaseError, match=r"spacing: is inf at \("):
         values("{regions: {core: 0.1}}")
+
+
+def test_terms_that_take_long_count_as_others_do():
+    text = """
+domain:
+  outer: {rectangle: [0, 0, 4, 2], label: wall}
+  holes:
+    - {ellipse: {center: [1, 1], radii: [0.4, 0.2], angle: 30}, label: a}
+    - {ellipse: {center: [3, 1], radii: [0.2, 0.4], angle: 30}, label: b}
+spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, growth: 0.4}, value: 0.25}
+"""
+    domain = domain_of(text.partition("spacing")[0])
+    spacing = wanted_of(load_case("plate.yaml", text=text), domain)
+    assert spacing.costly
+    a, b, wall = (domain.distance_to(POINTS, label) for label in ("a", "b", "wall"))
+    expected = np.min([0.02 + 0.2 * a, 0.05 + 0.2 * b, 0.03 + 0.4 * b, 0.1 + 0.2 * wall, np.full(len(X), 0.25)], axis=0)
+    np.testing.assert_allclose(spacing(POINTS), expected, rtol=1e-9)
+    assert spacing_of("0.1 + distance('a')", domain)[0].costly
+    assert not spacing_of("0.1 + distance('wall')", domain)[0].costly
+    assert not wanted("{labels: {bore: 0.1}}").costly
+    assert not wanted("{value: 0.1, per_circle: 36}").costly

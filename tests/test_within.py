@@ -1,5 +1,6 @@
 import numpy as np
 
+from bubblemesh.spacing.combination import Combination
 from bubblemesh.spacing.within import Within
 
 X, Y = np.meshgrid(np.linspace(0, 4, 9), np.linspace(0, 1, 3))
@@ -46,3 +47,16 @@ def test_a_limit_is_evaluated_where_it_counts_only():
         return x
 
     Within(picky, (OUTER[1],))(X, Y)
+
+
+class Slow:
+    costly = True
+
+    def __call__(self, x, y):
+        return x
+
+
+def test_what_holds_a_costly_term_is_costly():
+    assert Within(Slow(), None).costly
+    assert Combination((constant(1), Within(Slow(), None))).costly
+    assert not Combination((constant(1), Within(constant(1), None))).costly
