@@ -42,7 +42,7 @@ WALL = np.min([X, 4 - X, Y, 2 - Y, BORE], axis=0)
 
 def wanted(spacing, own=""):
     case = load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', own)}spacing: {spacing}\n")
-    return wanted_of(case, BOUND)
+    return wanted_of(case, BOUND).at(None)
 
 
 def values(spacing, own=""):
@@ -148,12 +148,12 @@ domain:
 spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, growth: 0.4}, value: 0.25}
 """
     domain = domain_of(text.partition("spacing")[0])
-    spacing = wanted_of(load_case("plate.yaml", text=text), domain)
+    spacing = wanted_of(load_case("plate.yaml", text=text), domain).at(None)
     assert spacing.costly
     a, b, wall = (domain.distance_to(POINTS, label) for label in ("a", "b", "wall"))
     expected = np.min([0.02 + 0.2 * a, 0.05 + 0.2 * b, 0.03 + 0.4 * b, 0.1 + 0.2 * wall, np.full(len(X), 0.25)], axis=0)
     np.testing.assert_allclose(spacing(POINTS), expected, rtol=1e-9)
-    assert spacing_of("0.1 + distance('a')", domain)[0].costly
-    assert not spacing_of("0.1 + distance('wall')", domain)[0].costly
+    assert spacing_of("0.1 + distance('a')", domain).at(None).costly
+    assert not spacing_of("0.1 + distance('wall')", domain).at(None).costly
     assert not wanted("{labels: {bore: 0.1}}").costly
     assert not wanted("{value: 0.1, per_circle: 36}").costly

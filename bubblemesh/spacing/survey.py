@@ -18,6 +18,7 @@ __all__ = ["Extremes", "Survey", "extremes", "ideal_nodes", "rough_nodes", "surv
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral
 SHARE = 1e-3  # of that: change on halving below which a part of the integral stands
+SETTLING = 0.1  # relative change of a part on halving below which its size is believed
 HALVINGS = 60
 NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
 MOST_PARTS = 1_000_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
@@ -135,8 +136,9 @@ def _integral(
         halves = halved(parts)
         fine = over(halves).reshape(2, -1)
         both = fine.sum(axis=0)
-        settled = SHARE * tolerance * total
-        unsure = np.abs(both - coarse) > np.maximum(np.maximum(tolerance * both, NEGLIGIBLE), settled)
+        change = np.abs(both - coarse)
+        settling = total + float(both[change < SETTLING * both].sum())
+        unsure = change > max(SHARE * tolerance * settling, NEGLIGIBLE)
         total += float(both[~unsure].sum())
         parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
         if total > 2 * max_nodes:
