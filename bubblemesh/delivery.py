@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
+from os.path import isdir, realpath
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -130,7 +131,7 @@ def destination(
     require_order(formats, case.output.order)
     wanted = case.output.report if page is None else page
     place = Destination(folder, name, formats, case.output.order, history, wanted and folder is not None)
-    if source != "-" and Path(source).resolve() in [path.resolve() for path in place.files]:
+    if source != "-" and realpath(source) in map(realpath, place.files):
         raise FileError(f"{source}: the results would overwrite the case file: give another name")
     return place
 
@@ -212,7 +213,8 @@ def _own_folder(case: Case, source: str) -> Path:
 
 def _is_file(output: str) -> bool:
     path = Path(output)
-    return (path.suffix != "" or path.name.startswith(".")) and not output.endswith("/") and not path.is_dir()
+    is_folder = output.endswith("/") or isdir(path)  # noqa: PTH112 - the method of paths fails for too long a name
+    return (path.suffix != "" or path.name.startswith(".")) and not is_folder
 
 
 def _format_of(path: Path, asked: tuple[FormatName, ...], liked: tuple[FormatName, ...]) -> FormatName:

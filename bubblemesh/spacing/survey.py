@@ -49,9 +49,10 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     points = np.vstack([triangles.reshape(-1, 2), triangles.mean(axis=1), domain.polyline.points])
     d = spacing(points)
     minimum, minimum_at = _minimised(domain, spacing, points[d.argmin()])
-    if minimum < VANISHING * domain.size:
+    if minimum < VANISHING * min(domain.size, float(d.max())):  # one that is small everywhere exceeds the limit
         raise CaseError(
-            f"spacing: falls to {minimum:.3g} at {place(minimum_at)}: it has to be positive in the whole domain"
+            f"{spacing.key(np.array(minimum_at))}: falls to {minimum:.3g} at {place(minimum_at)}: it has to be "
+            "positive in the whole domain"
         )
     ideal = _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE)
     x, y = points[d.argmax()]
@@ -100,7 +101,8 @@ def _integral(
         halves = halved(parts)
         fine = over(halves).reshape(2, -1)
         both = fine.sum(axis=0)
-        unsure = np.abs(both - coarse) > np.maximum(tolerance * both, NEGLIGIBLE)
+        with np.errstate(invalid="ignore"):  # of what is infinite nothing is unsure
+            unsure = np.abs(both - coarse) > np.maximum(tolerance * both, NEGLIGIBLE)
         total += float(both[~unsure].sum())
         parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
         if total > 2 * max_nodes:
@@ -167,7 +169,8 @@ def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
     middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
     d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
     (ux, uy), (vx, vy) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
-    return np.abs(ux * vy - uy * vx) / np.sqrt(3) * (1 / d**2).mean(axis=1)
+    with np.errstate(over="ignore", divide="ignore"):  # no nodes, or more than any limit
+        return np.abs(ux * vy - uy * vx) / np.sqrt(3) * (1 / d**2).mean(axis=1)
 
 
 def _halved_intervals(intervals: Floats) -> Floats:
