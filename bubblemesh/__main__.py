@@ -1,5 +1,28 @@
-"""``python -m bubblemesh`` is the command ``bubblemesh``."""
+"""The command ``bubblemesh``, also as ``python -m bubblemesh``: heeds interrupts before it loads anything else."""
 
-from bubblemesh.cli import main
+import os
+import signal
+from types import FrameType
 
-main()
+__all__ = ["main"]
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Entry point of the command."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
+    from bubblemesh.cli import main as command
+
+    command()
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """End at once: nothing has been begun, and what is being loaded might turn an exception into any other one."""
+    os.write(2, b"error: interrupted\n")
+    os._exit(INTERRUPTED)
+
+
+if __name__ == "__main__":
+    main()

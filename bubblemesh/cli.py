@@ -14,7 +14,7 @@ import typer
 
 from bubblemesh import __version__
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, CaseError, FileError, LimitError, located
-from bubblemesh.streams import read_input, write_output
+from bubblemesh.streams import read_input, write_new, write_output
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
@@ -71,7 +71,7 @@ class Interrupted(BaseException):
 
 
 def main() -> None:
-    """Entry point of the ``bubblemesh`` command."""
+    """Run the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupt)
     try:
@@ -79,6 +79,10 @@ def main() -> None:
     except Interrupted:  # before a command has begun
         sys.stderr.write("error: interrupted\n")
         sys.exit(INTERRUPTED)
+    finally:
+        # What was asked for is done or given up: the exit code is not to change while Python shuts down.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
@@ -355,13 +359,7 @@ def init(
         if path == "-":
             write_output(TEMPLATE)
             return
-        try:
-            with Path(path).open("x", encoding="utf-8") as file:
-                file.write(TEMPLATE)
-        except FileExistsError as error:
-            raise FileError(f"{path or repr(path)}: exists already: give another name") from error
-        except OSError as error:
-            raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+        write_new(Path(path), TEMPLATE)
         typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
+from os.path import isdir, realpath
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -68,7 +69,7 @@ class Destination:
 
     def require_apart(self, source: Path) -> None:
         """Check that no file that may be written is one that has been read; else it is a FileError."""
-        if source.resolve() in [path.resolve() for path in self.files]:
+        if realpath(source) in map(realpath, self.files):
             raise FileError(f"{source}: the results would overwrite this file: give another name by -o")
 
     def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
@@ -217,7 +218,8 @@ def _own_folder(case: Case, source: str) -> Path:
 
 def _is_file(output: str) -> bool:
     path = Path(output)
-    return (path.suffix != "" or path.name.startswith(".")) and not output.endswith("/") and not path.is_dir()
+    is_folder = output.endswith("/") or isdir(path)  # noqa: PTH112 - the method of paths fails for too long a name
+    return (path.suffix != "" or path.name.startswith(".")) and not is_folder
 
 
 def _format_of(path: Path, asked: tuple[FormatName, ...], liked: tuple[FormatName, ...]) -> FormatName:

@@ -1,11 +1,14 @@
 """The standard input and output, as bytes: the locale of the terminal does not matter to data."""
 
 import sys
+from pathlib import Path
 from typing import BinaryIO
 
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import CaseError, FileError, LimitError
 
-__all__ = ["output_stream", "read_input", "write_output"]
+__all__ = ["output_stream", "read_input", "write_new", "write_output"]
+
+MOST_BYTES = 500_000_000
 
 
 def read_input() -> str:
@@ -17,13 +20,43 @@ def read_input() -> str:
         If it is closed.
     CaseError
         If it is not UTF-8 text.
+    LimitError
+        If it is too large.
     """
     if sys.stdin is None:
         raise FileError("the standard input is closed")
     try:
-        return sys.stdin.buffer.read().decode("utf-8")
+        content = sys.stdin.buffer.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise LimitError(f"<stdin>: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise CaseError(f"<stdin>: is not UTF-8 text ({error.reason} at byte {error.start})") from error
+        raise CaseError(
+            f"<stdin>: is not UTF-8 text ({error.reason} at byte {error.start}): save it as UTF-8"
+        ) from error
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write text to a file that must not be there yet, whole or not at all.
+
+    Raises
+    ------
+    FileError
+        If there is one, or it cannot be written.
+    """
+    made = False
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            made = True
+            file.write(text)
+    except FileExistsError as error:
+        raise FileError(f"{path}: exists already: give another name") from error
+    except BaseException as error:
+        if made:
+            path.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+        raise
 
 
 def output_stream() -> BinaryIO:

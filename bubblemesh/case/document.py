@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from bubblemesh.case.scalars import plain
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import CaseError, FileError, LimitError
 
 __all__ = ["Document", "read_document", "read_text", "read_value"]
 
@@ -16,6 +16,7 @@ KeyPath = Sequence[str | int]
 
 MAX_VALUES = 5_000_000
 MAX_DEPTH = 100
+MOST_BYTES = 500_000_000
 
 # Events, not `yaml.compose`: composing is recursive in C, and a hundred thousand brackets overflow its stack.
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -89,12 +90,17 @@ def read_text(path: Path) -> str:
         If there is no such file, or it cannot be read.
     CaseError
         If its bytes are not UTF-8.
+    LimitError
+        If it is too large.
     """
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileError(f"{path}: the case file cannot be read: {reason}") from None
+    if len(content) > MOST_BYTES:
+        raise LimitError(f"{path}: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -213,11 +219,13 @@ class _Reader:
     def _key(self, event: Any) -> str:
         if not isinstance(event, yaml.ScalarEvent):
             raise self._error(event, "a key must be a word: found a list, mapping or alias as the key")
+        self._check_text(event)
         self._check_tag(event, "str")
         return str(event.value)
 
     def _scalar(self, event: Any) -> Any:
         tag = event.tag
+        self._check_text(event)
         if tag is None and event.style:  # Quoted, or a block of text.
             return event.value
         if tag is None:
@@ -227,6 +235,10 @@ class _Reader:
         found, value = plain(event.value)
         self._check_tag(event, found, *(["float"] if found == "int" else []))
         return float(value) if tag == TAG_PREFIX + "float" else value
+
+    def _check_text(self, event: Any) -> None:
+        if "\0" in event.value:
+            raise self._error(event, "a null character in a text: remove it")
 
     def _check_tag(self, event: Any, *allowed: str) -> None:
         if event.tag in (None, "!", *(TAG_PREFIX + kind for kind in allowed)):

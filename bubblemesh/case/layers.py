@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from os.path import realpath
 from pathlib import Path
 from typing import Any
 
 from bubblemesh.case.document import Document, read_document, read_text
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, FileError
 
 __all__ = ["Layer", "layers_of", "merged", "place_of"]
 
@@ -47,16 +48,20 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
         If a base cannot be read.
     """
     layers = [Layer(source, document_of(text, source), path.parent)]
-    seen = [path.resolve()]
+    seen = [realpath(path)]
     while (base := layers[0].document.data.get("base")) is not None:
         place = f"{layers[0].source}:{layers[0].document.line(('base',))}: base"
         if not isinstance(base, str) or not base:
             raise CaseError(f"{place}: must be the name of a case file (found {base!r})")
         path = path.parent / base
-        if path.resolve() in seen:
+        if realpath(path) in seen:
             raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
-        seen.append(path.resolve())
-        layers.insert(0, Layer(str(path), document_of(read_text(path), str(path)), path.parent))
+        seen.append(realpath(path))
+        try:
+            text = read_text(path)
+        except FileError as error:
+            raise FileError(f"{place}: {error}") from None
+        layers.insert(0, Layer(str(path), document_of(text, str(path)), path.parent))
     return layers
 
 

@@ -52,6 +52,8 @@ def _culprit(error: OSError, folder: Path) -> Path:
 @contextmanager
 def _existing(folder: Path) -> Iterator[None]:
     """Make the folder and its parents, and remove those made here after an exception."""
+    if folder.is_symlink() and not folder.exists():
+        raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
     if folder.exists() and not folder.is_dir():
         raise FileError(f"cannot write into {folder}: it is not a folder")
     missing = [path for path in (folder, *folder.parents) if not path.exists()]

@@ -206,17 +206,13 @@ def _require_readable(path: Path) -> None:
     ------
     FileError, LimitError
     """
-    fault = None
-    if not path.exists():
-        fault = "there is no such file"
-    elif path.is_dir():
-        fault = "it is a folder"
-    elif not path.is_file():
-        fault = "it is no regular file"
-    elif not os.access(path, os.R_OK):
-        fault = "permission denied"
-    if fault:
+    if not os.path.exists(path):  # noqa: PTH110 - the method of paths fails for a name that is too long
+        raise FileError("the file cannot be read: there is no such file")
+    if not path.is_file():
+        fault = "it is a folder" if path.is_dir() else "it is no regular file"
         raise FileError(f"the file cannot be read: {fault}")
+    if not os.access(path, os.R_OK):
+        raise FileError("the file cannot be read: permission denied")
     size = path.stat().st_size
     if size > MOST_BYTES:
         raise LimitError(

@@ -59,10 +59,10 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     """
     triangles = _resolved(domain)
     found = _extremes(triangles, domain, spacing)
-    if found.minimum < VANISHING * domain.size:
+    if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         raise CaseError(
-            f"spacing: falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole "
-            "domain"
+            f"{spacing.key(np.array(found.minimum_at))}: falls to {found.minimum:.3g} at {place(found.minimum_at)}: it "
+            "has to be positive in the whole domain"
         )
     return Survey(*found, _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE))
 
@@ -136,7 +136,8 @@ def _integral(
         halves = halved(parts)
         fine = over(halves).reshape(2, -1)
         both = fine.sum(axis=0)
-        change = np.abs(both - coarse)
+        with np.errstate(invalid="ignore"):  # of what is infinite nothing is unsure
+            change = np.abs(both - coarse)
         settling = total + float(both[change < SETTLING * both].sum())
         unsure = change > max(SHARE * tolerance * settling, NEGLIGIBLE)
         total += float(both[~unsure].sum())
@@ -228,7 +229,8 @@ def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
     """Integrals (t,) of 2 / (sqrt(3) d^2), by the midpoints of the edges (exact to second order)."""
     middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
     d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
-    return _doubled_areas(triangles) / np.sqrt(3) * (1 / d**2).mean(axis=1)
+    with np.errstate(over="ignore", divide="ignore"):  # no nodes, or more than any limit
+        return _doubled_areas(triangles) / np.sqrt(3) * (1 / d**2).mean(axis=1)
 
 
 def _doubled_areas(triangles: Floats) -> Floats:
