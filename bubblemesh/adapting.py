@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+import shapely
 
 from bubblemesh.adaptivity.coverage import require_coverage
 from bubblemesh.adaptivity.estimate import Estimate, estimated
@@ -139,13 +140,13 @@ def _posed(
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:
     """Number of the region that each triangle (t,) lies in, if there are several."""
-    regions = sorted(domain.parts.regions, key=lambda region: -region.polygon.area)  # nested ones last
-    if not regions:
+    polygons = sorted((region.polygon for region in domain.parts.regions), key=shapely.area, reverse=True)
+    if not polygons:
         return None
-    x, y = solution.points[solution.triangles].mean(axis=1).T
-    part = np.zeros(len(x), np.int64)
-    for number, region in enumerate(regions, start=1):
-        part[region.core(x, y)] = number
+    middles = shapely.points(solution.points[solution.triangles].mean(axis=1))
+    region, triangle = shapely.STRtree(middles).query(polygons, predicate="contains")
+    part = np.zeros(len(middles), np.int64)
+    np.maximum.at(part, triangle, region + 1)  # of nested regions the innermost, which comes last
     return part
 
 

@@ -144,10 +144,10 @@ def test_a_published_method_adapts_too(plate):
 
 
 def test_regions_recover_their_own_gradients():
-    text = "domain: {outer: {rectangle: [0, 0, 2, 1]}, regions: [{name: a, ring: {rectangle: [0, 0, 0.7, 1]}}]}\n"
-    case = case_of(text + "spacing: 0.1")
+    regions = "{name: a, ring: {rectangle: [0, 0, 0.7, 1]}}, {name: b, ring: {rectangle: [0, 0, 0.3, 1]}}"
+    case = case_of(f"domain: {{outer: {{rectangle: [0, 0, 2, 1]}}, regions: [{regions}]}}\nspacing: 0.1")
     mesh = bubblemesh.mesh_case(case).mesh
-    kink = np.where(mesh.points[:, 0] < 0.7, mesh.points[:, 0], 5 * mesh.points[:, 0] - 2.8)
+    kink = np.interp(mesh.points[:, 0], [0, 0.3, 0.7, 2], [0, 3, 3.4, 0])
     result = bubblemesh.adapt(case, bubblemesh.Solution.of(mesh.points, mesh.triangles, kink))
     assert result.report["adaptation"]["relative_error"] < 1e-12
     assert result.mesh.regions == mesh.regions
