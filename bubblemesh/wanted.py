@@ -1,12 +1,11 @@
 """The spacing that a case asks for: its terms, bound to its domain."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import shapely
 
 from bubblemesh.case import Case
 from bubblemesh.case.near import Near as NearModel
@@ -23,7 +22,7 @@ from bubblemesh.spacing.near import NEAR_GROWTH, Near, Nearest
 from bubblemesh.spacing.regional import OwnSpacing, by_region
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.within import Inside, Within
+from bubblemesh.spacing.within import Shapes, Within
 from bubblemesh.wording import unknown
 
 __all__ = ["Wanted", "limits_of", "nodes_of", "rules_of", "wanted_of"]
@@ -159,11 +158,8 @@ def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[
                 raise CaseError(f"{'.'.join(path)}: {unknown('region', name, known)}")
             largest = max(region.polygon.area for region in mine)
             others = [region for region in others if region.polygon.area < largest]
-        yield Within(term, _inside(r.reach for r in mine) or None, _inside(r.core for r in others))
-
-
-def _inside(shapes: Iterable[shapely.Geometry]) -> tuple[Inside, ...]:
-    return tuple(partial(shapely.contains_xy, shape) for shape in shapes)
+        reach = Shapes(tuple(region.reach for region in mine)) if mine else None
+        yield Within(term, reach, Shapes(tuple(region.core for region in others)))
 
 
 def _expression(value: float | str, case: Case, domain: Domain, *path: str | int) -> Expression:
