@@ -160,7 +160,7 @@ def _resolved(domain: Domain) -> Floats:
     """Triangles (t, 3, 2) that cover the domain, with edges up to a fraction of its size."""
     longest = COARSEST * domain.size
     outline, edges = _outline(domain, longest)
-    points = outline
+    points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
     return _refined(points[triangulated(points, edges)], _halved_triangles, _longest_edges, longest)
 
 
