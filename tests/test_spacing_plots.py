@@ -109,8 +109,7 @@ def test_an_estimate_tells_what_the_rules_changed_and_the_scale():
     assert found["expected_nodes"] == pytest.approx(700, rel=0.01)
     assert found["rules"]["ratio"] > 3
     x, y = found["rules"]["ratio_at"]
-    assert 0.45 < x < 0.6
-    assert 0 <= y <= 1
+    assert np.hypot(x - 1.5, y - 0.5) < 0.05  # the tight curve is finer than the step
     assert "rules" not in estimate(problem_of(UNIFORM))
 
 
