@@ -48,14 +48,14 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
         If it encloses no area, or crosses or touches itself; with the ring's name and the coordinates.
     """
     extent = np.ptp(outline, axis=0).max()
-    if extent <= SMALLEST:
-        raise GeometryError(
-            f"{name} at {place(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
-        )
     if extent <= SMALLEST_STEPS * np.spacing(np.abs(outline).max()):
         raise GeometryError(
             f"{name} at {place(outline[0])} is as small as the rounding of its coordinates: move it nearer to the "
             "origin, or make it larger"
+        )
+    if extent <= SMALLEST:
+        raise GeometryError(
+            f"{name} at {place(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
         )
     polygon = shapely.Polygon(outline)
     if polygon.convex_hull.area <= FLAT * extent**2:
