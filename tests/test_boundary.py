@@ -122,8 +122,13 @@ def test_edges_without_further_nodes_join_the_corners():
     assert edge_piece.tolist() == [0, 1, 2, 3]
 
 
+def split_at(boundary, piece, s):
+    piece, s = np.array(piece), np.array(s)
+    return boundary.split(piece, s, boundary.points(piece, s))
+
+
 def test_splitting_an_open_piece_makes_two_that_meet_at_the_corner():
-    split = PLATE.split(6, 1.0, PLATE.points(np.array([6]), np.array([1.0]))[0])
+    split = split_at(PLATE, [6], [1.0])
     assert len(split.corners) == len(PLATE.corners) + 1
     assert_allclose(split.lengths[6:8], [1, np.pi - 1])
     assert split.end[6] == split.start[7] == len(PLATE.corners)
@@ -136,8 +141,7 @@ def test_splitting_an_open_piece_makes_two_that_meet_at_the_corner():
 
 
 def test_splitting_a_closed_piece_opens_it_at_the_corner_and_runs_past_its_seam():
-    point = PLATE.points(np.array([4]), np.array([2.0]))[0]
-    split = PLATE.split(4, 2.0, point)
+    split = split_at(PLATE, [4], [2.0])
     assert not split.closed[4]
     assert split.closed[7]
     assert split.start[4] == split.end[4] == len(PLATE.corners)
@@ -145,16 +149,28 @@ def test_splitting_a_closed_piece_opens_it_at_the_corner_and_runs_past_its_seam(
     s = np.linspace(0, 2 * np.pi, 100)
     four = np.full(100, 4)
     assert_allclose(split.points(four, s), PLATE.points(four, PLATE.wrapped(four, s + 2)), atol=1e-14)
-    again = split.split(4, 5.0, split.points(np.array([4]), np.array([5.0]))[0])
+    again = split_at(split, [4], [5.0])
     assert_allclose(again.points(np.array([5]), np.array([0.5])), split.points(np.array([4]), np.array([5.5])))
     edges, _ = again.edges(np.array([8, 8]), np.array([0.1, 1]))
     assert [6, 7] in edges.tolist()
     assert [7, 6] in edges.tolist()
 
 
+def test_splitting_at_several_places_is_splitting_one_by_one():
+    together = split_at(PLATE, [6, 4, 4, 1], [1.0, 5.0, 2.0, 0.5])
+    # Pieces move up behind a cut, and the closed one is opened by its first cut.
+    one_by_one = split_at(split_at(split_at(split_at(PLATE, [6], [1.0]), [4], [2.0]), [4], [3.0]), [1], [0.5])
+    for name in ("lengths", "offset", "index", "label", "ring"):
+        assert_allclose(getattr(together, name), getattr(one_by_one, name))
+    for ends in ("start", "end"):
+        mine, theirs = getattr(together, ends), getattr(one_by_one, ends)
+        assert ((mine < 0) == (theirs < 0)).all()
+        assert_allclose(together.corners[mine[mine >= 0]], one_by_one.corners[theirs[mine >= 0]], atol=1e-14)
+
+
 def test_splitting_at_a_known_corner_uses_it_again():
     boundary = Boundary.of([rectangle(0, 0, 2, 2), polygon([(1, 0), (1.2, 1), (0.8, 1)]).reversed()])
-    split = boundary.split(0, 1.0, np.array([1.0, 0.0]))
+    split = split_at(boundary, [0], [1.0])
     assert len(split.corners) == len(boundary.corners)
     assert split.end[0] == split.start[1] == 4
 
@@ -175,5 +191,5 @@ def test_split_ellipse_runs_past_its_seam():
     boundary = Boundary.of([ellipse((0, 0), (2, 1))])
     zero = np.zeros(50, int)
     s = np.linspace(0, boundary.lengths[0], 50)
-    split = boundary.split(0, 3.0, boundary.points(zero[:1], np.array([3.0]))[0])
+    split = split_at(boundary, [0], [3.0])
     assert_allclose(split.points(zero, s), boundary.points(zero, boundary.wrapped(zero, s + 3)), atol=1e-12)

@@ -123,12 +123,39 @@ def test_three_holes_may_hang_together():
     assert_allclose(np.sort(domain.boundary.corners[:, 0]), [-0.2, 0.2], atol=2e-5)
 
 
+def test_many_contacts_of_one_ring_are_all_found():
+    radius = 0.05
+    row = [circle((2 * radius * k - 0.9, 0), radius) for k in range(12)]
+    along = [circle(polar(0.98, k), 0.02) for k in range(6)]
+    boundary = Domain.of(DISC, [*row, *along]).boundary
+    assert len(boundary.corners) == 17
+    for expected in [*((2 * radius * k - 0.85, 0) for k in range(11)), *(polar(1, k) for k in range(6))]:
+        near = np.flatnonzero(np.hypot(*(boundary.corners - expected).T) < 2e-5)
+        assert len(near) == 1
+        assert len(set(boundary.ring[boundary.start == near[0]])) == 2
+
+
+def test_tiny_holes_by_a_large_circle_are_no_contacts():
+    tiny = [circle(polar(1 - 3 * 10.0**-k, k), 10.0**-k) for k in range(1, 5)]
+    assert len(Domain.of(DISC, tiny).boundary.corners) == 0
+    touching = [circle(polar(1 - 10.0**-k, k), 10.0**-k) for k in range(1, 5)]
+    assert len(Domain.of(DISC, touching).boundary.corners) == 4
+
+
 def test_three_holes_may_meet_in_one_point():
     def wedge(angle):
         return polygon([(0, 0), polar(0.5, angle), polar(0.5, angle + 0.5)])
 
     domain = Domain.of(DISC, [wedge(0), wedge(2), wedge(4)])
     assert len(domain.boundary.corners) == 7
+
+
+def test_two_holes_may_touch_a_side_in_one_point():
+    holes = [polygon([(0.3, -1), (0.5, 0), (0.4, 0)]), polygon([(0.3, -1), (0.2, 0), (0.1, 0)])]
+    boundary = Domain.of(SQUARE, holes).boundary
+    assert len(boundary.corners) == 9
+    assert len(boundary.lengths) == 11
+    assert boundary.lengths.min() > 0.05
 
 
 def test_labels_survive_the_split_of_a_side():

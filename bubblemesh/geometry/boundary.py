@@ -377,15 +377,15 @@ class Boundary:
         linked = chain_piece[:-1] == chain_piece[1:]
         return np.column_stack([chain[:-1], chain[1:]])[linked], chain_piece[:-1][linked]
 
-    def split(self, piece: int, s: float, point: Floats) -> "Boundary":
-        """The boundary with a corner at ``point`` (2,), which lies on ``piece`` at arc length ``s``.
+    def split(self, piece: Integers, s: Floats, points: Floats) -> "Boundary":
+        """The boundary with corners at different ``points`` (m, 2) on the pieces (m,) at arc lengths ``s`` (m,).
 
-        An existing corner there is kept; a closed piece becomes one that starts and ends at the corner.
+        Existing corners there are kept; a closed piece becomes one that starts and ends at its first corner.
         """
-        same = np.flatnonzero((self.corners == point).all(axis=1))
-        corner = int(same[0]) if len(same) else len(self.corners)
-        corners = self.corners if len(same) else np.vstack([self.corners, point])
-        return replace(self, corners=corners).cut(np.array([piece]), np.array([s]), np.array([corner]))
+        known = {corner: number for number, corner in enumerate(map(tuple, self.corners.tolist()))}
+        numbers = [known.setdefault(point, len(known)) for point in map(tuple, points.tolist())]
+        corners = np.array(list(known), float).reshape(-1, 2)
+        return replace(self, corners=corners).cut(piece, s, np.array(numbers))
 
     def cut(self, piece: Integers, s: Floats, corner: Integers) -> "Boundary":
         """The boundary with its pieces (m,) cut at the arc lengths s (m,), where the corners (m,) stand.

@@ -34,26 +34,30 @@ def joined(boundary: Boundary) -> Boundary:
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
     splits: Counter[frozenset[int]] = Counter()
-    while (contact := _contact(boundary, tolerance, splits)) is not None:
-        boundary = boundary.split(contact.piece, contact.s, contact.point)
-        splits[contact.rings] += 1
+    while contacts := _contacts(boundary, tolerance, splits):
+        boundary = boundary.split(*(np.array(column) for column in zip(*(c[:3] for c in contacts), strict=True)))
+        splits.update(contact.rings for contact in contacts)
     return boundary
 
 
-def _contact(boundary: Boundary, tolerance: float, splits: Counter[frozenset[int]]) -> Contact | None:
-    """A contact that is not yet a corner of its piece, between rings that have not been split too often."""
-    line = boundary.polyline()
+def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[int]]) -> list[Contact]:
+    """Contacts that are not yet corners of their pieces, between rings that have not been split too often.
+
+    Only one of each two rings, and of several in one place: the next ones have to know that corner.
+    """
+    line, found = boundary.polyline(), list[Contact]()
     for probe, chord in _candidates(boundary, line, tolerance):
         rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
-        if splits[rings] == MOST_SPLITS:
+        if splits[rings] >= MOST_SPLITS or any(rings == other.rings for other in found):
             continue
         piece = int(line.piece[chord])
         point = _closest(boundary, line, probe, chord)
         (s,), (foot,) = _feet(boundary, line, np.array([chord]), point[None])
         at_end = not boundary.closed[piece] and min(s, boundary.lengths[piece] - s) <= CONTACT_LENGTH * tolerance
-        if np.hypot(*(point - foot)) <= tolerance and not at_end:
-            return Contact(piece, float(s), point, rings)
-    return None
+        alone = all(np.hypot(*(point - other.point)) > CONTACT_LENGTH * tolerance for other in found)
+        if np.hypot(*(point - foot)) <= tolerance and not at_end and alone:
+            found.append(Contact(piece, float(s), point, rings))
+    return found
 
 
 def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tuple[int, int]]:
