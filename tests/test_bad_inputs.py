@@ -318,7 +318,7 @@ def test_what_cannot_be_meshed_well_is_meshed_with_a_warning(here, domain, text)
 SQUARE = "domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {}\n"
 UNUSABLE = {
     "0*x": r"spacing: is 0 at \([01]\S*, [01]\S*\): it has to be positive and finite",
-    "-1 - x": r"spacing: is -1\.\d+ at \([01]\S*, [01]\S*\)",
+    "-1 - x": r"spacing: is -[12]\S* at \([01]\S*, [01]\S*\)",
     "x - 0.5": r"spacing: is -0\.\d+ at \([01]\S*, [01]\S*\)",
     "0/(x - x)": r"spacing: is nan at \([01]\S*, [01]\S*\)",
     "1/0": r"spacing: is inf at \([01]\S*, [01]\S*\)",
