@@ -2,6 +2,7 @@
 
 import ast
 import keyword
+import math
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +27,7 @@ MAX_DEPTH = 200
 Evaluate = Callable[[Floats, Floats], Any]
 DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has some labels
 
-CONSTANTS = {"pi": float(np.pi), "e": float(np.e)}
+CONSTANTS = {"pi": math.pi, "e": math.e}
 COORDINATES: dict[str, Evaluate] = {"x": lambda x, y: x, "y": lambda x, y: y}
 DISTANCE = "distance"  # the only function that takes text: labels of what the distance is measured from
 
