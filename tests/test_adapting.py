@@ -116,20 +116,21 @@ def test_limits_and_rules_of_the_case_hold(plate):
     assert np.sum(round_hole.facet_labels == round_hole.labels.index("hole")) > 50
 
 
-def test_most_nodes_stay_where_the_sizes_do(plate):
-    case, mesh = case_of(PLATE), plate
+def test_most_nodes_stay_where_the_sizes_do():
+    case = case_of(PLATE, "spacing=0.04")
+    mesh = bubblemesh.mesh_case(case).mesh
     for _ in range(3):
-        before, result = mesh, bubblemesh.adapt(case, bump(mesh), error=0.1)
+        before, result = mesh, bubblemesh.adapt(case, bump(mesh), error=0.05)
         mesh = result.mesh
     figures = result.report["adaptation"]
     assert figures["start"] == "present nodes"
-    assert figures["unchanged"] > 0.5
+    assert figures["unchanged"] > 0.7
     sizes = smooth_sizes(before.points, before.triangles)
     there = smooth_sizes(mesh.points, mesh.triangles)[KDTree(mesh.points).query(before.points)[1]]
     same = np.abs(there / sizes - 1) < 0.03
     away = KDTree(mesh.points).query(before.points[same])[0]
-    assert same.sum() > 100
-    assert np.mean(away < 0.25 * sizes[same]) > 0.4  # of nodes placed anew it were 0.23
+    assert same.mean() > 0.5
+    assert np.mean(away < 0.25 * sizes[same]) > 0.75  # of nodes placed anew it were 0.23
 
 
 def test_same_solution_same_mesh(plate):
