@@ -1,0 +1,39 @@
+"""The command line; each command is one call into the package, which is loaded only then."""
+
+from typing import Annotated
+
+import typer
+
+from bubblemesh import __version__
+from bubblemesh.cli.batches import batch
+from bubblemesh.cli.ending import reported, signals_obeyed
+from bubblemesh.cli.meshing import adapt, check, run
+from bubblemesh.cli.starting import init, schema
+from bubblemesh.cli.viewing import plot, quality
+from bubblemesh.streams import write_output
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    help="Triangle meshes by bubble packing, from a YAML case file to solver-ready files.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for command in (run, adapt, batch, check, quality, plot, schema, init):
+    app.command()(command)
+
+
+@app.callback(invoke_without_command=True)
+def bubblemesh(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    """Triangle meshes by bubble packing, from a YAML case file to solver-ready files."""
+    if version:
+        with reported():
+            write_output(f"{__version__}\n")
+        raise typer.Exit
+
+
+def main() -> None:
+    """Run the command."""
+    with signals_obeyed():
+        app()
