@@ -13,13 +13,10 @@ from invariants import check_mesh
 from scipy.spatial import KDTree
 
 import bubblemesh
-from bubblemesh.adaptivity.sizes import smooth_sizes
-from bubblemesh.errors import CaseError, LimitError
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # the benchmarks are no part of the installed package
-
 from benchmarks import adaptivity
 from benchmarks.adaptivity import CASE, adaptive, order, singular, uniform
+from bubblemesh.adaptivity.sizes import smooth_sizes
+from bubblemesh.errors import CaseError, LimitError
 
 PAGE = (Path(__file__).parents[1] / "docs" / "adaptivity.md").read_text()
 PLATE = """

@@ -4,13 +4,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bubblemesh.case import load_case
-from bubblemesh.problem import prepared
-from bubblemesh.quality import shape_quality
-from bubblemesh.spacing.expression import Expression
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # the benchmarks are no part of the installed package
-
 from benchmarks.peers import goals, with_distmesh, with_jigsaw, with_triangle
 from benchmarks.peers.clock import Clock, peak_mb
 from benchmarks.peers.figures import CAPTIONS, draw
@@ -20,6 +13,10 @@ from benchmarks.peers.page import page
 from benchmarks.peers.rows import COLUMNS, row
 from benchmarks.peers.runs import CASES, CONFIGS, SIZES, CaseRuns, Run, problems, ran
 from benchmarks.peers.tools import OURS, REFERENCE, TOOLS
+from bubblemesh.case import load_case
+from bubblemesh.problem import prepared
+from bubblemesh.quality import shape_quality
+from bubblemesh.spacing.expression import Expression
 
 ROOT = Path(__file__).parents[1]
 PAPER = ("example-1", "example-2", "example-3", "example-4", "dense")

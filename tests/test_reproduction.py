@@ -1,15 +1,9 @@
 import re
-import sys
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-
-from bubblemesh.case import load_case
-from bubblemesh.pipeline import Result
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # the benchmarks are no part of the installed package
 
 from benchmarks.paper import runs as benchmark_runs
 from benchmarks.paper.costs import excess, priced, reduction
@@ -19,6 +13,8 @@ from benchmarks.paper.page import page
 from benchmarks.paper.published import CASES, COMPARISONS, ROWS, TABLE_1, TABLE_4, TABLES, VARIANTS, Comparison, Row
 from benchmarks.paper.runs import CONFIGS, SEEDS, Runs, measured
 from benchmarks.paper.verdicts import ABOVE, claim_verdict, round_verdict, verdict
+from bubblemesh.case import load_case
+from bubblemesh.pipeline import Result
 
 ROOT = Path(__file__).parents[1]
 ROW = Row("table-4", "FNPBS", 187.156, 1420, 712, 0.9435, note="why")
