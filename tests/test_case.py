@@ -244,7 +244,11 @@ INVALID = [
     ("[1, 0]", "[1e71, 0]", "plate.yaml:3: domain.outer.polygon.1.0: must be at most 1e+70 (found 1e+71)"),
     ("[1, 0]", "[1]", "plate.yaml:3: domain.outer.polygon.1: must be a point [x, y] (found the list [1])"),
     ("[1, 0]", "7", "plate.yaml:3: domain.outer.polygon.1: must be a point [x, y] (found 7)"),
-    ("[1, 0]", "[a, 0]", "plate.yaml:3: domain.outer.polygon.1.0: must be a number (found the text 'a')"),
+    (
+        "[1, 0]",
+        "[a, 0]",
+        "plate.yaml:3: domain.outer.polygon.1.0: must be a number (found the text 'a'), or an",
+    ),
     ("[bottom, on, no, 4]", "[a, b]", "plate.yaml:4: domain.outer.labels: must be one per side: 2 labels for 4 sides"),
     ("[bottom, on, no, 4]", "[a, b, c, true]", "plate.yaml:4: domain.outer.labels.3: must be text (found true)"),
     ("[bottom, on, no, 4]", "[a, b, c, '']", "plate.yaml:4: domain.outer.labels.3: must not be empty"),
@@ -458,6 +462,50 @@ def test_every_field_has_a_description_of_one_sentence():
             assert ". " not in description, (model, name)
 
 
+def test_numbers_of_domain_and_spacing_may_be_expressions_of_the_parameters():
+    text = """
+parameters: {r: 0.2, n: 3}
+domain:
+  outer: {rectangle: [0, 0, 10*r, sqrt(n)]}
+  holes: [{ellipse: {center: [5*r, "1/2"], radii: [r, r/2], angle: 10*n}, label: bore}]
+spacing: {near: [{point: [0, r], size: r/10, growth: 1/20}], labels: {bore: r/n}, maximum: 0.5*r, per_circle: 12*n}
+"""
+    plain = """
+parameters: {r: 0.3, n: 4}
+domain:
+  outer: {rectangle: [0, 0, 3.0, 2.0]}
+  holes: [{ellipse: {center: [1.5, 0.5], radii: [0.3, 0.15], angle: 40}, label: bore}]
+spacing: {near: [{point: [0, 0.3], size: 0.03, growth: 0.05}], labels: {bore: 0.075}, maximum: 0.15, per_circle: 48}
+"""
+    overrides = ["parameters.r=0.3", "parameters.n=4"]
+    assert case_of(text, overrides=overrides) == case_of(plain)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (
+            "2*q",
+            "number (found the text '2*q'), or an expression of the parameters: column 3: unknown name",
+        ),
+        ("x", "unknown name 'x'; allowed: pi, e, r"),
+        ("distance()", "there is none here"),
+        ("r - 0.5", "circle.radius: must be greater than 0 (found -0.3)"),
+        ("r/0", "circle.radius: must be a finite number (found inf)"),
+        ("r.real", "column 1: a dot"),
+    ],
+)
+def test_expressions_of_the_parameters_that_make_no_number(value, message):
+    found = message_of(SQUARE.replace("radius: 0.2", f"radius: {value}") + "parameters: {r: 0.2}\n")
+    assert found.startswith("folder/plate.yaml:6: domain.holes.0.circle.radius: must be ")
+    assert message in found
+
+
+def test_parameters_are_plain_numbers():
+    found = message_of(SQUARE + "parameters: {a: 1, b: 2*a}\n")
+    assert "plate.yaml:8: parameters.b: must be a number (found the text '2*a')" in found
+
+
 def test_json_schema_names_every_key_and_forbids_others():
     schema = Case.model_json_schema()
     json.dumps(schema, allow_nan=False)
@@ -465,4 +513,4 @@ def test_json_schema_names_every_key_and_forbids_others():
     assert schema["additionalProperties"] is False
     assert schema["required"] == ["domain", "spacing"]
     assert len(schema["$defs"]["RingDomain"]["properties"]["outer"]["oneOf"]) == 6
-    assert schema["$defs"]["Circle"]["properties"]["radius"]["exclusiveMinimum"] == 0
+    assert schema["$defs"]["Circle"]["properties"]["radius"]["anyOf"][0]["exclusiveMinimum"] == 0

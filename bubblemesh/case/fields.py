@@ -4,15 +4,18 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.errors import CaseError
 from bubblemesh.labels import LONGEST, is_writable
+from bubblemesh.spacing.expression import constant
 
 __all__ = [
     "LARGEST",
     "TAG",
     "Choice",
+    "Constant",
     "Count",
     "FileName",
     "Fraction",
@@ -24,6 +27,7 @@ __all__ = [
     "Strict",
     "described",
     "filled",
+    "is_number",
     "listed",
 ]
 
@@ -122,8 +126,31 @@ def _refusing(is_bad: Callable[[str], bool], message: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST)]
+def is_number(value: object) -> bool:
+    """Whether ``value`` is the text of a number."""
+    try:
+        return isinstance(value, str) and isinstance(float(value), float)
+    except ValueError:
+        return False
+
+
+def _evaluated(value: Any, info: ValidationInfo) -> Any:
+    """The number that a text stands for, with the parameters that are the validation's context."""
+    if not isinstance(value, str) or is_number(value):  # a number in quotes is a mistake that has a message of its own
+        return value
+    try:
+        return constant(value, info.context or {})
+    except CaseError as error:
+        context = {"found": described(value), "problem": str(error)}
+        message = "must be a number (found {found}), or an expression of the parameters: {problem}"
+        raise PydanticCustomError("expression", message, context) from None
+
+
+Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+# These may be expressions of the case's parameters, which are the context of the validation.
+Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str)]
+_Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST)]
+Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str)]
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]

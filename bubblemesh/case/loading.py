@@ -135,13 +135,20 @@ class _Places:
 def _checked(data: dict[str, Any], places: _Places) -> Case:
     """The case of ``data``, with everything checked that needs no geometry."""
     try:
-        case = Case.model_validate(data)
+        case = Case.model_validate(data, context=_parameters(data))
     except ValidationError as error:
         raise CaseError("\n".join(problems(error, Case, places))) from None
     _check_spacing(case, places)
     _check_names(case, places)
     _check_method(case, places)
     return case
+
+
+def _parameters(data: dict[str, Any]) -> dict[str, float]:
+    """Those parameters that are numbers: the others are reported where they stand."""
+    found = data.get("parameters")
+    values = found.items() if isinstance(found, dict) else ()
+    return {str(name): value for name, value in values if type(value) in (int, float)}
 
 
 def _check_spacing(case: Case, places: _Places) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Choice, Count, FileName, Fraction, Number, Positive, Strict
+from bubblemesh.case.fields import Choice, Constant, Count, FileName, Fraction, Positive, Strict
 from bubblemesh.case.files import FileDomain
 from bubblemesh.case.parts import Parts
 from bubblemesh.case.rings import Ring, rings_of
@@ -136,8 +136,8 @@ class Case(Strict):
     name: FileName | None = Field(
         default=None, description="Stem of the output files, by default that of the case file."
     )
-    parameters: dict[Annotated[str, AfterValidator(_parameter_name)], Number] = Field(
-        default={}, description="Constants that the spacing expression may name."
+    parameters: dict[Annotated[str, AfterValidator(_parameter_name)], Constant] = Field(
+        default={}, description="Constants that expressions may name."
     )
     domain: Domain = Field(description="The domain to mesh.")
     spacing: WantedSpacing = Field(

@@ -5,7 +5,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from bubblemesh.case.fields import described
+from bubblemesh.case.fields import described, is_number
 from bubblemesh.wording import meant
 
 __all__ = ["problems"]
@@ -34,7 +34,17 @@ MESSAGES = {
 }
 
 # Those that are not about a value.
-WITHOUT_VALUE = {"missing", "excluding", "extra_forbidden", "labels", "parameter", "scale", "start", "traced"}
+WITHOUT_VALUE = {
+    "missing",
+    "excluding",
+    "expression",
+    "extra_forbidden",
+    "labels",
+    "parameter",
+    "scale",
+    "start",
+    "traced",
+}
 
 Path = tuple[str | int, ...]
 
@@ -75,16 +85,8 @@ def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
     message = MESSAGES[kind].format(**problem.get("ctx", {})) if kind in MESSAGES else problem["msg"]
     if kind in WITHOUT_VALUE:
         return message
-    advice = "; remove the quotes" if kind in ("float_type", "int_type") and _is_number(value) else ""
+    advice = "; remove the quotes" if kind in ("float_type", "int_type") and is_number(value) else ""
     return f"{message} (found {described(value)}{advice})"
-
-
-def _is_number(value: object) -> bool:
-    """Whether ``value`` is the text of a number."""
-    try:
-        return isinstance(value, str) and isinstance(float(value), float)
-    except ValueError:
-        return False
 
 
 def _fields(model: type[BaseModel], loc: list[str | int]) -> list[str]:

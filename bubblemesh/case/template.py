@@ -9,7 +9,7 @@ TEMPLATE = """\
 # Stem of the output files; without it, that of this file.
 name: plate
 
-# Constants for the spacing expression.
+# Constants for expressions: for the spacing, and for lengths and coordinates such as `radius: 8*h`.
 parameters:
   h: 0.05
 

@@ -19,7 +19,7 @@ from bubblemesh.wording import meant
 if TYPE_CHECKING:
     from bubblemesh.geometry.distance import Distance  # with which a case that is wrong should not wait
 
-__all__ = ["Expression", "check_parameter_name"]
+__all__ = ["Expression", "check_parameter_name", "constant"]
 
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.
 MAX_DEPTH = 200
@@ -89,11 +89,7 @@ class Expression:
             If the text is not such an expression; the message names the column and the part of the text.
         """
         text, parameters = text.strip(), dict(parameters or {})
-        for name in parameters:
-            check_parameter_name(name)
-        # Python compares identifiers in this normal form, in which the micro sign is a Greek mu.
-        constants = {unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()}
-        builder = _Builder(text, CONSTANTS | constants, distance_to)
+        builder = _Builder(text, COORDINATES, _constants(parameters), distance_to)
         evaluate = builder.built(parsed(text), 0)
         return cls(text, parameters, builder.costly, evaluate, distance_to)
 
@@ -109,11 +105,41 @@ class Expression:
         return Expression.parse, (self.text, self.parameters, self._distance_to)
 
 
+def constant(text: str, parameters: Mapping[str, float]) -> float:
+    """Value of an expression of the parameters alone, with the same functions; infinities and nan are passed on.
+
+    Raises
+    ------
+    CaseError
+        As `Expression.parse`; x, y and distances have no value here.
+    """
+    text = text.strip()
+    evaluate = _Builder(text, {}, _constants(parameters), None).built(parsed(text), 0)
+    nowhere = np.zeros(0)
+    with np.errstate(all="ignore"):
+        return float(evaluate(nowhere, nowhere))
+
+
+def _constants(parameters: Mapping[str, float]) -> dict[str, float]:
+    """Values of all names that stand for numbers."""
+    for name in parameters:
+        check_parameter_name(name)
+    # Python compares identifiers in this normal form, in which the micro sign is a Greek mu.
+    return CONSTANTS | {unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()}
+
+
 class _Builder:
     """Turns checked syntax nodes into nested closures ``(x, y) -> array``."""
 
-    def __init__(self, text: str, constants: Mapping[str, float], distance_to: DistanceTo | None) -> None:
+    def __init__(
+        self,
+        text: str,
+        coordinates: Mapping[str, Evaluate],
+        constants: Mapping[str, float],
+        distance_to: DistanceTo | None,
+    ) -> None:
         self.text = text
+        self.coordinates = coordinates
         self.constants = constants
         self.distance_to = distance_to
         self.costly = False
@@ -152,15 +178,15 @@ class _Builder:
         return _constant(value)
 
     def _named(self, node: ast.expr, name: str) -> Evaluate:
-        if name in COORDINATES:
-            return COORDINATES[name]
+        if name in self.coordinates:
+            return self.coordinates[name]
         if name in self.constants:
             return _constant(self.constants[name])
         if name in FUNCTIONS:
             raise self._error(node, f"{name!r} is a function: give it {FUNCTIONS[name].arity()} in parentheses")
         if name == DISTANCE:
             raise self._error(node, f"{name!r} is a function: give it labels in parentheses and quotes, or none")
-        known = [*COORDINATES, *self.constants]
+        known = [*self.coordinates, *self.constants]
         raise self._error(node, f"unknown name {name!r}; {meant(name, known)}")
 
     def _function(self, node: ast.Call) -> Function:
