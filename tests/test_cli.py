@@ -1,14 +1,20 @@
-"""The command line as a user meets it: separate processes, their streams, files and exit codes."""
+"""The command line as a user meets it: its streams, files and exit codes."""
 
 import json
 import os
 import subprocess
 import sys
+from contextlib import chdir
 from pathlib import Path
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
+from typer.testing import CliRunner
+
+from bubblemesh import __version__
+from bubblemesh.cli import app
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 QUICKSTART = CONFIGS / "quickstart.yaml"
@@ -30,8 +36,8 @@ SET_OF_FILES = [
 ]
 
 
-def bubblemesh(*arguments, folder, stdin=None):
-    """Run the command in ``folder`` and return the finished process, its streams as bytes."""
+def separately(*arguments, folder, stdin=None):
+    """Run the command in ``folder`` as a process of its own and return that, its streams as bytes."""
     environment = {**os.environ, "COLUMNS": "200"}
     return subprocess.run(
         [sys.executable, "-m", "bubblemesh", *map(str, arguments)],
@@ -41,6 +47,13 @@ def bubblemesh(*arguments, folder, stdin=None):
         env=environment,
         timeout=120,
     )
+
+
+def bubblemesh(*arguments, folder):
+    """The same within this process, which is sooner done."""
+    with chdir(folder):
+        result = CliRunner().invoke(app, [*map(str, arguments)], env={"COLUMNS": "200"})
+    return SimpleNamespace(returncode=result.exit_code, stdout=result.stdout_bytes, stderr=result.stderr_bytes)
 
 
 def failed(process, exit_code):
@@ -64,7 +77,7 @@ def square(tmp_path):
 
 
 def test_run_writes_the_whole_set_of_files_and_tells_each_round_in_plain_lines(tmp_path):
-    process = bubblemesh("run", QUICKSTART, "-o", "out", *COARSE, folder=tmp_path)
+    process = separately("run", QUICKSTART, "-o", "out", *COARSE, folder=tmp_path)
     assert process.returncode == 0, process.stderr
     assert process.stdout == b""
     assert names(tmp_path / "out") == SET_OF_FILES
@@ -136,19 +149,19 @@ def test_the_mesh_alone_goes_to_the_standard_output(ending, square, tmp_path):
 
 
 def test_the_quickstart_is_piped_as_vtu(tmp_path):
-    process = bubblemesh("run", QUICKSTART, "-o", "-", "--format", "vtu", *COARSE, folder=tmp_path)
+    process = separately("run", QUICKSTART, "-o", "-", "--format", "vtu", *COARSE, folder=tmp_path)
     (tmp_path / "plate.vtu").write_bytes(process.stdout)
     assert len(meshio.read(tmp_path / "plate.vtu").get_cells_type("triangle")) > 20
 
 
 def test_the_case_comes_from_the_standard_input(tmp_path):
-    process = bubblemesh("run", "-", "-o", "a.msh", folder=tmp_path, stdin=SQUARE.encode())
+    process = separately("run", "-", "-o", "a.msh", folder=tmp_path, stdin=SQUARE.encode())
     assert process.returncode == 0, process.stderr
     assert names(tmp_path) == ["a.msh", "a.report.json"]
 
 
 def test_json_puts_the_report_and_nothing_else_on_the_standard_output(square, tmp_path):
-    process = bubblemesh("run", square, "--json", "--seed", "3", "-o", "out", folder=tmp_path)
+    process = separately("run", square, "--json", "--seed", "3", "-o", "out", folder=tmp_path)
     report = json.loads(process.stdout)
     assert report == json.loads((tmp_path / "out/square.report.json").read_text())
     assert report["seed"] == report["parameters"]["packing"]["seed"] == 3
@@ -156,7 +169,7 @@ def test_json_puts_the_report_and_nothing_else_on_the_standard_output(square, tm
 
 def test_the_same_case_and_seed_give_the_same_bytes_and_another_seed_does_not(square, tmp_path):
     for folder, seed in (("a", 1), ("b", 1), ("c", 2)):
-        bubblemesh("run", square, "-q", "-o", folder, "--seed", seed, folder=tmp_path)
+        separately("run", square, "-q", "-o", folder, "--seed", seed, folder=tmp_path)
     a, b, c = ({name: (tmp_path / x / name).read_bytes() for name in names(tmp_path / x)} for x in "abc")
     del a["square.report.json"], b["square.report.json"]
     assert a == b
@@ -202,12 +215,12 @@ def test_quality_gives_the_figures_of_the_report_for_a_written_mesh(square, tmp_
 
 
 def test_init_writes_a_case_that_runs_and_keeps_what_is_there(tmp_path):
-    assert bubblemesh("init", folder=tmp_path).returncode == 0
-    assert bubblemesh("check", "case.yaml", folder=tmp_path).returncode == 0
+    assert separately("init", folder=tmp_path).returncode == 0
+    assert separately("check", "case.yaml", folder=tmp_path).returncode == 0
     text = (tmp_path / "case.yaml").read_text()
-    assert "case.yaml" in failed(bubblemesh("init", folder=tmp_path), 5)
+    assert "case.yaml" in failed(separately("init", folder=tmp_path), 5)
     assert (tmp_path / "case.yaml").read_text() == text
-    assert bubblemesh("init", "-", folder=tmp_path).stdout.decode() == text
+    assert separately("init", "-", folder=tmp_path).stdout.decode() == text
 
 
 def test_schema_is_json_that_knows_the_keys(tmp_path):
@@ -221,10 +234,8 @@ def test_schema_is_json_that_knows_the_keys(tmp_path):
 
 
 def test_help_and_version(tmp_path):
-    assert b"run" in bubblemesh("--help", folder=tmp_path).stdout
-    from bubblemesh import __version__
-
-    assert bubblemesh("--version", folder=tmp_path).stdout.decode().strip() == __version__
+    assert b"run" in separately("--help", folder=tmp_path).stdout
+    assert separately("--version", folder=tmp_path).stdout.decode().strip() == __version__
 
 
 @pytest.mark.parametrize(
