@@ -16,7 +16,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
 from bubblemesh.spacing.budget import Scaling, next_aim, scaled_to
-from bubblemesh.spacing.grading import GROWTH, Graded, graded
+from bubblemesh.spacing.grading import Graded, packable
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
@@ -220,7 +220,7 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         if ruled.ratio > 1:
             survey = surveyed(domain, wanted, max_nodes)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        grading = graded(domain, wanted, GROWTH, short.joined(coarse))
+        grading = packable(domain, ruled, short.joined(coarse))
         spacing = grading.spacing
         expected = survey.ideal_nodes
         if spacing is not wanted:
@@ -229,7 +229,7 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *domain.notes,
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
-            *compromises.slowed_growth(grading),
+            *compromises.slowed_growth(grading, rules.growth),
             *compromises.narrow_walls(domain, spacing),
             *compromises.narrow_strips(domain, spacing),
         )
