@@ -22,7 +22,6 @@ from bubblemesh.output.html.embedding import fixed_point, json_block, relative
 from bubblemesh.output.html.index import index_page
 from bubblemesh.output.html.json_text import readable_json
 from bubblemesh.output.html.markup import Markup, filled, joined, tag
-from bubblemesh.output.html.numbers import duration
 from bubblemesh.output.html.places import linked_places
 from bubblemesh.output.html.report import report_page
 from bubblemesh.output.html.scene import COLORMAP
@@ -131,11 +130,6 @@ def test_json_for_readers_is_the_same_data_in_short_lines():
     head, omitted = readable_json(data, 5)
     assert head.splitlines() == text.splitlines()[:5]
     assert omitted == len(text.splitlines()) - 5
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0.0123, "12 ms"), (12.34, "12.3 s"), (185.2, "3 min 5 s")])
-def test_durations(seconds, text):
-    assert duration(seconds) == text
 
 
 # Charts

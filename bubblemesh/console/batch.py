@@ -95,8 +95,7 @@ class BatchProgress:
         left = total - len(self.over)
         parts = [f"{self.counts[kind]} {kind}" for kind in ("done", "failed", "unchanged") if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
-        cases = f"{total} case" if total == 1 else f"{total or 'no'} cases"
-        return f"{cases}: {', '.join(parts) or 'nothing to do'}; summary in {begun.summary}"
+        return f"{console.counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {begun.summary}"
 
     def picture(self) -> Group:
         """The running cases, the oldest first, above the bar."""

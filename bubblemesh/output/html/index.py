@@ -6,8 +6,9 @@ from urllib.parse import quote
 
 from bubblemesh.output.html.charts import quality_range
 from bubblemesh.output.html.markup import Markup, filled, joined, tag
-from bubblemesh.output.html.numbers import counted, duration, whole
+from bubblemesh.output.html.numbers import counted, whole
 from bubblemesh.output.html.page import page
+from bubblemesh.wording import duration
 
 __all__ = ["index_page"]
 
