@@ -637,6 +637,20 @@ def test_print_has_a_still_picture_and_no_controls(opened):
     assert opened.pdf().startswith(b"%PDF")
 
 
+def test_the_picture_takes_no_notice_of_being_printed(opened, result):
+    opened.click("button.worst[data-rank='1']")
+    before = zoomed(opened), drawn(opened)
+    opened.media(print_=True)
+    for _ in range(3):  # frames, until all observers have been told
+        opened.drawn()
+    opened.media()
+    opened.drawn()
+    assert opened.complaints() == []
+    assert (zoomed(opened), drawn(opened)) == before
+    opened.click("#fit")
+    assert drawn(opened) == len(result.mesh.triangles)
+
+
 def test_without_scripts_there_are_picture_and_figures(browser, file):
     browser.open(file, scripts=False)
     browser.command("Emulation.setScriptExecutionDisabled", value=False)
