@@ -154,12 +154,30 @@ def test_a_batch_is_told_in_plain_lines(quiet, monkeypatch):
     told = [
         "[1/4] plain: 142 nodes, q 0.9612, least 0.740, 0.25 s",
         "warning: plain: a [wall] is narrow",
-        "error: bad: bad.yaml: domain: no [bold]area",
+        "error: [2/4] bad.yaml: domain: no [bold]area",
         "[3/4] old: 142 nodes, q 0.9612, least 0.740, unchanged",
         "4 cases: 1 done, 1 failed, 1 unchanged, 1 left for --resume; summary in s",
     ]
     grave = [line for line in told if line.startswith(("warning", "error"))]
     assert stream.getvalue().splitlines() == (grave if quiet else told)
+
+
+def test_errors_are_counted_and_name_their_case_once(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    rows = (
+        Row("alone", "a.yaml", 2, error="a.yaml:1: domain: is missing"),
+        Row("b-h=1", "b.yaml", 3, sweep={"h": 1}, error="b.yaml: domain: no area"),
+        Row("strict", "c.yaml", 4, error="c.yaml: quality_min is 0.1", figures=FINE),
+    )
+    with BatchProgress(quiet=False) as progress:
+        for event in (begun("alone", "b-h=1", "strict"), *(Finished(k, row) for k, row in enumerate(rows, 1))):
+            progress.show(event)
+    assert stream.getvalue().splitlines() == [
+        "error: [1/3] a.yaml:1: domain: is missing",
+        "error: [2/3] b-h=1: b.yaml: domain: no area",
+        "error: [3/3] c.yaml: quality_min is 0.1",
+        "3 cases: 1 missed a requirement, 2 failed; summary in s",
+    ]
 
 
 def test_a_batch_on_a_terminal_is_a_bar_and_a_line_for_each_running_case(monkeypatch):
