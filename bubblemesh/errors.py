@@ -12,6 +12,7 @@ __all__ = [
     "LimitError",
     "RequirementError",
     "located",
+    "outcome",
 ]
 
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
@@ -51,6 +52,11 @@ class LimitError(BubblemeshError):
     """The case needs more nodes or time than its limit allows."""
 
     exit_code = 6
+
+
+def outcome(exit_code: int) -> str:
+    """What has become of a case with this exit code, as batches count it."""
+    return {0: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
 
 
 @contextmanager
