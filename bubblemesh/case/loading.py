@@ -12,7 +12,7 @@ from bubblemesh.case.layers import Layer, layers_of, merged, place_of
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
-from bubblemesh.case.sweep import ALONE, Variant, variants_of
+from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -59,7 +59,7 @@ def load_case(
             places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
         )
     for key, value in (variant or ALONE).values:
-        change = Override(tuple(part.strip() for part in key.split(".")), value, places(["sweep", key]))
+        change = Override(path_of(key), value, places(["sweep", key]))
         data, places = applied(data, change), replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
         data["name"] = "mesh" if str(path) == "-" else path.stem
@@ -82,13 +82,9 @@ def case_variants(
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:
-            if change.covers(key.split(".")) or _covers(key, change.path):
+            if change.covers(path_of(key)) or Override(path_of(key), None, "").covers(change.path):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
     return variants
-
-
-def _covers(key: str, path: Sequence[str | int]) -> bool:
-    return Override(tuple(key.split(".")), None, "").covers(path)
 
 
 def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
