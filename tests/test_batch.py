@@ -4,6 +4,7 @@ import csv
 import errno
 import json
 import os
+import shutil
 import subprocess
 import sys
 from concurrent.futures import CancelledError, Executor, Future
@@ -12,7 +13,20 @@ from pathlib import Path
 from queue import SimpleQueue
 
 import pytest
-from batches import BAD, SMALL, batch, command, events_of, finished, lines_of, results_in, rows_of, threads, unexpected
+from batches import (
+    BAD,
+    SMALL,
+    batch,
+    command,
+    events_of,
+    finished,
+    lines_of,
+    results_in,
+    rows_of,
+    stream,
+    threads,
+    unexpected,
+)
 from typer.testing import CliRunner
 
 from bubblemesh import __version__
@@ -87,6 +101,13 @@ def tree(here):
 )
 def test_folders_patterns_and_names_mean_these_files(paths, expected, tree):
     assert case_files(paths) == expected
+
+
+def test_a_link_to_a_folder_is_followed_where_it_is_named_only(tree):
+    (tree / "z/link").symlink_to(tree / "sub/deep")
+    (tree / "z/x.yaml").write_text(SMALL)
+    assert case_files(["z"]) == ["z/x.yaml"]
+    assert case_files(["z/link"]) == ["z/link/d.yaml"]
 
 
 def test_a_file_whose_name_looks_like_a_pattern_is_that_file(here):
@@ -458,7 +479,46 @@ def test_two_batches_do_not_write_one_summary(here):
             events_of("a.yaml", shard=Shard(1, 2))
 
     rows_of("a.yaml", workers=between(second))
-    rows_of("a.yaml", workers=between(lambda: events_of("a.yaml", shard=Shard(1, 2))), shard=Shard(2, 2))
+    assert not [name for name in names(here) if name.startswith(".")]
+
+
+def test_shards_are_at_work_together_but_each_only_once(here):
+    write(here, a=SMALL, b=SMALL)
+
+    def others():
+        events_of(".", shard=Shard(2, 2))
+        with pytest.raises(FileError, match="another batch is writing the summary of this shard here: wait for it"):
+            events_of(".", shard=Shard(1, 2))
+        with pytest.raises(FileError, match="another batch is writing its summary here"):
+            events_of(".")
+
+    rows_of(".", workers=between(others), shard=Shard(1, 2))
+    assert [line["case"] for line in lines_of(Path("summary-1-of-2.jsonl"))] == ["a"]
+    assert not [name for name in names(here) if name.startswith(".")]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows removes no file that is open")
+@pytest.mark.parametrize("what", ["out/summary.jsonl", "out/summary.csv", "out"])
+@pytest.mark.parametrize("case", ["b", "c"])
+def test_a_summary_that_is_removed_in_between_is_written_anew(case, what, here):
+    write(here, a=SMALL, b=SMALL, c=SMALL)
+    for event in stream(".", folder="out", workers=between(lambda: None)):
+        if isinstance(event, Finished) and event.row.case == case:
+            path = Path(what)
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+    assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))] == ["a", "b", "c"]
+    assert [cells["case"] for cells in table_in(Path("out"))] == ["a", "b", "c"]
+
+
+def test_a_summary_that_another_one_replaces_ends_the_batch(here):
+    write(here, a=SMALL, b=SMALL)
+    events = stream(".", folder="out", workers=between(lambda: None))
+    next(events)
+    Path("other").write_text("of another batch")
+    Path("other").replace("out/summary.jsonl")
+    with pytest.raises(FileError, match=r"out/summary.jsonl: another file has taken its place"):
+        list(events)
+    assert Path("out/summary.jsonl").read_text() == "of another batch"
 
 
 # Workers that fail

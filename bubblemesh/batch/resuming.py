@@ -1,7 +1,6 @@
-"""Which cases an earlier batch has done, and what it left behind."""
+"""Which cases an earlier batch has done, and which of its rows stay."""
 
 import os
-import shutil
 from collections.abc import Iterable, Sequence
 from hashlib import file_digest
 from pathlib import Path
@@ -10,7 +9,7 @@ from bubblemesh.batch.plan import Entry, Settings, job_of
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError
 
-__all__ = ["key_of", "place_in", "unchanged", "without_leftovers"]
+__all__ = ["key_of", "of_others", "place_in", "unchanged"]
 
 DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
 
@@ -29,6 +28,19 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], settings: Settings,
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found
+
+
+def of_others(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> list[Row]:
+    """The rows of cases outside the batch."""
+    keys = {key_of(entry, root) for entry in entries}
+    sources = {entry.source for entry in entries}
+    unreadable = {entry.source for entry in entries if entry.place is None}
+    # A row without a folder is of a file that could not be read: which cases it stands for, nobody knows.
+    return [
+        row
+        for row in rows
+        if (row.source not in sources if row.folder is None else row.key not in keys and row.source not in unreadable)
+    ]
 
 
 def key_of(entry: Entry, root: Path) -> tuple[str | None, str]:
@@ -63,11 +75,3 @@ def _intact(row: Row, root: Path) -> bool:
     except OSError:
         return False
     return True
-
-
-def without_leftovers(entries: Iterable[Entry], prefix: str) -> None:
-    """Remove staging folders that a batch had no time to remove."""
-    folders = {entry.place.folder for entry in entries if entry.place is not None and entry.place.folder is not None}
-    for folder in folders:
-        for leftover in folder.glob(f"{prefix}*"):
-            shutil.rmtree(leftover, ignore_errors=True)

@@ -1,7 +1,6 @@
 """The command that meshes many cases."""
 
 from contextlib import closing
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -43,15 +42,11 @@ def batch(
 
         part = many.Shard.parsed(shard)
         workers = many.workers_at(jobs, cluster)
-        common, folder = many.Settings(tuple(settings or ()), method, seed, output, page), Path(output or ".")
+        common = many.Settings(tuple(settings or ()), method, seed, output, page)
         entries = many.planned(many.case_files(paths), common)
-        if page:
-            many.require_no_index(entries, folder)
         events = many.course(entries, common, workers, shard=part, resume=resume)
         with closing(events), BatchProgress(quiet) as progress:
             results = many.Results.of(progress.shown(events))
-        if page:
-            many.write_index(results.rows, folder, part.suffix)
         if as_json:
             write_output(dump(results.data()))
     raise typer.Exit(results.exit_code)
