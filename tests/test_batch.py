@@ -35,6 +35,7 @@ from bubblemesh.batch.jobs import Job
 from bubblemesh.batch.plan import job_of
 from bubblemesh.batch.rows import FIGURES
 from bubblemesh.batch.shards import Shard
+from bubblemesh.batch.space import is_full
 from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import mesh_job
 from bubblemesh.batch.workers import WorkerDied, Workers
@@ -243,8 +244,16 @@ def test_a_row_has_the_figures_of_the_report(here):
             value = value[key]
         assert line[name] == value, name
     (cells,) = table_in(Path())
+    assert json.loads(cells["sweep"]) == {}
     assert (cells["case"], cells["nodes"], cells["warnings"]) == ("plate", str(report["nodes"]), str(len(row.warnings)))
     assert float(cells["quality_min"]) == report["quality"]["min"]
+
+
+def test_the_table_has_swept_values_as_json(here):
+    write(here, plate=SMALL + "sweep: {packing.seed: [3], domain.outer.label: ['é']}\n")
+    rows_of("plate.yaml")
+    (cells,) = table_in(Path())
+    assert json.loads(cells["sweep"]) == {"packing.seed": 3, "domain.outer.label": "é"}
 
 
 def test_failing_cases_are_rows_beside_the_others(here):
@@ -390,24 +399,71 @@ def test_a_case_that_changes_its_name_in_between_writes_nothing(here):
     assert "b.yaml: its name or folder has changed since the batch began" in rows[1].error
 
 
-def test_a_full_disk_is_a_row_and_old_files_stay(here, monkeypatch):
-    write(here, a=SMALL, b=SMALL)
-    before = [*rows_of(".")] and results_in(here)
+def failing_to_write(monkeypatch, name, number):
+    """Make writing a result of this name fail in this way."""
     write_bytes = Path.write_bytes
 
-    def full(path, content):
-        if path.name == "a.msh" and ".bubblemesh-batch-" in str(path):
-            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+    def failing(path, content):
+        if path.name == name and ".bubblemesh-batch-" in str(path):
+            raise OSError(number, os.strerror(number), str(path))
         return write_bytes(path, content)
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(Path, "write_bytes", failing)
+
+
+def test_files_that_cannot_be_written_are_a_row_and_old_ones_stay(here, monkeypatch):
+    write(here, a=SMALL, b=SMALL)
+    before = [*rows_of(".")] and results_in(here)
+    failing_to_write(monkeypatch, "a.msh", errno.EIO)
     rows = rows_of(".", seed=5)
     assert [(row.case, row.exit_code, bool(row.files)) for row in rows] == [("a", 5, False), ("b", 0, True)]
-    assert rows[0].error == "a.yaml: cannot write a.msh: No space left on device"
+    assert rows[0].error == f"a.yaml: cannot write a.msh: {os.strerror(errno.EIO)}"
     after = results_in(here)
     assert before["a.msh"] == after["a.msh"]
     assert before["b.msh"] != after["b.msh"]
     assert not [name for name in names(here) if name.startswith(".")]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_ends_the_batch_and_what_is_done_stays(number, here, monkeypatch):
+    write(here, a=SMALL, b=SMALL, c=SMALL)
+    failing_to_write(monkeypatch, "b.msh", number)
+    message = f"b.yaml: cannot write b.msh: {os.strerror(number)}: the batch ends, what is done stays: make room"
+    with pytest.raises(FileError, match=message):
+        events_of(".", workers=between(lambda: None))
+    assert [line["case"] for line in lines_of(Path("summary.jsonl"))] == ["a"]
+    monkeypatch.undo()
+    os.chdir(here)
+    assert [end.unchanged for end in finished(".", resume=True)] == [True, False, False]
+
+
+def test_a_worker_without_space_ends_the_batch_too(here, monkeypatch):
+    def full(prefix):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    write(here, a=SMALL)
+    monkeypatch.setattr("bubblemesh.batch.worker.TemporaryDirectory", full)
+    with pytest.raises(
+        FileError, match=r"a.yaml: no place for temporary files: No space left on device: the batch ends"
+    ):
+        events_of(".")
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), True),
+        (OSError("1000 requested and 12 written"), True),  # NumPy's
+        (OSError(errno.EIO, "Input/output error"), False),
+        (OSError("cannot identify image file"), False),
+        (ValueError("no space"), False),
+    ],
+)
+def test_a_full_disk_is_known_by_the_error_or_the_one_behind_it(error, expected):
+    assert is_full(error) == expected
+    told = FileError("cannot write a.msh")
+    told.__cause__ = error
+    assert is_full(told) == expected
 
 
 @pytest.mark.parametrize("cut", [0, 5])

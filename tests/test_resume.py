@@ -86,6 +86,24 @@ def test_a_change_of_an_option_is_noticed(options, done):
     assert anew(**options) == []
 
 
+def test_a_page_more_is_made_and_one_less_is_no_change(done):
+    assert anew("cases/plain.yaml", page=True) == ["plain"]
+    assert anew("cases/plain.yaml") == []
+    assert anew() == []
+    assert anew(page=True) == ["child", "file"]
+    Path("out/plain.html").write_text("something else")
+    assert anew(page=True) == ["plain"]
+
+
+def test_a_time_limit_is_no_input_of_what_was_finished_in_time(done):
+    assert anew(overrides=("limits.seconds=60",)) == []
+    Path("cases/late.yaml").write_text(SMALL + "limits: {seconds: 1.0e-9}\n")
+    assert anew() == ["late"]
+    assert anew() == ["late"]
+    assert anew(overrides=("limits.seconds=60",)) == ["late"]
+    assert anew() == []
+
+
 def test_another_version_is_noticed(done, monkeypatch):
     monkeypatch.setattr(Job.__init__, "__defaults__", ("0.0.9",))
     monkeypatch.setattr("bubblemesh.batch.worker.__version__", "0.0.9")
@@ -163,6 +181,11 @@ def test_rows_of_other_cases_stay_even_if_these_cannot_be_read(done):
         lambda content: content + b'{"case": "x"}\n',
         lambda content: content + b"\xff\xfe[1, 2]\nnull\n",
         lambda content: content.replace(b'"files": {', b'"files": [], "x": {'),
+        lambda content: content.replace(b'"sweep": {}', b'"sweep": null', 1),
+        lambda content: content.replace(b'"nodes": ', b'"nodes": "9", "x": ', 1),
+        lambda content: content.replace(b'"quality_mean": ', b'"quality_mean": null, "x": ', 1),
+        lambda content: content.replace(b'"warnings": [', b'"warnings": 3, "x": [', 1),
+        lambda content: content.replace(b'"folder": ".", ', b'"folder": {}, ', 1),
     ],
 )
 def test_a_torn_line_is_mended(tear, done):

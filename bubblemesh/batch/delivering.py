@@ -8,6 +8,7 @@ from bubblemesh.batch.dispatch import Ended
 from bubblemesh.batch.jobs import Outcome
 from bubblemesh.batch.resuming import place_in
 from bubblemesh.batch.rows import Row, figures_of
+from bubblemesh.batch.space import MAKE_ROOM, is_full
 from bubblemesh.batch.staging import Staging
 from bubblemesh.errors import FileError
 from bubblemesh.output.atomic import transaction
@@ -16,7 +17,13 @@ __all__ = ["delivered"]
 
 
 def delivered(ended: Ended, staging: Staging) -> Row:
-    """Write the files of a case, all or none, and give its row."""
+    """Write the files of a case, all or none, and give its row.
+
+    Raises
+    ------
+    FileError
+        If a disk is full: that of the results, or of a worker.
+    """
     entry, outcome = ended.entry, ended.outcome
     if outcome.files and entry.place is not None and entry.place.folder is not None:
         try:
@@ -25,8 +32,10 @@ def delivered(ended: Ended, staging: Staging) -> Row:
                     (folder / name).write_bytes(content)
         except FileError as error:
             problem = f"{entry.source}: {error}"
-            ended = replace(ended, outcome=Outcome(error.exit_code, problem, warnings=outcome.warnings))
-    return _row(ended, staging.root)
+            outcome = Outcome(error.exit_code, problem, warnings=outcome.warnings, full=is_full(error))
+    if outcome.full:
+        raise FileError(f"{outcome.error}: {MAKE_ROOM}")
+    return _row(replace(ended, outcome=outcome), staging.root)
 
 
 def _row(ended: Ended, root: Path) -> Row:

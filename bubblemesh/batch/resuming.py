@@ -8,9 +8,11 @@ from pathlib import Path
 from bubblemesh.batch.plan import Entry, Settings, job_of
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError
+from bubblemesh.output import HISTORY_FILES, PAGE_FILE
 
 __all__ = ["key_of", "of_others", "place_in", "unchanged"]
 
+EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
 DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
 
 
@@ -21,13 +23,19 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], settings: Settings,
     found: dict[int, Row] = {}
     for row in rows:
         entry = known.get(row.key)
-        if entry is None or entry.number in found or row.exit_code not in DONE or not row.files:
+        if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
             continue
         if entry.number not in digests:
             digests[entry.number] = _digest(entry, settings)
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found
+
+
+def _has_extras(row: Row, entry: Entry) -> bool:
+    """Whether the row has a mesh, and the page and the tables that are wanted beside it."""
+    wanted = {path.name for path in entry.place.files if path.name.endswith(EXTRAS)} if entry.place else set()
+    return bool(row.files) and wanted <= row.files.keys()
 
 
 def of_others(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> list[Row]:
@@ -72,6 +80,6 @@ def _intact(row: Row, root: Path) -> bool:
             with (folder / name).open("rb") as file:
                 if file_digest(file, "sha256").hexdigest() != digest:
                     return False
-    except OSError:
+    except (OSError, ValueError):  # no name of a file
         return False
     return True
