@@ -31,9 +31,11 @@ def test_index_links_to_the_page_of_each_case_that_has_one(folder):
     assert "greater than 0" in text
 
 
-def test_without_the_option_there_are_no_pages(folder):
-    batch("cases", "-o", "out", folder=folder)
-    assert list((folder / "out").glob("*.html")) == []
+@pytest.mark.parametrize(("options", "pages"), [([], ["a.html"]), (["--no-report"], [])])
+def test_without_the_option_there_are_the_pages_of_cases_that_ask_for_one(options, pages, folder):
+    (folder / "cases/a.yaml").write_text(CASE.format(0.3) + "output: {report: true}\n")
+    batch("cases", "-o", "out", *options, folder=folder)
+    assert [path.name for path in (folder / "out").glob("*.html")] == pages
 
 
 @pytest.mark.parametrize(("name", "options"), [("index", []), ("index-1-of-2", ["--shard", "1/2"])])
@@ -87,7 +89,7 @@ def test_what_ends_a_batch_is_told_even_if_the_index_cannot_be_written(folder, m
 
 
 def test_time_limit_of_a_case_is_its_row(folder):
-    process = batch("cases/a.yaml", "-o", "out", "--set", "limits.seconds=1e-9", folder=folder)
+    process = batch("cases/a.yaml", "-o", "out", "--time-limit", "1e-9", folder=folder)
     assert process.returncode == 6
     (row,) = rows_of(folder)
     assert "time limit" in row["error"]

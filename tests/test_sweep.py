@@ -114,11 +114,17 @@ def test_a_wrong_value_is_told_with_the_line_of_its_key(case):
 
 @pytest.mark.parametrize(
     "options",
-    [{"overrides": ["packing.w2=1"]}, {"overrides": ["packing={}"]}, {"overrides": ["packing.w2.a=1"]}, {"seed": 3}],
+    [
+        {"overrides": ["packing.w2=1"]},
+        {"overrides": ["packing={}"]},
+        {"overrides": ["packing.w2.a=1"]},
+        {"seed": 3},
+        {"time_limit": 5},
+    ],
 )
 def test_no_option_sets_what_is_swept(options, case):
-    with pytest.raises(CaseError, match=r"plate.yaml:6 sweeps packing\.(w2|seed)"):
-        case_variants(case("{packing.w2: [{}], packing.seed: [1]}"), **options)
+    with pytest.raises(CaseError, match=r"plate.yaml:6 sweeps (packing|limits)\.(w2|seed|seconds)"):
+        case_variants(case("{packing.w2: [{}], packing.seed: [1], limits.seconds: [1]}"), **options)
 
 
 def test_an_option_may_replace_or_remove_the_sweep(case):

@@ -69,7 +69,12 @@ def load_case(
 
 
 def case_variants(
-    path: Path | str, *, overrides: Sequence[str] = (), method: str | None = None, seed: int | None = None
+    path: Path | str,
+    *,
+    overrides: Sequence[str] = (),
+    method: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
 ) -> list[Variant]:
     """The cases that a file stands for: one, or those of its sweep; else as `load_case`.
 
@@ -78,7 +83,7 @@ def case_variants(
     FileError, CaseError
         As `load_case`, but with no check of the cases; and if an option sets what is swept.
     """
-    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, None)])
+    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, time_limit)])
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from bubblemesh.cli.ending import reported
-from bubblemesh.cli.options import MethodName, Quiet, Seed, Settings
+from bubblemesh.cli.options import MethodName, Quiet, Seed, Settings, TimeLimit
 from bubblemesh.streams import write_output
 
 __all__ = ["batch"]
@@ -28,8 +28,10 @@ def batch(
     settings: Settings = None,
     method: MethodName = None,
     seed: Seed = None,
+    time_limit: TimeLimit = None,
     page: Annotated[
-        bool | None, typer.Option("--report", help="Write a page for each case, and index.html to compare them.")
+        bool | None,
+        typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
     quiet: Quiet = False,
@@ -42,7 +44,7 @@ def batch(
 
         part = many.Shard.parsed(shard)
         workers = many.workers_at(jobs, cluster)
-        common = many.Settings(tuple(settings or ()), method, seed, output, page)
+        common = many.Settings(tuple(settings or ()), method, seed, output, page, time_limit)
         entries = many.planned(many.case_files(paths), common)
         events = many.course(entries, common, workers, shard=part, resume=resume)
         with closing(events), BatchProgress(quiet) as progress:
