@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from batches import SMALL, lines_of
 
-from bubblemesh.batch.cluster import PATIENCE
+from bubblemesh.batch.cluster import PATIENCE, SILENCE
 from bubblemesh.batch.rows import COLUMNS, KINDS
 
 PAGE = (Path(__file__).parent.parent / "docs/batch.md").read_text()
@@ -100,5 +100,6 @@ def test_the_page_tells_of_every_column():
 
 
 def test_the_page_tells_how_long_a_scheduler_has():
-    assert f"answer within {PATIENCE:g} seconds" in " ".join(PAGE.split())
+    text = " ".join(PAGE.split())
+    assert f"answer within {PATIENCE:g} seconds at the beginning, is silent for {SILENCE:g} seconds later" in text
     assert "--cluster tcp://scheduler:8786" in PAGE

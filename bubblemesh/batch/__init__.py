@@ -2,7 +2,7 @@
 
 from bubblemesh.batch.choosing import workers_at
 from bubblemesh.batch.course import course
-from bubblemesh.batch.events import Begun, Event, Finished
+from bubblemesh.batch.events import Begun, Event, Finished, Waiting
 from bubblemesh.batch.gathering import case_files
 from bubblemesh.batch.jobs import Note
 from bubblemesh.batch.plan import Settings, planned
@@ -17,6 +17,7 @@ __all__ = [
     "Results",
     "Settings",
     "Shard",
+    "Waiting",
     "case_files",
     "course",
     "planned",

@@ -1,11 +1,12 @@
 """How cases go to the workers, and come back."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, replace
 from queue import Empty
 
+from bubblemesh.batch.events import Waiting
 from bubblemesh.batch.jobs import Job, Note, Outcome
 from bubblemesh.batch.plan import Entry, Settings, job_of
 from bubblemesh.batch.worker import mesh_job
@@ -37,7 +38,7 @@ class Ended:
     inputs: str | None = None
 
 
-def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> Iterator[Note | Ended]:
+def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> Iterator[Note | Waiting | Ended]:
     """Keep the workers busy, and tell what they do.
 
     Raises
@@ -47,8 +48,13 @@ def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> I
     """
     left = deque(entries)
     running: dict[Future[Outcome], Attempt] = {}
+    begun: Counter[int] = Counter()  # how often a worker has told that it begins with a case
+    missing: str | None = None
     while left or running:
-        while left and len(running) < crew.capacity():
+        capacity, before, missing = crew.capacity(), missing, crew.missing()
+        if missing and not before:
+            yield Waiting(missing)
+        while left and len(running) < capacity:
             entry = left.popleft()
             try:
                 attempt = Attempt(entry, job_of(entry, settings))
@@ -57,7 +63,9 @@ def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> I
             else:
                 running[_submitted(attempt, crew)] = attempt
         ended, _ = wait(running, TICK, FIRST_COMPLETED)
-        yield from _notes(crew)
+        for note in _notes(crew):
+            begun[note.number] += note.round == 0
+            yield note
         for future in ended:
             attempt = running.pop(future)
             problem = _problem(future, crew)
@@ -66,7 +74,8 @@ def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> I
                 running[_submitted(again, crew)] = again
                 continue
             outcome = future.result() if problem is None else _failure(problem, attempt, crew)
-            yield Ended(attempt.entry, outcome, attempt.number, attempt.job.digest())
+            attempts = max(attempt.number, begun[attempt.entry.number])  # a cluster tries again by itself
+            yield Ended(attempt.entry, outcome, attempts, attempt.job.digest())
 
 
 def _submitted(attempt: Attempt, crew: Workers) -> Future[Outcome]:

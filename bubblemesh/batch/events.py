@@ -7,7 +7,7 @@ from bubblemesh.batch.jobs import Note
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import Row
 
-__all__ = ["Begun", "Event", "Finished"]
+__all__ = ["Begun", "Event", "Finished", "Waiting"]
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,13 @@ class Begun:
 
 
 @dataclass(frozen=True)
+class Waiting:
+    """Nobody is there to do the work, and why nothing happens is said in words."""
+
+    message: str
+
+
+@dataclass(frozen=True)
 class Finished:
     """A case has its row; ``unchanged`` if an earlier batch had done it."""
 
@@ -28,4 +35,4 @@ class Finished:
     unchanged: bool = False
 
 
-Event = Begun | Note | Finished
+Event = Begun | Note | Waiting | Finished
