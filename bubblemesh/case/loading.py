@@ -59,7 +59,7 @@ def load_case(
             places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
         )
     for key, value in (variant or ALONE).values:
-        change = Override(path_of(key), value, places(["sweep", key]))
+        change = Override(path_of(key), value, places(["sweep", key]), f"sweep.{key}")
         data, places = applied(data, change), replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
         data["name"] = "mesh" if str(path) == "-" else path.stem
@@ -87,7 +87,7 @@ def case_variants(
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:
-            if change.covers(path_of(key)) or Override(path_of(key), None, "").covers(change.path):
+            if change.covers(path_of(key)) or change.leads_through(path_of(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
     return variants
 
@@ -122,10 +122,14 @@ class _Places:
     changes: Sequence[Override]
 
     def __call__(self, path: Sequence[str | int]) -> str:
-        """Option that set the value at the key path, else the file and the line of its nearest known key."""
+        """Option that set or made the value at the key path, else the file and the line of its nearest known key."""
         for change in reversed(self.changes):
             if change.covers(path):
                 return change.source
+        in_file = any(layer.document.depth(path) == len(path) for layer in self.layers)
+        for change in () if in_file else reversed(self.changes):
+            if change.leads_through(path):
+                return f"{change.source}: {change.key}" if change.key else change.source
         return place_of(self.layers, path)
 
     def message(self, path: Sequence[str | int], problem: object) -> str:
