@@ -21,7 +21,7 @@ class Begun:
 
 @dataclass(frozen=True)
 class Waiting:
-    """Nobody is there to do the work, and why nothing happens is said in words."""
+    """There are no workers now, as ``message`` says."""
 
     message: str
 

@@ -23,9 +23,10 @@ def require_no_index(entries: Iterable[Entry], folder: Path, shard: Shard) -> No
     ------
     CaseError
     """
-    place = os.path.realpath(_page_in(folder, shard))
+    page = _page_in(folder, shard)
     for entry in entries:
-        if entry.place is not None and place in map(os.path.realpath, entry.place.files):
+        alike = [path for path in entry.place.files if path.name == page.name] if entry.place else []
+        if any(os.path.realpath(path) == os.path.realpath(page) for path in alike):
             raise CaseError(f"{entry.source}: its page would be that of the batch: give the case another name")
 
 

@@ -46,7 +46,7 @@ def reserved(folder: Path, shard: Shard) -> Iterator[None]:
 @contextmanager
 def _common(folder: Path, shard: Shard) -> Iterator[None]:
     """A lock of the folder itself, which shards share and a whole batch has alone."""
-    handle = os.open(folder, os.O_RDONLY)
+    handle = _opened(folder, os.O_RDONLY)
     try:
         advice = "wait for it, name another folder, or give both a --shard"
         refusal = f"{folder}: another batch is writing its summary here: {advice}"
@@ -61,7 +61,7 @@ def _own(folder: Path, shard: Shard) -> Iterator[None]:
     """A lock of this shard alone: a file, since network file systems lock no folder for a single process."""
     path = folder / f"{LOCK}{shard.suffix}"
     what = "its summary" if shard == WHOLE else "the summary of this shard"
-    handle = _opened(path, f"{folder}: another batch is writing {what} here: wait for it, or name another folder")
+    handle = _locked(path, f"{folder}: another batch is writing {what} here: wait for it, or name another folder")
     try:
         yield
     finally:
@@ -70,13 +70,10 @@ def _own(folder: Path, shard: Shard) -> Iterator[None]:
         os.close(handle)
 
 
-def _opened(path: Path, refusal: str) -> int:
-    """Handle of the lock file, locked."""
+def _locked(path: Path, refusal: str) -> int:
+    """Handle of the lock file."""
     for _ in range(ATTEMPTS):
-        try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError as error:
-            raise FileError(f"cannot write into {path.parent}: {reason(error)}") from None
+        handle = _opened(path, os.O_RDWR | os.O_CREAT)
         try:
             _lock(handle, fcntl.LOCK_EX, refusal)
         except BaseException:
@@ -86,6 +83,13 @@ def _opened(path: Path, refusal: str) -> int:
             return handle
         os.close(handle)  # who had it has ended and removed it in between
     raise FileError(refusal)
+
+
+def _opened(path: Path, flags: int) -> int:
+    try:
+        return os.open(path, flags, 0o666)
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {reason(error)}") from None
 
 
 def _is_at(path: Path, handle: int) -> bool:

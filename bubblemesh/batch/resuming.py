@@ -43,12 +43,13 @@ def of_others(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> list
     keys = {key_of(entry, root) for entry in entries}
     sources = {entry.source for entry in entries}
     unreadable = {entry.source for entry in entries if entry.place is None}
-    # A row without a folder is of a file that could not be read: which cases it stands for, nobody knows.
-    return [
-        row
-        for row in rows
-        if (row.source not in sources if row.folder is None else row.key not in keys and row.source not in unreadable)
-    ]
+
+    def is_of_others(row: Row) -> bool:
+        if row.folder is None:  # its file could not be read: nobody knows which cases it stands for
+            return row.source not in sources
+        return row.key not in keys and row.source not in unreadable
+
+    return [row for row in rows if is_of_others(row)]
 
 
 def key_of(entry: Entry, root: Path) -> tuple[str | None, str]:

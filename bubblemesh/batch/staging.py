@@ -18,8 +18,8 @@ __all__ = ["Staging"]
 class Staging:
     """The staging folders of a batch, whose summary is in ``root``.
 
-    Several batches may write into one folder, but one at a time has a summary. So the names tell the summary: what is
-    there when it is reserved is nobody's who lives.
+    Batches with different summaries may write into one folder at the same time. So the names tell the summary, which
+    one batch at a time has: what an earlier one has left there is of no use to anybody.
     """
 
     root: Path

@@ -50,7 +50,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
         with carried(job.files):
             problem = prepared(job.case)
         result = meshed(problem, lambda row: tell(Note(job.number, row.round, row.nodes_after)))
-    report, files = _delivered(job, result)
+        report, files = _delivered(job, result)
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
     outcome = Outcome(report=report, warnings=tuple(report["warnings"]), files=files, digests=digests)
     try:
