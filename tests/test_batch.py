@@ -559,6 +559,8 @@ def test_shards_are_at_work_together_but_each_only_once(here):
 def test_a_summary_that_is_removed_in_between_is_written_anew(case, what, here):
     write(here, a=SMALL, b=SMALL, c=SMALL)
     for event in stream(".", folder="out", workers=between(lambda: None)):
+        if isinstance(event, Finished):
+            assert lines_of(Path("out/summary.jsonl"))[-1]["case"] == event.row.case
         if isinstance(event, Finished) and event.row.case == case:
             path = Path(what)
             shutil.rmtree(path) if path.is_dir() else path.unlink()
