@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.batch import Begun, Event, Finished, Note
+from bubblemesh.batch import Begun, Event, Finished, Note, Waiting
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError, outcome
 
@@ -65,6 +65,8 @@ class BatchProgress:
                 self.bar.update(self.task, total=len(event.entries))
             case Note():
                 self._follow(event)
+            case Waiting():
+                console.warn([event.message])
             case Finished():
                 self._finish(event)
 
