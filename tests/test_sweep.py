@@ -127,6 +127,14 @@ def test_no_option_sets_what_is_swept(options, case):
         case_variants(case("{packing.w2: [{}], packing.seed: [1], limits.seconds: [1]}"), **options)
 
 
+def test_a_key_that_leads_nowhere_is_told_with_its_line(case):
+    path = case("\n  packing.w1: [2]\n  domain.holes.3.circle.radius: [0.1]")
+    (variant,) = case_variants(path)
+    message = "plate.yaml:8: sweep.domain.holes.3.circle.radius: domain.holes: must be a list"
+    with pytest.raises(CaseError, match=re.escape(message)):
+        load_case(path, variant=variant)
+
+
 def test_an_option_may_replace_or_remove_the_sweep(case):
     path = case("{packing.w2: [0.5, 0.7]}")
     assert labels(path, overrides=["sweep={packing.w1: [1]}"]) == ["-w1=1"]
