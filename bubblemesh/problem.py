@@ -16,9 +16,10 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
 from bubblemesh.spacing.budget import Scaling, next_aim, scaled_to
-from bubblemesh.spacing.grading import GROWTH, Graded, graded
+from bubblemesh.spacing.grading import GROWTH, Graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.rules import Rules
+from bubblemesh.spacing.sides import across_sides, graded_across
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes, ideal_nodes, surveyed
 from bubblemesh.wanted import NO_RULES, Wanted, wanted_of
@@ -71,8 +72,8 @@ class Problem:
         Extremes of the wanted spacing and the ideal number of nodes.
     expected_nodes : float
         The same number for the spacing that the packing goes by.
-    ruled : Graded
-        How the rules of the wanted spacing changed it.
+    ruled, tied : Graded
+        How the rules of the wanted spacing changed it, and then the counterparts of periodic sides.
     warnings : tuple of str
     seconds : dict
         Time taken, by stage.
@@ -87,6 +88,7 @@ class Problem:
     survey: Survey
     expected_nodes: float
     ruled: Graded
+    tied: Graded
     warnings: tuple[str, ...]
     seconds: dict[str, float]
     budget: "Budget | None" = None
@@ -217,10 +219,12 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         survey = surveyed(domain, wanted, max_nodes)
         ruled = rules(domain, wanted.floored(survey.minimum / 2))
         wanted = ruled.spacing
-        if ruled.ratio > 1:
+        tied = across_sides(domain, wanted, rules.growth or GROWTH)
+        wanted = tied.spacing
+        if max(ruled.ratio, tied.ratio) > 1:
             survey = surveyed(domain, wanted, max_nodes)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        grading = graded(domain, wanted, GROWTH, short.joined(coarse))
+        grading = graded_across(domain, wanted, GROWTH, short.joined(coarse))
         spacing = grading.spacing
         expected = survey.ideal_nodes
         if spacing is not wanted:
@@ -229,8 +233,8 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *domain.notes,
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
-            *compromises.slowed_growth(grading),
+            *compromises.slowed_growth(tied if tied.ratio > 1 else grading, rules.growth),
             *compromises.narrow_walls(domain, spacing),
             *compromises.narrow_strips(domain, spacing),
         )
-    return Problem(task, domain, wanted, spacing, survey, expected, ruled, warnings, seconds)
+    return Problem(task, domain, wanted, spacing, survey, expected, ruled, tied, warnings, seconds)

@@ -129,11 +129,14 @@ def _extremes(found: "Survey | Extremes") -> str:
 
 
 def _rules(problem: "Problem") -> dict[str, str]:
-    ruled = problem.ruled
-    if ruled.ratio <= 1:
-        return {}
-    where = "" if ruled.ratio_at is None else f" at {_place(ruled.ratio_at)}"
-    return {"rules": f"finer than the terms on {ruled.share:.1%} of the area, at most {ruled.ratio:.3g} times{where}"}
+    """What the rules of the spacing and its periodic sides changed."""
+    rows = {}
+    for name, than, changed in (("rules", "the terms", problem.ruled), ("periodic", "one side alone", problem.tied)):
+        if changed.ratio > 1:
+            where = "" if changed.ratio_at is None else f" at {_place(changed.ratio_at)}"
+            area = f"finer than {than} on {changed.share:.1%} of the area"
+            rows[name] = f"{area}, at most {changed.ratio:.3g} times{where}"
+    return rows
 
 
 def _scale(problem: "Problem") -> str:
