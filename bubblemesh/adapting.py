@@ -125,7 +125,7 @@ def _posed(
     field = replace(field, values=np.where(same, now, field.values))
 
     def at(scale: float | None) -> Spacing:
-        return Spacing(Combination((field,), scale or 1.0, *limits_of(case)))
+        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)))
 
     task, rules = task_of(case), rules_of(case)
     rules = replace(rules, growth=rules.growth or GROWTH)

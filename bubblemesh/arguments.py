@@ -90,7 +90,7 @@ def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floa
 
 
 def _scaled(term: Term, scale: float | None) -> Spacing:
-    scaled = term if scale is None else Combination((term,), scale)
+    scaled = term if scale is None else Combination((Spacing(term),), scale)
     return Spacing(scaled, costly=costly(scaled))
 
 

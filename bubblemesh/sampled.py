@@ -1,7 +1,6 @@
 """Terms of a spacing whose values are in files: read, and made functions of the place."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.case.tabulated import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm, several
-from bubblemesh.errors import BubblemeshError, CaseError
+from bubblemesh.errors import CaseError, at_key, prefixed
 from bubblemesh.output.fields import read_field
 from bubblemesh.readers.arrays import read_gridded
 from bubblemesh.readers.carried import at_hand
@@ -41,31 +40,22 @@ def sampled_terms(terms: SpacingTerms) -> list[Term]:
     for key, of in made:
         models: tuple[Any, ...] = several(getattr(terms, key))
         for number, model in enumerate(models):
-            with _at(f"spacing.{key}" if len(models) == 1 else f"spacing.{key}.{number}"):
+            with at_key("spacing", key, *([number] if len(models) > 1 else [])):
                 found.append(of(model))
     return found
-
-
-@contextmanager
-def _at(place: object) -> Iterator[None]:
-    """Errors with the place before them."""
-    try:
-        yield
-    except BubblemeshError as error:
-        raise type(error)(f"{place}: {error}") from None
 
 
 def _field(term: FieldTerm) -> Term:
     data = read_field(at_hand(Path(term.file)), term.name)
     of = Field.of if data.at_points else Field.of_triangles
-    with _at(f"{term.file}: {data.name}"):
+    with prefixed(f"{term.file}: {data.name}"):
         return of(data.points, data.triangles, data.values).scaled(term.scale)
 
 
 def _raster(term: RasterTerm) -> Term:
-    with _at(term.file):
+    with prefixed(term.file):
         data = read_gridded(at_hand(Path(term.file)), term.name)
-        with _at(data.name):
+        with prefixed(data.name):
             if term.bounds is not None:
                 return Raster.within(term.bounds, data.values, upper=term.origin == "upper").scaled(term.scale)
             if data.x is None or data.y is None:
@@ -76,7 +66,7 @@ def _raster(term: RasterTerm) -> Term:
 
 
 def _image(term: ImageTerm) -> Term:
-    with _at(term.file):
+    with prefixed(term.file):
         grey = read_grey(at_hand(Path(term.file)))
         return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
 
@@ -85,6 +75,6 @@ def _scattered(term: ScatteredTerm) -> Term:
     if term.file is None:
         samples = np.array(term.points, float)
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
-    with _at(term.file):
+    with prefixed(term.file):
         samples = read_columns(at_hand(Path(term.file)), ("x", "y", "d"))
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)

@@ -1,8 +1,7 @@
 """The spacing that a case asks for: its terms, bound to its domain."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +11,7 @@ from bubblemesh.case.near import Near as NearModel
 from bubblemesh.case.near import NearLabel, NearPoint
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.case.tabulated import several
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.sampled import sampled_terms
@@ -58,16 +57,11 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
         If a term names a label or a region that is not there; with the key.
     """
     terms, value = _mapping(case), _value(case, domain)
-    found = (
-        value.function,
-        *_near(terms, domain),
-        *_limits_within(terms, case, domain),
-        *sampled_terms(terms),
-    )
+    others = *_near(terms, domain), *sampled_terms(terms)
+    found = (value, *_limits_within(terms, case, domain), *(Spacing(term, costly=costly(term)) for term in others))
 
     def at(scale: float | None) -> Spacing:
-        term = _combined(found, terms.scale if scale is None else scale, limits_of(case))
-        return Spacing(term, key=value.key, costly=costly(term))
+        return _combined(found, terms.scale if scale is None else scale, limits_of(case))
 
     return Wanted(at, rules_of(case), terms.nodes)
 
@@ -93,28 +87,34 @@ def _mapping(case: Case) -> SpacingTerms:
     return case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
 
 
-def _combined(terms: tuple[Term, ...], scale: float, limits: tuple[float, float]) -> Term:
+def _combined(terms: tuple[Spacing, ...], scale: float, limits: tuple[float, float]) -> Spacing:
     """The terms as one; a single one without limits as it is, since it is evaluated very often."""
-    plain = len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED)
-    return terms[0] if plain else Combination(terms, scale, *limits)
+    if len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED):
+        return terms[0]
+    combination = Combination(terms, scale, *limits)
+    return Spacing(combination, key=combination.key, costly=combination.costly)
 
 
 def _value(case: Case, domain: Domain) -> Spacing:
     """The value that the case gives, with those of the regions that have one of their own in its place."""
-    mapped = isinstance(case.spacing, SpacingTerms)
-    value = _mapping(case).value
-    rest = nothing if value is None else _expression(value, case, domain, "spacing", *(["value"] if mapped else []))
     made: dict[float | str, Spacing] = {}
     finer = {}
     for number, model in enumerate(case.domain.regions):
         if model.spacing is not None:
             path = "domain", "regions", number, "spacing"
             if model.spacing not in made:
-                term = _expression(model.spacing, case, domain, *path)
-                made[model.spacing] = Spacing(term, costly=costly(term))
-            finer[model.name] = made[model.spacing], ".".join(map(str, path))
+                made[model.spacing] = _bound(model.spacing, case, domain, *path)
+            finer[model.name] = made[model.spacing], Key(path)
     own = [OwnSpacing(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
-    return by_region(Spacing(rest, costly=costly(rest)), own)
+    return by_region(_rest(case, domain), own)
+
+
+def _rest(case: Case, domain: Domain) -> Spacing:
+    """The value where no region has one of its own."""
+    if not isinstance(case.spacing, SpacingTerms):
+        return _bound(case.spacing, case, domain, "spacing")
+    key, value = case.spacing.basis
+    return Spacing(nothing) if value is None else _bound(value, case, domain, "spacing", key)
 
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Term]:
@@ -130,11 +130,11 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
     growth = NEAR_GROWTH if terms.growth is None else terms.growth
     models: tuple[NearModel, ...] = several(terms.near)
     for number, near in enumerate(models):
-        with _at("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+        with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
             distance = _distance(near, domain)
         yield Near(distance, near.size, growth if near.growth is None else near.growth, near.until)
     for label, size in terms.labels.items():
-        with _at("spacing", "labels", label):
+        with at_key("spacing", "labels", label):
             distance = distance_to(domain, [label])
         yield Near(distance, size, growth)
 
@@ -145,33 +145,27 @@ def _distance(near: NearModel, domain: Domain) -> Distance:
     return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
-def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Term]:
+def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Spacing]:
     """The largest spacings within regions."""
     regions, rest = domain.parts.regions, domain.parts.rest
     for name, value in terms.regions.items():
-        path = "spacing", "regions", name
-        term = _expression(value, case, domain, *path)
+        key = Key(["spacing", "regions", name])
+        term = _bound(value, case, domain, *key)
         mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
         if name != rest:
             if not mine:
                 known = dict.fromkeys([*(region.name for region in regions), rest])
-                raise CaseError(f"{'.'.join(path)}: {unknown('region', name, known)}")
+                with at_key(*key):
+                    raise CaseError(unknown("region", name, known))
             largest = max(region.polygon.area for region in mine)
             others = [region for region in others if region.polygon.area < largest]
         reach = Shapes(tuple(region.reach for region in mine)) if mine else None
-        yield Within(term, reach, Shapes(tuple(region.core for region in others)))
+        within = Within(term.function, reach, Shapes(tuple(region.core for region in others)))
+        yield replace(term, function=within)
 
 
-def _expression(value: float | str, case: Case, domain: Domain, *path: str | int) -> Expression:
-    """An expression that may measure distances in the domain."""
-    with _at(*path):
-        return Expression.parse(str(value), case.parameters, partial(distance_to, domain))
-
-
-@contextmanager
-def _at(*path: str | int) -> Iterator[None]:
-    """Errors inside tell the key."""
-    try:
-        yield
-    except CaseError as error:
-        raise CaseError(f"{'.'.join(map(str, path))}: {error}") from None
+def _bound(value: float | str, case: Case, domain: Domain, *path: str | int) -> Spacing:
+    """The value of a key: a number, or an expression that may measure distances in the domain."""
+    with at_key(*path):
+        term = Expression.parse(str(value), case.parameters, partial(distance_to, domain))
+    return Spacing(term, key=lambda point: Key(path), costly=costly(term))

@@ -157,3 +157,34 @@ spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, gr
     assert not spacing_of("0.1 + distance('wall')", domain).at(None).costly
     assert not wanted("{labels: {bore: 0.1}}").costly
     assert not wanted("{value: 0.1, per_circle: 36}").costly
+
+
+BAD = [
+    ("{value: 0.2, regions: {core: 'x - 2.5'}}", "", r"spacing\.regions\.core: is -"),
+    ("{value: 'x - 0.5', regions: {core: 0.1}, scale: 2}", "", r"spacing\.value: is -"),
+    ("{value: 'x - 0.5'}", "", r"spacing\.value: is -"),
+    ("'x - 0.5'", "", r"spacing: is -"),
+    ("{value: 0.2, labels: {bore: 0.1}, maximum: 1}", ", spacing: 'x - 2.4'", r"domain\.regions\.1\.spacing: is -"),
+    ("{maximum: 0.2, regions: {core: 'sqrt(x - 2.5)'}}", "", r"spacing\.regions\.core: is nan"),
+]
+
+
+@pytest.mark.parametrize(("spacing", "own", "message"), BAD)
+def test_the_term_that_is_no_spacing_is_named(spacing, own, message):
+    with pytest.raises(CaseError, match=f"^{message}") as caught:
+        values(spacing, own)
+    assert str(caught.value).startswith(f"{caught.value.about}: ")
+
+
+SCALED = [
+    ("{maximum: 0.2, scale: 0.5}", np.full(len(X), 0.1)),
+    ("{maximum: 0.2, scale: 3}", np.full(len(X), 0.2)),
+    ("{labels: {bore: 0.05}, maximum: 0.2, scale: 0.5}", 0.5 * np.minimum(0.05 + 0.2 * BORE, 0.2)),
+    ("{value: 1, labels: {bore: 0.05}, maximum: 0.2, scale: 0.5}", np.minimum(0.5 * (0.05 + 0.2 * BORE), 0.2)),
+    ("{regions: {core: 0.1}, maximum: 0.2, scale: 0.5}", np.where(CORE & ~SEED, 0.05, 0.1)),
+]
+
+
+@pytest.mark.parametrize(("spacing", "expected"), SCALED, ids=[spacing for spacing, _ in SCALED])
+def test_without_a_value_the_maximum_is_scaled_like_one(spacing, expected):
+    np.testing.assert_allclose(values(spacing), expected, rtol=1e-12)
