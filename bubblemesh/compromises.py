@@ -124,8 +124,8 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def slowed_growth(grading: Graded, limit: float | None = None) -> list[str]:
-    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than the case's own limit."""
+def slowed_growth(grading: Graded, limit: float | None) -> list[str]:
+    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit."""
     if grading.steepest is None or (limit is not None and limit <= GROWTH):
         return []
     at, size, growth = grading.steepest

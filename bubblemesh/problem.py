@@ -16,10 +16,10 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
 from bubblemesh.spacing.budget import Scaling, next_aim, scaled_to
-from bubblemesh.spacing.grading import GROWTH, Graded
+from bubblemesh.spacing.grading import Graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
 from bubblemesh.spacing.rules import Rules
-from bubblemesh.spacing.sides import across_sides, graded_across
+from bubblemesh.spacing.sides import across_sides, packable_across
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes, ideal_nodes, surveyed
 from bubblemesh.wanted import NO_RULES, Wanted, wanted_of
@@ -73,7 +73,7 @@ class Problem:
     expected_nodes : float
         The same number for the spacing that the packing goes by.
     ruled, tied : Graded
-        How the rules of the wanted spacing changed it, and then the counterparts of periodic sides.
+        How the rules of the wanted spacing changed it, and then the counterparts of periodic sides, if they did.
     warnings : tuple of str
     seconds : dict
         Time taken, by stage.
@@ -102,6 +102,14 @@ class Problem:
     def refined(self) -> bool:
         """Whether the packing goes by a finer spacing than the wanted one somewhere."""
         return self.spacing is not self.wanted
+
+    @property
+    def changes(self) -> dict[str, Graded]:
+        """What made the wanted spacing finer than its terms, as reports name it."""
+        found = {"rules": self.ruled, "periodic": self.tied}
+        if self.tied is self.ruled:
+            del found["periodic"]
+        return {name: changed for name, changed in found.items() if changed.ratio > 1}
 
     @cached_property
     def packed(self) -> Extremes:
@@ -219,12 +227,12 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         survey = surveyed(domain, wanted, max_nodes)
         ruled = rules(domain, wanted.floored(survey.minimum / 2))
         wanted = ruled.spacing
-        tied = across_sides(domain, wanted, rules.growth or GROWTH)
+        tied = across_sides(domain, ruled)
         wanted = tied.spacing
         if max(ruled.ratio, tied.ratio) > 1:
             survey = surveyed(domain, wanted, max_nodes)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        grading = graded_across(domain, wanted, GROWTH, short.joined(coarse))
+        grading = packable_across(domain, tied, short.joined(coarse))
         spacing = grading.spacing
         expected = survey.ideal_nodes
         if spacing is not wanted:
@@ -233,7 +241,7 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *domain.notes,
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
-            *compromises.slowed_growth(tied if tied.ratio > 1 else grading, rules.growth),
+            *compromises.slowed_growth(grading, rules.growth),
             *compromises.narrow_walls(domain, spacing),
             *compromises.narrow_strips(domain, spacing),
         )

@@ -104,8 +104,7 @@ def rules_figures(problem: Problem) -> dict[str, Any]:
     """How much the rules of the wanted spacing and its periodic sides changed it, if they did."""
     return {
         key: {"share": changed.share, "ratio": changed.ratio, "ratio_at": changed.ratio_at}
-        for key, changed in (("rules", problem.ruled), ("periodic", problem.tied))
-        if changed.ratio > 1
+        for key, changed in problem.changes.items()
     }
 
 

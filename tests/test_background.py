@@ -73,7 +73,7 @@ def test_balanced_cells_beside_each_other_differ_by_one_level_at_most():
 
 def test_vertices_are_the_corners_each_once():
     grid = balanced(grown())
-    points, corners, _ = grid.vertices
+    _, points, corners, _ = grid.vertices
     assert len(np.unique(points.round(12), axis=0)) == len(points)
     low, high = spans(grid)
     for k, place in enumerate(
@@ -85,7 +85,7 @@ def test_vertices_are_the_corners_each_once():
 
 def test_hanging_vertices_are_in_the_middle_of_a_side_and_none_is_missed():
     grid = balanced(grown())
-    points, corners, hanging = grid.vertices
+    _, points, corners, hanging = grid.vertices
     middle, first, last = hanging.T
     assert len(hanging) > 10
     np.testing.assert_allclose(points[middle], (points[first] + points[last]) / 2, atol=1e-12)

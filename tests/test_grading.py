@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from examples import BARE
@@ -7,8 +9,8 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem import prepared
-from bubblemesh.spacing.grading import GROWTH, graded
-from bubblemesh.spacing.refinement import Sources
+from bubblemesh.spacing.grading import GROWTH, graded, packable
+from bubblemesh.spacing.refinement import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
 
 SQUARE = Domain.of(rings.rectangle(-1, -1, 1, 1))
@@ -103,7 +105,7 @@ def test_sources_hold_the_spacing_where_they_are():
     d = found.spacing(INSIDE)
     assert np.quantile(np.abs(d / largest - 1), 0.99) < 0.06
     assert (d / largest).max() < 1.5
-    np.testing.assert_allclose(found.spacing(sources.points), sources.sizes, rtol=0.6)
+    np.testing.assert_allclose(found.spacing(sources.points), sources.sizes, rtol=0.05)
     assert found.steepest is None
     assert found.spacing.floor <= 0.0015
 
@@ -122,6 +124,54 @@ def test_growth_goes_around_walls():
     d = graded(domain, wanted, 0.3, NONE).spacing(np.array([[0.3, 0.9], [-0.06, 0.9]]))
     assert d[0] == pytest.approx(0.5)
     assert d[1] == pytest.approx(0.02 + 0.3 * 0.14, rel=0.1)
+
+
+@pytest.mark.parametrize("width", [0.1, 0.02, 0.004])
+def test_growth_goes_around_walls_however_thin(width):
+    outline = [(0, 0), (2, 0), (2, 1), (1 + width, 1), (1 + width, 0.5), (1, 0.5), (1, 1), (0, 1)]
+    domain = Domain.of(rings.polygon(outline))
+    wanted = Spacing(lambda x, y: np.where(np.hypot(x - 0.9, y - 0.9) < 0.05, 0.01, 0.5), floor=0.005)
+    there = np.array([[1 + width + 0.05, 0.95], [1 + width + 0.05, 0.5], [0.95, 0.5]])
+    over_tip = np.hypot(0.1, 0.4) - 0.05 + width
+    ways = np.array([over_tip + np.hypot(0.05, 0.45), over_tip + 0.05, np.hypot(0.05, 0.4) - 0.05])
+    found = graded(domain, wanted, 0.2, NONE).spacing(there)
+    np.testing.assert_allclose(found, 0.01 + 0.2 * ways, rtol=0.06)
+
+
+@pytest.mark.parametrize("growth", [0.1, 0.2, 0.4])
+def test_curves_get_the_nodes_that_their_sources_ask_for(growth):
+    plate = Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.2), rings.circle((0.6, 0.5), 0.03)])
+    fine = graded(plate, uniform(0.3), growth, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36)).spacing
+    for piece in np.flatnonzero(plate.boundary.curved):
+        length = plate.boundary.lengths[piece]
+        s = (np.arange(5000) + 0.5) / 5000 * length
+        nodes = length * (1 / fine(plate.boundary.points(np.full(5000, piece), s))).mean()
+        assert 35.7 < nodes < 37.5
+
+
+@pytest.mark.parametrize(("size", "slope"), [(0.001, 20), (0.001, 1000), (0.01, 5), (0.01, 2)])
+def test_spots_that_no_sample_sees_are_known_by_their_places(size, slope):
+    place = np.array([[0.31, -0.123]])
+
+    def function(x, y):
+        return np.minimum(0.2, size + slope * np.hypot(x - place[0, 0], y - place[0, 1]))
+
+    found = graded(SQUARE, Spacing(function, spots=np.vstack([place, [[5, 5]]])), 0.2, NONE)
+    largest = np.minimum(0.2, size + 0.2 * np.hypot(*(INSIDE - place).T))
+    np.testing.assert_allclose(found.spacing(INSIDE), largest, rtol=0.05)
+    assert found.steepest.growth > 0.9 * min(slope, 0.19 / size)
+
+
+def test_what_grows_slowly_by_its_rules_is_graded_no_more():
+    holes = [rings.circle((0.3 * i, 0.5 * j), 0.05) for i in (-2, 0, 1) for j in (-1, 0, 1)]
+    plate = Domain.of(rings.rectangle(-1, -1, 1, 1), holes)
+    ruled = graded(plate, uniform(0.3), GROWTH, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36))
+    assert packable(plate, ruled, NONE) is ruled
+    finer = packable(plate, ruled, Sources(np.array([[0.9, 0.9]]), np.array([0.01])))
+    assert finer.steepest is None
+    assert finer.spacing(np.array([[0.9, 0.9]]))[0] == pytest.approx(0.01, rel=0.05)
+    steep = replace(ruled, growth=0.6)
+    assert packable(plate, steep, NONE).growth == GROWTH
 
 
 def test_spacing_that_exists_in_the_domain_only():

@@ -7,8 +7,9 @@ from lattices import uniform
 from bubblemesh.case import load_case
 from bubblemesh.pipeline import mesh_case
 from bubblemesh.problem import prepared
+from bubblemesh.spacing.grading import Graded
 from bubblemesh.spacing.refinement import Sources
-from bubblemesh.spacing.sides import across_sides, finest, graded_across
+from bubblemesh.spacing.sides import across_sides, finest, packable_across
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.summary import estimate
 
@@ -71,15 +72,15 @@ def test_curved_sides_are_followed():
 @pytest.mark.parametrize("spacing", ["0.1", "{value: 0.1, growth: 0.2}", "0.1 + 0.02*sin(pi*x)*y"])
 def test_nothing_changes_where_both_sides_agree(spacing):
     problem = problem_of(spacing)
-    assert problem.tied.spacing is problem.ruled.spacing
+    assert problem.tied is problem.ruled
     assert "periodic" not in estimate(problem)
 
 
 def test_sides_that_are_not_periodic_are_left_alone():
     domain = problem_of("0.1", "[]").domain
-    steep = Spacing(lambda x, y: 0.01 + 0.1 * x)
-    assert across_sides(domain, steep, 0.2).spacing is steep
-    assert graded_across(domain, steep, 0.2, Sources.none()).spacing is steep
+    steep = Graded(Spacing(lambda x, y: 0.01 + 0.1 * x))
+    assert across_sides(domain, steep) is steep
+    assert packable_across(domain, steep, Sources.none()).spacing is steep.spacing
 
 
 def test_how_much_changed_is_told():

@@ -131,11 +131,11 @@ def _extremes(found: "Survey | Extremes") -> str:
 def _rules(problem: "Problem") -> dict[str, str]:
     """What the rules of the spacing and its periodic sides changed."""
     rows = {}
-    for name, than, changed in (("rules", "the terms", problem.ruled), ("periodic", "one side alone", problem.tied)):
-        if changed.ratio > 1:
-            where = "" if changed.ratio_at is None else f" at {_place(changed.ratio_at)}"
-            area = f"finer than {than} on {changed.share:.1%} of the area"
-            rows[name] = f"{area}, at most {changed.ratio:.3g} times{where}"
+    for name, changed in problem.changes.items():
+        than = "the terms" if name == "rules" else "one side alone"
+        where = "" if changed.ratio_at is None else f" at {_place(changed.ratio_at)}"
+        area = f"finer than {than} on {changed.share:.1%} of the area"
+        rows[name] = f"{area}, at most {changed.ratio:.3g} times{where}"
     return rows
 
 

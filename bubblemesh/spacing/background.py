@@ -21,6 +21,8 @@ class Vertices(NamedTuple):
 
     Attributes
     ----------
+    key : (v,)
+        Numbers of their places, ascending: the same in all grids that stem from one.
     points : (v, 2)
     corners : (n, 4)
         Vertices of the cells: lower left, lower right, upper left, upper right.
@@ -28,6 +30,7 @@ class Vertices(NamedTuple):
         Vertices in the middle of a cell's side, and the ends of that side; those of large cells first.
     """
 
+    key: Integers
     points: Floats
     corners: Integers
     hanging: Integers
@@ -137,7 +140,7 @@ class Background:
             there = np.flatnonzero((key[at] == middle) & (self.level < DEEPEST))
             hanging.append(np.column_stack([self.level[there], at[there], corners[there, first], corners[there, last]]))
         found = np.concatenate(hanging)
-        return Vertices(points, corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
+        return Vertices(key, points, corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
 
     def interpolated(self, values: Floats, points: Floats, cells: Integers) -> Floats:
         """Bilinear interpolation (m,) of values (v,) at the vertices, at ``points`` (m, 2) in ``cells`` (m,)."""

@@ -47,6 +47,7 @@ def _by_level(grid: Background) -> list[tuple[Integers, Integers, Integers]]:
 def _spread(grid: Background, values: Floats, growth: float, cells: Integers) -> Floats:
     """Values (v,) after they have spread through some ``cells``."""
     corners, rise = grid.vertices.corners[cells], growth * grid.sides[cells]
+    around = _cells_around(corners, len(values))
     result = values.copy()
     active = np.arange(len(cells))
     for _ in range(SWEEPS):
@@ -56,11 +57,19 @@ def _spread(grid: Background, values: Floats, growth: float, cells: Integers) ->
         lower = after < before * (1 - TOLERANCE)
         if not lower.any():
             break
-        changed = np.zeros(len(values), bool)
-        changed[mine[lower]] = True
         np.minimum.at(result, mine[lower], after[lower])
-        active = np.flatnonzero(changed[corners].any(axis=1))
+        near = np.zeros(len(cells) + 1, bool)  # the last stands for none
+        near[around[mine[lower]]] = True
+        active = np.flatnonzero(near[:-1])
     return result
+
+
+def _cells_around(corners: Integers, count: int) -> Integers:
+    """Cells (count, 4) that have each of so many vertices among their ``corners`` (n, 4); -1 stands for none."""
+    around = np.full((count, 4), -1)
+    for place in range(4):  # no two cells have a vertex at the same corner
+        around[corners[:, place], place] = np.arange(len(corners))
+    return around
 
 
 def _updated(values: Floats, rise: Floats) -> Floats:

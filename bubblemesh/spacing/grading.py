@@ -11,20 +11,16 @@ from bubblemesh.spacing.background import Background
 from bubblemesh.spacing.eikonal import slowed
 from bubblemesh.spacing.panels import panels
 from bubblemesh.spacing.refinement import Sources
+from bubblemesh.spacing.resolution import CELL, FINEST, PAIRS, Sampled, places, resolved, whole
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.walls import thin_walls
 
-__all__ = ["GROWTH", "Graded", "Steepest", "graded", "reaching"]
+__all__ = ["GROWTH", "Graded", "Steepest", "graded", "packable"]
 
 GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
-CELL = 2.0  # spacings: largest side of a cell
-COARSEST = 1 / 32  # of the domain's size: spots as large as that are not passed over
-FINEST = 0.25  # spacings: largest side of a cell from which the limit starts
 ROUNDS = 60
-SPLITS = 1000
 LOWERED = 1e-3  # relative change of the spacing that counts
 TOLERANCE = 1e-3  # relative excess of the growth that does not
-SAMPLES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of a cell, from its centre
-PAIRS = np.array([[0, 1], [0, 2], [0, 3], [0, 4], [1, 2], [3, 4], [1, 3], [2, 4]])
 
 
 class Steepest(NamedTuple):
@@ -51,6 +47,8 @@ class Graded:
         Wanted spacing over it, where that is largest.
     ratio_at : tuple of float or None
         That place (x, y), if it is finer anywhere.
+    growth : float or None
+        The limit, if there is one.
     """
 
     spacing: Spacing
@@ -58,6 +56,7 @@ class Graded:
     share: float = 0.0
     ratio: float = 1.0
     ratio_at: tuple[float, float] | None = None
+    growth: float | None = None
 
 
 @dataclass(frozen=True)
@@ -77,97 +76,51 @@ class Limit:
         return limit
 
 
-@dataclass(frozen=True)
-class Sampled:
-    """A grid and the wanted spacing in its cells.
-
-    Attributes
-    ----------
-    grid : Background
-    inside : (n,)
-        Which cells reach into the domain.
-    d : (n, 5)
-        Spacing at the centres and corners, whether or not they lie in the domain.
-    finest : (n,)
-        Size of the finest source in each cell, infinite where there is none.
-    """
-
-    grid: Background
-    inside: Booleans
-    d: Floats
-    finest: Floats
-
-    def largest(self, coarsest: float) -> Floats:
-        """Largest sides (n,) of cells that resolve the spacing and the sources."""
-        wanted = np.minimum(CELL * self.d.min(axis=1), FINEST * self.finest)
-        return np.where(self.inside & self.grid.divisible, np.minimum(wanted, coarsest), np.inf)
-
-    def slopes(self) -> Floats:
-        """Growth (n, 8) of the spacing per length between the `PAIRS` of samples."""
-        lengths = self.grid.sides[:, None] * np.hypot(*(SAMPLES[PAIRS[:, 1]] - SAMPLES[PAIRS[:, 0]]).T)
-        return np.abs(self.d[:, PAIRS[:, 1]] - self.d[:, PAIRS[:, 0]]) / lengths
-
-
 def graded(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> Graded:
     """The spacing, made to grow by at most ``growth`` per length, and from the sources' sizes on.
 
     Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is.
     """
-    sampled = _resolved(_root(domain), domain, spacing, sources, np.inf)
+    fine = sources.joined(_spots(domain, spacing))
+    sampled = resolved(whole(domain), domain, spacing, fine, np.inf)
     if len(sources) == 0 and _steepest(sampled, domain, growth) is None:
-        return Graded(spacing)
+        return Graded(spacing, growth=growth)
     # The vertices beside the boundary may all lie outside.
-    limits = sources.joined(_on_boundary(domain, spacing))
+    rim = _on_boundary(domain, spacing)
+    walls, sides = thin_walls(domain, spacing)
+    small = fine.joined(Sources(walls, sides / FINEST))
+    sampled = resolved(sampled, domain, spacing, small, np.inf)
+    grid, values = sampled.grid, np.full(len(sampled.grid.vertices.key), np.inf)
     for _ in range(ROUNDS):
-        grid = sampled.grid
+        before, grid = (grid, values), sampled.grid
         wanted = _wanted(grid, domain, spacing)
-        values = slowed(grid, _with_sources(grid, wanted, limits, growth), growth, sampled.inside)
+        start = _at(grid, _beside(grid, wanted, rim, growth), fine, growth)
+        start = np.minimum(start, _carried(*before, grid))
+        values = slowed(grid, start, growth, sampled.inside)
         largest = _largest(sampled, domain, growth, wanted, values)
         if (grid.sides <= largest).all():
             break
-        sampled = _resolved(sampled, domain, spacing, sources, largest)
+        sampled = resolved(sampled, domain, spacing, small, largest)
     lowered = values < wanted * (1 - LOWERED)
     active: Booleans = np.asarray(lowered[grid.vertices.corners].any(axis=1))
     limited = _limited(spacing, Limit(grid, values, active))
-    return Graded(limited, _steepest(sampled, domain, growth), *_change(sampled, wanted, values))
+    return Graded(limited, _steepest(sampled, domain, growth), *_change(sampled, wanted, values), growth)
 
 
-def _root(domain: Domain) -> Sampled:
-    grid = Background.around(domain.bounds)
-    return Sampled(grid, np.ones(1, bool), np.zeros((1, len(SAMPLES))), np.zeros(1))
+def packable(domain: Domain, ruled: Graded, sources: Sources) -> Graded:
+    """A spacing that has followed its rules, made to grow slowly enough for a packing, from the sources on as well."""
+    if ruled.growth is None or ruled.growth > GROWTH:
+        return graded(domain, ruled.spacing, GROWTH, sources)
+    if len(sources) == 0:
+        return ruled
+    # It grows slowly but for the cells in which it is interpolated.
+    return replace(graded(domain, ruled.spacing, GROWTH, sources), steepest=ruled.steepest)
 
 
-def _resolved(sampled: Sampled, domain: Domain, spacing: Spacing, sources: Sources, largest: Floats | float) -> Sampled:
-    """Cells split until they resolve the spacing, none is above ``largest`` (n,), and their sizes are balanced."""
-    split = sampled.grid.sides > largest
-    for _ in range(SPLITS):
-        split |= sampled.grid.sides > sampled.largest(COARSEST * domain.size)
-        if not split.any():
-            split = sampled.grid.unbalanced()
-        if not split.any():
-            break
-        grid, origin, fresh = sampled.grid.split(split)
-        mine = np.flatnonzero(fresh)
-        inside, d, finest = sampled.inside[origin], sampled.d[origin], np.full(len(grid), np.inf)
-        inside[mine] = reaching(domain, grid.centers[mine], grid.sides[mine])
-        d[mine] = spacing.extended(_places(grid, mine).reshape(-1, 2)).reshape(-1, len(SAMPLES))
-        np.minimum.at(finest, grid.located(sources.points), sources.sizes)
-        sampled = Sampled(grid, inside, d, finest)
-        split = np.zeros(len(grid), bool)
-    return sampled
-
-
-def _places(grid: Background, cells: Integers) -> Floats:
-    """Samples (k, 5, 2) of some cells: centre and corners."""
-    return grid.centers[cells, None] + grid.sides[cells, None, None] * SAMPLES
-
-
-def reaching(domain: Domain, centers: Floats, sides: Floats) -> Booleans:
-    """Which square cells (k,) reach into the domain, or nearly so."""
-    reaching = domain.contains(centers)
-    outside = np.flatnonzero(~reaching)
-    reaching[outside] = domain.signed_distance(centers[outside]) > -sides[outside] * np.sqrt(0.5)
-    return reaching
+def _spots(domain: Domain, spacing: Spacing) -> Sources:
+    """The spacing's own spots that lie in the domain."""
+    points = spacing.spots[domain.contains(spacing.spots)]
+    return Sources(points, spacing(points))
 
 
 def _on_boundary(domain: Domain, spacing: Spacing) -> Sources:
@@ -198,7 +151,7 @@ def _steepest(sampled: Sampled, domain: Domain, growth: float) -> Steepest | Non
     """Where the spacing grows fastest between samples of a cell that lie in the domain, if faster than ``growth``."""
     slopes = sampled.slopes() * sampled.inside[:, None]
     cell, pair = np.nonzero(slopes > growth * (1 + TOLERANCE))
-    ends = _places(sampled.grid, cell)[np.arange(len(cell))[:, None], PAIRS[pair]]
+    ends = places(sampled.grid, cell)[np.arange(len(cell))[:, None], PAIRS[pair]]
     real = domain.contains(ends[:, 0]) & domain.contains(ends[:, 1])
     cell, pair, ends = cell[real], pair[real], ends[real]
     if len(cell) == 0:
@@ -218,13 +171,41 @@ def _wanted(grid: Background, domain: Domain, spacing: Spacing) -> Floats:
     return wanted
 
 
-def _with_sources(grid: Background, values: Floats, sources: Sources, growth: float) -> Floats:
-    """Values (v,) that respect the sources in the cells around."""
-    mine = grid.vertices.corners[grid.located(sources.points)]
-    away = grid.vertices.points[mine] - sources.points[:, None]
-    result = values.copy()
-    np.minimum.at(result, mine, sources.sizes[:, None] + growth * np.hypot(away[..., 0], away[..., 1]))
+def _carried(coarse: Background, values: Floats, grid: Background) -> Floats:
+    """Values (v,) at the vertices of a grid from those of the coarse one that it stems from; infinite at new ones.
+
+    They are upper limits still: smaller cells only find finer places.
+    """
+    result = np.full(len(grid.vertices.key), np.inf)
+    same = np.searchsorted(grid.vertices.key, coarse.vertices.key)
+    result[same] = values
+    result[same[coarse.vertices.hanging[:, 0]]] = np.inf
     return result
+
+
+def _beside(grid: Background, values: Floats, sources: Sources, growth: float) -> Floats:
+    """Values (v,) that respect the sources at the vertices around them."""
+    mine = grid.vertices.corners[grid.located(sources.points)]
+    result = values.copy()
+    np.minimum.at(result, mine, sources.sizes[:, None] + growth * _away(grid, mine, sources))
+    return result
+
+
+def _at(grid: Background, values: Floats, sources: Sources, growth: float) -> Floats:
+    """Values (v,) whose interpolation respects the sources where they are; their cells are small."""
+    cells = grid.located(sources.points)
+    mine = grid.vertices.corners[cells]
+    rise = growth * _away(grid, mine, sources)
+    excess = grid.bilinear(rise, sources.points, cells)
+    result = values.copy()
+    np.minimum.at(result, mine, sources.sizes[:, None] + np.maximum(rise - excess[:, None], 0))
+    return result
+
+
+def _away(grid: Background, vertices: Integers, sources: Sources) -> Floats:
+    """Distances (k, 4) of the sources from vertices (k, 4)."""
+    away = grid.vertices.points[vertices] - sources.points[:, None]
+    return np.hypot(away[..., 0], away[..., 1])
 
 
 def _limited(spacing: Spacing, limit: Limit) -> Spacing:

@@ -12,7 +12,7 @@ from bubblemesh.spacing.spacing import Spacing
 __all__ = ["Sources", "coarse_curves", "short_pieces"]
 
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
-APART = 0.5  # distance of sources on a curve, in terms of their sizes
+APART = 0.25  # distance of sources on a curve, in terms of their sizes
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 
 

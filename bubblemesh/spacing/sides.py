@@ -1,17 +1,20 @@
 """Spacing beside periodic sides: the finer one of both sides counts, and grows from there into the domain."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grading import Graded, graded
+from bubblemesh.spacing.grading import GROWTH, Graded, graded, packable
 from bubblemesh.spacing.panels import panels
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["across_sides", "finest", "graded_across"]
+__all__ = ["across_sides", "finest", "packable_across"]
 
-ALIKE = 0.1  # relative difference of the spacings of both sides that is none: grading is no more exact
+ALIKE = 0.05  # relative difference of the spacings of both sides that is none: grading is no more exact
 PASSES = 10  # across the sides: what comes in through one of them may leave through another one
 
 
@@ -24,21 +27,30 @@ def finest(domain: Domain, spacing: Spacing, piece: Integers, s: Floats) -> Floa
     return d
 
 
-def across_sides(domain: Domain, spacing: Spacing, growth: float) -> Graded:
-    """The spacing, finer beside periodic sides where their counterparts are, if any is."""
-    sources = _finer_opposite(domain, spacing)
-    return graded_across(domain, spacing, growth, sources) if len(sources) else Graded(spacing)
+def across_sides(domain: Domain, ruled: Graded) -> Graded:
+    """A spacing that has followed its rules, finer beside periodic sides where their counterparts are, if they are."""
+    sources = _finer_opposite(domain, ruled.spacing)
+    if len(sources) == 0:
+        return ruled
+    growth = GROWTH if ruled.growth is None else ruled.growth
+    tied = _settled(domain, sources, lambda sources: graded(domain, ruled.spacing, growth, sources))
+    return tied if ruled.growth is None else replace(tied, steepest=ruled.steepest)
 
 
-def graded_across(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> Graded:
-    """The spacing, made to grow by at most ``growth`` per length, as `graded` does, also across periodic sides."""
-    result = graded(domain, spacing, growth, sources)
+def packable_across(domain: Domain, ruled: Graded, sources: Sources) -> Graded:
+    """The spacing, made `packable`, also across periodic sides."""
+    return _settled(domain, sources, lambda sources: packable(domain, ruled, sources))
+
+
+def _settled(domain: Domain, sources: Sources, grade: Callable[[Sources], Graded]) -> Graded:
+    """What grading leads to from the sources, and from what they make fine across the sides."""
+    result = grade(sources)
     for _ in range(PASSES):
         more = _finer_opposite(domain, result.spacing)
         if len(more) == 0:
             break
         sources = sources.joined(more)
-        result = graded(domain, spacing, growth, sources)
+        result = grade(sources)
     return result
 
 

@@ -1,7 +1,7 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,12 +30,15 @@ class Spacing:
         The key of the case that the spacing at a point (2,) comes from: a region may have its own.
     costly : bool
         Whether the function takes so long that a table of it is worth having.
+    spots : (k, 2)
+        Places where it may be fine over so short a distance that samples would pass them by.
     """
 
     function: Callable[[Floats, Floats], Floats]
     floor: float = 0.0
     key: Callable[[Floats], Key] = _whole
     costly: bool = False
+    spots: Floats = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.

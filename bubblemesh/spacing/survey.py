@@ -73,7 +73,8 @@ def extremes(domain: Domain, spacing: Spacing) -> Extremes:
 
 
 def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
-    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1)])
+    spots = spacing.spots[domain.contains(spacing.spots)]
+    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)
     x, y = points[d.argmax()]
     return Extremes(*_minimised(domain, spacing, points[d.argmin()]), float(d.max()), (float(x), float(y)))

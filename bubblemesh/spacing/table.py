@@ -8,7 +8,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.background import DEEPEST, Background
 from bubblemesh.spacing.combination import Term
-from bubblemesh.spacing.grading import reaching
+from bubblemesh.spacing.resolution import reaching
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Table", "tabulated"]
