@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.near import Near as NearModel
 from bubblemesh.case.near import NearLabel, NearPoint
@@ -14,8 +15,8 @@ from bubblemesh.case.tabulated import several
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.sampled import sampled_terms
-from bubblemesh.spacing.combination import Combination, Term, costly, nothing
+from bubblemesh.sampled import elsewhere, sampled_terms
+from bubblemesh.spacing.combination import Combination, costly, nothing
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.near import NEAR_GROWTH, Near, Nearest
 from bubblemesh.spacing.regional import OwnSpacing, by_region
@@ -41,11 +42,14 @@ class Wanted:
     rules : Rules
     nodes : int or None
         How many nodes it is to be scaled for.
+    warnings : tuple of str
+        What may not be meant so.
     """
 
     at: Callable[[float | None], Spacing]
     rules: Rules = NO_RULES
     nodes: int | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def wanted_of(case: Case, domain: Domain) -> Wanted:
@@ -57,13 +61,16 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
         If a term names a label or a region that is not there; with the key.
     """
     terms, value = _mapping(case), _value(case, domain)
-    others = *_near(terms, domain), *sampled_terms(terms)
-    found = (value, *_limits_within(terms, case, domain), *(Spacing(term, costly=costly(term)) for term in others))
+    limits, near, sampled = _limits_within(terms, case, domain), _near(terms, domain), sampled_terms(terms)
+    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in sampled.items())
+    spots = np.array([*_spots(terms, domain)], float).reshape(-1, 2)
+    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in sampled.items()))
 
     def at(scale: float | None) -> Spacing:
-        return _combined(found, terms.scale if scale is None else scale, limits_of(case))
+        combined = _combined(found, terms.scale if scale is None else scale, limits_of(case))
+        return replace(combined, spots=spots)
 
-    return Wanted(at, rules_of(case), terms.nodes)
+    return Wanted(at, rules_of(case), terms.nodes, tuple(astray))
 
 
 def nodes_of(case: Case) -> int | None:
@@ -117,13 +124,13 @@ def _rest(case: Case, domain: Domain) -> Spacing:
     return Spacing(nothing) if value is None else _bound(value, case, domain, "spacing", key)
 
 
-def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Term]:
+def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """What is fine near something, and grows from there: one term for all whose distance takes long."""
     found = tuple(_growing(terms, domain))
-    yield from (near for near in found if not near.costly)
+    yield from (Spacing(near) for near in found if not near.costly)
     slow = tuple(near for near in found if near.costly)
     if slow:
-        yield slow[0] if len(slow) == 1 else Nearest(slow)
+        yield Spacing(slow[0] if len(slow) == 1 else Nearest(slow), costly=True)
 
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
@@ -137,6 +144,17 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
         with at_key("spacing", "labels", label):
             distance = distance_to(domain, [label])
         yield Near(distance, size, growth)
+
+
+def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[tuple[float, float]]:
+    """Points near which the spacing is fine."""
+    labels, models = set(terms.labels), tuple[NearModel, ...](several(terms.near))
+    for near in models:
+        if isinstance(near, NearLabel):
+            labels.add(near.label)
+        else:
+            yield from [near.point] if isinstance(near, NearPoint) else near.line
+    yield from (at for at, label in domain.parts.points if label in labels)
 
 
 def _distance(near: NearModel, domain: Domain) -> Distance:
@@ -168,4 +186,9 @@ def _bound(value: float | str, case: Case, domain: Domain, *path: str | int) -> 
     """The value of a key: a number, or an expression that may measure distances in the domain."""
     with at_key(*path):
         term = Expression.parse(str(value), case.parameters, partial(distance_to, domain))
-    return Spacing(term, key=lambda point: Key(path), costly=costly(term))
+    return Spacing(term, key=_always(Key(path)), costly=costly(term))
+
+
+def _always(key: Key) -> Callable[[Floats], Key]:
+    """The key of a term, at any point."""
+    return lambda point: key

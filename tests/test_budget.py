@@ -113,6 +113,15 @@ def test_too_few_nodes_for_the_boundary_or_the_rules_are_an_error_with_the_fewes
         prepared(load_case("a.yaml", text=text, overrides=["spacing.nodes=40"]))
 
 
+def test_slopes_go_with_the_scale_which_a_warning_tells():
+    outline = "[[0, 0], [0, -1], [1, -1], [1, 1], [-1, 1], [-1, 0]]"
+    text = f"domain: {{outer: {{polygon: {outline}}}}}\nspacing: {{near: {{point: [0, 0], size: 0.01}}, nodes: 60}}\n"
+    problem = prepared(load_case("a.yaml", text=text))
+    (warning,), scale = problem.warnings, problem.budget.scale
+    assert warning.startswith(f"the spacing, times {scale:.3g} for the wanted number of nodes, grows by ")
+    assert f" grows by {0.2 * scale:.2g} per length " in warning
+
+
 @pytest.mark.parametrize(
     "terms", ["", "near: {point: [0.3, 0.3], size: 0.01}, ", "regions: {domain: 0.1}, growth: 0.1, "]
 )

@@ -8,6 +8,7 @@ from partitions import domain_of
 from bubblemesh.arguments import spacing_of
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
+from bubblemesh.problem import prepared
 from bubblemesh.wanted import wanted_of
 
 DOMAIN = """
@@ -174,6 +175,18 @@ def test_the_term_that_is_no_spacing_is_named(spacing, own, message):
     with pytest.raises(CaseError, match=f"^{message}") as caught:
         values(spacing, own)
     assert str(caught.value).startswith(f"{caught.value.about}: ")
+
+
+def test_places_where_it_may_be_fine_are_known():
+    terms = "{near: [{point: [1, 0.2], size: 0.1}, {line: [[0, 0.5], [4, 0.5]], size: 0.05}], labels: {well: 0.1}}"
+    assert wanted(terms).spots.tolist() == [[1, 0.2], [0, 0.5], [4, 0.5], [3.5, 1.5]]
+    assert len(wanted("0.1").spots) == 0
+
+
+def test_a_tiny_spot_is_not_passed_by():
+    text = f"{DOMAIN.replace('OWN', '')}spacing: {{value: 0.5, near: {{point: [3.01, 0.17], size: 1e-4, growth: 9}}}}\n"
+    problem = prepared(load_case("plate.yaml", text=text))
+    assert problem.packed.minimum == pytest.approx(1e-4, rel=0.05)
 
 
 SCALED = [

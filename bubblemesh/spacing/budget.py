@@ -33,13 +33,10 @@ class Scaling:
     domain : Domain
     scaled : callable
         The spacing at a scale.
-    asked : str
-        What messages call the key or option that asks for a number of nodes.
     """
 
     domain: Domain
     scaled: Callable[[float], Spacing]
-    asked: str = "spacing.nodes"
 
     def scales(self) -> "Scales":
         """The scales for rough numbers of nodes."""
