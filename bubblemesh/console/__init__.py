@@ -21,6 +21,7 @@ __all__ = ["Progress", "show_files", "show_problem", "show_quality", "warn"]
 COLUMNS = ("round", "nodes", "deleted", "inserted", "mean q", "least q", "mean speed", "time")
 WIDTHS = (5, 8, 8, 8, 7, 7, 10, 8)
 REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and elsewhere
+ROUNDING = 1e-9  # of a domain's size
 
 terminal = Console(stderr=True, highlight=False, soft_wrap=True)
 
@@ -115,17 +116,18 @@ def show_problem(problem: "Problem") -> None:
         "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {domain.polygon.area:.6g}, "
         f"{_counted(domain.hole_count, 'hole')}",
         "labels": ", ".join(domain.boundary.labels),
-        "spacing": _extremes(survey),
+        "spacing": _extremes(survey, domain.size),
         **_rules(problem),
-        **({"packed": _extremes(problem.packed)} if problem.refined else {}),
+        **({"packed": _extremes(problem.packed, domain.size)} if problem.refined else {}),
         "nodes": f"about {problem.expected_nodes:.0f}" + _scale(problem),
         "method": problem.task.method_name,
     }
     _show(rows)
 
 
-def _extremes(found: "Survey | Extremes") -> str:
-    return f"{found.minimum:.4g} at {_place(found.minimum_at)} to {found.maximum:.4g} at {_place(found.maximum_at)}"
+def _extremes(found: "Survey | Extremes", size: float) -> str:
+    least, largest = _place(found.minimum_at, size), _place(found.maximum_at, size)
+    return f"{found.minimum:.4g} at {least} to {found.maximum:.4g} at {largest}"
 
 
 def _rules(problem: "Problem") -> dict[str, str]:
@@ -133,7 +135,7 @@ def _rules(problem: "Problem") -> dict[str, str]:
     rows = {}
     for name, changed in problem.changes.items():
         than = "the terms" if name == "rules" else "one side alone"
-        where = "" if changed.ratio_at is None else f" at {_place(changed.ratio_at)}"
+        where = "" if changed.ratio_at is None else f" at {_place(changed.ratio_at, problem.domain.size)}"
         area = f"finer than {than} on {changed.share:.1%} of the area"
         rows[name] = f"{area}, at most {changed.ratio:.3g} times{where}"
     return rows
@@ -212,8 +214,10 @@ def _line(cells: Sequence[str]) -> None:
     terminal.print(Text(" ".join(f"{cell:>{width}}" for cell, width in zip(cells, WIDTHS, strict=True))))
 
 
-def _place(point: Sequence[float]) -> str:
-    return f"({point[0]:.4g}, {point[1]:.4g})"
+def _place(point: Sequence[float], size: float = 0.0) -> str:
+    """A point; what is nothing but rounding in a domain of some size is zero."""
+    x, y = (0.0 if abs(value) < ROUNDING * size else value for value in point)
+    return f"({x:.4g}, {y:.4g})"
 
 
 def _counted(number: int, noun: str) -> str:
