@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.terms import spacing_case
+from bubblemesh.case.given import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.distance import distance_to

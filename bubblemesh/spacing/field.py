@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.spacing.location import Locator
 from bubblemesh.spacing.rim import Rim
 from bubblemesh.spacing.samples import require_positive
+from bubblemesh.triangulation import doubled_areas
 from bubblemesh.wording import place
 
 __all__ = ["Field"]
@@ -80,7 +81,7 @@ class Field:
         cells = np.arange(len(triangles)) if cells is None else cells
         require_positive(values, where)
         values = values[cells]
-        areas = np.abs(_doubled_areas(points, triangles))
+        areas = np.abs(doubled_areas(points[triangles]))
         corner = triangles.ravel()
         area = np.bincount(corner, np.repeat(areas, 3), len(points))
         bubbles = np.bincount(corner, np.repeat(areas / values**2, 3), len(points))
@@ -120,18 +121,11 @@ class Field:
         return Rim.of(self.points, self.triangles)
 
 
-def _doubled_areas(points: Floats, triangles: Integers) -> Floats:
-    """Twice the areas (t,), negative for triangles that turn clockwise."""
-    a = points[triangles[:, 0]]
-    (ux, uy), (vx, vy) = (points[triangles[:, 1]] - a).T, (points[triangles[:, 2]] - a).T
-    return ux * vy - uy * vx
-
-
 def _with_area(points: Floats, triangles: Integers) -> Integers:
     """The triangles but those whose corners lie on a line."""
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    real = triangles[np.abs(_doubled_areas(points, triangles)) > FLAT * longest]
+    real = triangles[np.abs(doubled_areas(corners)) > FLAT * longest]
     if len(real) == 0:
         raise CaseError("none of the triangles has an area")
     return real
