@@ -2,6 +2,7 @@
 
 import os
 import signal
+from contextlib import suppress
 from types import FrameType
 
 __all__ = ["main"]
@@ -20,7 +21,8 @@ def main() -> None:
 
 def _leave(number: int, frame: FrameType | None) -> None:
     """End at once: nothing has been begun, and what is being loaded might turn an exception into any other one."""
-    os.write(2, b"error: interrupted\n")
+    with suppress(OSError):
+        os.write(2, b"error: interrupted\n")
     os._exit(INTERRUPTED)
 
 

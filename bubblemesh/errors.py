@@ -14,6 +14,7 @@ __all__ = [
     "RequirementError",
     "at_key",
     "located",
+    "outcome",
     "prefixed",
 ]
 
@@ -70,6 +71,11 @@ class LimitError(BubblemeshError):
     """The case needs more nodes or time than its limit allows."""
 
     exit_code = 6
+
+
+def outcome(exit_code: int) -> str:
+    """What has become of a case with this exit code, as batches count it."""
+    return {0: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
 
 
 @contextmanager

@@ -13,6 +13,7 @@ __all__ = [
     "edge_means",
     "edge_ratios",
     "edges",
+    "inverted",
     "radius_ratios",
     "rim_nodes",
     "shape_quality",
@@ -82,7 +83,7 @@ def radius_ratios(points: Floats, triangles: Integers) -> Floats:
     D. A. Field, "Qualitative measures for initial meshes", Int. J. Numer. Meth. Eng. 47 (2000).
     """
     a, b, c = _sides(points, triangles)
-    degenerate = np.abs(signed_areas(points, triangles)) <= _DEGENERATE * (a + b + c) ** 2
+    degenerate = np.abs(signed_areas(points, triangles)) <= _least_areas(points, triangles)
     product = np.where(degenerate, 1.0, a * b * c)
     return np.where(degenerate, 0.0, (b + c - a) * (c + a - b) * (a + b - c) / product)
 
@@ -100,6 +101,16 @@ def signed_areas(points: Floats, triangles: Integers) -> Floats:
     first, second, third = np.moveaxis(points[triangles], 1, 0)
     (ux, uy), (vx, vy) = (second - first).T, (third - first).T
     return np.asarray(0.5 * (ux * vy - uy * vx))
+
+
+def inverted(points: Floats, triangles: Integers) -> Integers:
+    """Return the indices (k,) of the triangles that turn the other way than most do, ascending.
+
+    None is where all turn clockwise, which is merely another convention; flat triangles turn neither way.
+    """
+    areas, least = signed_areas(points, triangles), _least_areas(points, triangles)
+    clockwise, others = areas < -least, areas > least
+    return np.flatnonzero(clockwise if clockwise.sum() <= others.sum() else others)
 
 
 def edges(triangles: Integers) -> tuple[Integers, Integers]:
@@ -192,6 +203,11 @@ def worst_triangles(points: Floats, triangles: Integers, count: int) -> list[tup
     worst = np.argsort(ratios, kind="stable")[:count]
     centroids = points[triangles[worst]].mean(axis=1)
     return [(float(q), (float(x), float(y))) for q, (x, y) in zip(ratios[worst], centroids, strict=True)]
+
+
+def _least_areas(points: Floats, triangles: Integers) -> Floats:
+    """Areas (t,) up to which the triangles are flat."""
+    return np.asarray(_DEGENERATE * sum(_sides(points, triangles)) ** 2)
 
 
 def _sides(points: Floats, triangles: Integers) -> tuple[Floats, Floats, Floats]:

@@ -1,12 +1,13 @@
-"""The standard input and output, as bytes: the locale of the terminal does not matter to data."""
+"""The standard input and output, as bytes: the locale of the terminal does not matter to data; the error stream."""
 
+import os
 import sys
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import CaseError, FileError, LimitError
 
-__all__ = ["output_stream", "read_input", "write_new", "write_output"]
+__all__ = ["expendable_messages", "output_stream", "read_input", "write_new", "write_output"]
 
 MOST_BYTES = 500_000_000
 
@@ -84,3 +85,45 @@ def write_output(text: str) -> None:
         raise
     except OSError as error:
         raise FileError(f"cannot write to the standard output: {error.strerror}") from error
+
+
+class Expendable:
+    """A stream whose text is given up once it cannot be written: no message is worth the work it tells of.
+
+    Parameters
+    ----------
+    stream : TextIO
+        With a file descriptor, which leads nowhere from then on: for what is still buffered, and for other writers.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write text, or give it up."""
+        try:
+            return self._stream.write(text)
+        except OSError:
+            self._give_up()
+            return len(text)
+
+    def flush(self) -> None:
+        """Bring what is buffered on its way, or give it up."""
+        try:
+            self._stream.flush()
+        except OSError:
+            self._give_up()
+
+    def _give_up(self) -> None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self._stream.fileno())
+        os.close(nowhere)
+
+
+def expendable_messages() -> None:
+    """From now on the process goes on where its error stream fails: on a full disk, without a reader."""
+    if sys.stderr is not None:
+        sys.stderr = cast(TextIO, Expendable(sys.stderr))

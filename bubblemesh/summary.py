@@ -74,7 +74,7 @@ def initial_row(start: Bubbles, triangles: Integers) -> dict[str, Any]:
 
 
 def mesh_figures(points: Floats, triangles: Integers, wanted: Spacing | None) -> dict[str, Any]:
-    """Quality of a mesh, and how well its edges keep the wanted spacing where that is known."""
+    """Quality of a mesh of any orientation, and how well its edges keep the wanted spacing where that is known."""
     sides, count = edges(triangles)
     worst = worst_triangles(points, triangles, WORST)
     figures = {
@@ -85,7 +85,7 @@ def mesh_figures(points: Floats, triangles: Integers, wanted: Spacing | None) ->
             **asdict(shape_quality(points, triangles)),
             "worst": [{"quality": q, "at": at} for q, at in worst],
         },
-        "area": float(signed_areas(points, triangles).sum()),
+        "area": float(np.abs(signed_areas(points, triangles)).sum()),
     }
     if wanted is not None:
         figures["spacing"] = asdict(spacing_fit(points, sides, wanted.between(points[sides])))

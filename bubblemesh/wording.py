@@ -2,19 +2,33 @@
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
-from bubblemesh.arrays import Floats
+if TYPE_CHECKING:  # messages must be written even where NumPy cannot be loaded
+    from bubblemesh.arrays import Floats
 
 FAR = 1e4  # six digits do not tell a place in a domain of any size
 MOST_NAMES = 20  # that one message lists
 
-__all__ = ["meant", "place", "ring_name", "shown", "unknown"]
+__all__ = ["duration", "meant", "place", "ring_name", "shown", "unknown"]
 
 
-def place(point: Floats | Sequence[float]) -> str:
+def place(point: "Floats | Sequence[float]") -> str:
     """A point as messages write it: (0.5, -1); far from the origin with more digits."""
     x, y = (f"{value:.6g}" if abs(value) < FAR else f"{value:.12g}" for value in (float(point[0]), float(point[1])))
     return f"({x}, {y})"
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it: 30 ms, 2.5 s, 3 min 20 s, 2 h 5 min."""
+    if seconds < 0.9995:
+        return f"{1000 * seconds:.0f} ms"
+    if seconds < 59.95:
+        return f"{seconds:.3g} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    return "{} h {} min".format(*divmod(round(seconds / 60), 60))
 
 
 def meant(word: str, known: Iterable[str]) -> str:

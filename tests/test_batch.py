@@ -4,6 +4,7 @@ import csv
 import errno
 import json
 import os
+import shutil
 import subprocess
 import sys
 from concurrent.futures import CancelledError, Executor, Future
@@ -12,7 +13,20 @@ from pathlib import Path
 from queue import SimpleQueue
 
 import pytest
-from batches import BAD, SMALL, batch, command, events_of, finished, lines_of, results_in, rows_of, threads, unexpected
+from batches import (
+    BAD,
+    SMALL,
+    batch,
+    command,
+    events_of,
+    finished,
+    lines_of,
+    results_in,
+    rows_of,
+    stream,
+    threads,
+    unexpected,
+)
 from typer.testing import CliRunner
 
 from bubblemesh import __version__
@@ -21,6 +35,7 @@ from bubblemesh.batch.jobs import Job
 from bubblemesh.batch.plan import job_of
 from bubblemesh.batch.rows import FIGURES
 from bubblemesh.batch.shards import Shard
+from bubblemesh.batch.space import is_full
 from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import mesh_job
 from bubblemesh.batch.workers import WorkerDied, Workers
@@ -87,6 +102,13 @@ def tree(here):
 )
 def test_folders_patterns_and_names_mean_these_files(paths, expected, tree):
     assert case_files(paths) == expected
+
+
+def test_a_link_to_a_folder_is_followed_where_it_is_named_only(tree):
+    (tree / "z/link").symlink_to(tree / "sub/deep")
+    (tree / "z/x.yaml").write_text(SMALL)
+    assert case_files(["z"]) == ["z/x.yaml"]
+    assert case_files(["z/link"]) == ["z/link/d.yaml"]
 
 
 def test_a_file_whose_name_looks_like_a_pattern_is_that_file(here):
@@ -222,8 +244,16 @@ def test_a_row_has_the_figures_of_the_report(here):
             value = value[key]
         assert line[name] == value, name
     (cells,) = table_in(Path())
+    assert json.loads(cells["sweep"]) == {}
     assert (cells["case"], cells["nodes"], cells["warnings"]) == ("plate", str(report["nodes"]), str(len(row.warnings)))
     assert float(cells["quality_min"]) == report["quality"]["min"]
+
+
+def test_the_table_has_swept_values_as_json(here):
+    write(here, plate=SMALL + "sweep: {packing.seed: [3], domain.outer.label: ['é']}\n")
+    rows_of("plate.yaml")
+    (cells,) = table_in(Path())
+    assert json.loads(cells["sweep"]) == {"packing.seed": 3, "domain.outer.label": "é"}
 
 
 def test_failing_cases_are_rows_beside_the_others(here):
@@ -369,24 +399,71 @@ def test_a_case_that_changes_its_name_in_between_writes_nothing(here):
     assert "b.yaml: its name or folder has changed since the batch began" in rows[1].error
 
 
-def test_a_full_disk_is_a_row_and_old_files_stay(here, monkeypatch):
-    write(here, a=SMALL, b=SMALL)
-    before = [*rows_of(".")] and results_in(here)
+def failing_to_write(monkeypatch, name, number):
+    """Make writing a result of this name fail in this way."""
     write_bytes = Path.write_bytes
 
-    def full(path, content):
-        if path.name == "a.msh" and ".bubblemesh-batch-" in str(path):
-            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+    def failing(path, content):
+        if path.name == name and ".bubblemesh-batch-" in str(path):
+            raise OSError(number, os.strerror(number), str(path))
         return write_bytes(path, content)
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(Path, "write_bytes", failing)
+
+
+def test_files_that_cannot_be_written_are_a_row_and_old_ones_stay(here, monkeypatch):
+    write(here, a=SMALL, b=SMALL)
+    before = [*rows_of(".")] and results_in(here)
+    failing_to_write(monkeypatch, "a.msh", errno.EIO)
     rows = rows_of(".", seed=5)
     assert [(row.case, row.exit_code, bool(row.files)) for row in rows] == [("a", 5, False), ("b", 0, True)]
-    assert rows[0].error == "a.yaml: cannot write a.msh: No space left on device"
+    assert rows[0].error == f"a.yaml: cannot write a.msh: {os.strerror(errno.EIO)}"
     after = results_in(here)
     assert before["a.msh"] == after["a.msh"]
     assert before["b.msh"] != after["b.msh"]
     assert not [name for name in names(here) if name.startswith(".")]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_ends_the_batch_and_what_is_done_stays(number, here, monkeypatch):
+    write(here, a=SMALL, b=SMALL, c=SMALL)
+    failing_to_write(monkeypatch, "b.msh", number)
+    message = f"b.yaml: cannot write b.msh: {os.strerror(number)}: the batch ends, what is done stays: make room"
+    with pytest.raises(FileError, match=message):
+        events_of(".", workers=between(lambda: None))
+    assert [line["case"] for line in lines_of(Path("summary.jsonl"))] == ["a"]
+    monkeypatch.undo()
+    os.chdir(here)
+    assert [end.unchanged for end in finished(".", resume=True)] == [True, False, False]
+
+
+def test_a_worker_without_space_ends_the_batch_too(here, monkeypatch):
+    def full(prefix):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    write(here, a=SMALL)
+    monkeypatch.setattr("bubblemesh.batch.worker.TemporaryDirectory", full)
+    with pytest.raises(
+        FileError, match=r"a.yaml: no place for temporary files: No space left on device: the batch ends"
+    ):
+        events_of(".")
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), True),
+        (OSError("1000 requested and 12 written"), True),  # NumPy's
+        (OSError(errno.EIO, "Input/output error"), False),
+        (OSError("cannot identify image file"), False),
+        (ValueError("no space"), False),
+    ],
+)
+def test_a_full_disk_is_known_by_the_error_or_the_one_behind_it(error, expected):
+    assert is_full(error) == expected
+    told = FileError("cannot write a.msh")
+    told.__cause__ = error
+    assert is_full(told) == expected
 
 
 @pytest.mark.parametrize("cut", [0, 5])
@@ -458,7 +535,48 @@ def test_two_batches_do_not_write_one_summary(here):
             events_of("a.yaml", shard=Shard(1, 2))
 
     rows_of("a.yaml", workers=between(second))
-    rows_of("a.yaml", workers=between(lambda: events_of("a.yaml", shard=Shard(1, 2))), shard=Shard(2, 2))
+    assert not [name for name in names(here) if name.startswith(".")]
+
+
+def test_shards_are_at_work_together_but_each_only_once(here):
+    write(here, a=SMALL, b=SMALL)
+
+    def others():
+        events_of(".", shard=Shard(2, 2))
+        with pytest.raises(FileError, match="another batch is writing the summary of this shard here: wait for it"):
+            events_of(".", shard=Shard(1, 2))
+        with pytest.raises(FileError, match="another batch is writing its summary here"):
+            events_of(".")
+
+    rows_of(".", workers=between(others), shard=Shard(1, 2))
+    assert [line["case"] for line in lines_of(Path("summary-1-of-2.jsonl"))] == ["a"]
+    assert not [name for name in names(here) if name.startswith(".")]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows removes no file that is open")
+@pytest.mark.parametrize("what", ["out/summary.jsonl", "out/summary.csv", "out"])
+@pytest.mark.parametrize("case", ["b", "c"])
+def test_a_summary_that_is_removed_in_between_is_written_anew(case, what, here):
+    write(here, a=SMALL, b=SMALL, c=SMALL)
+    for event in stream(".", folder="out", workers=between(lambda: None)):
+        if isinstance(event, Finished):
+            assert lines_of(Path("out/summary.jsonl"))[-1]["case"] == event.row.case
+        if isinstance(event, Finished) and event.row.case == case:
+            path = Path(what)
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+    assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))] == ["a", "b", "c"]
+    assert [cells["case"] for cells in table_in(Path("out"))] == ["a", "b", "c"]
+
+
+def test_a_summary_that_another_one_replaces_ends_the_batch(here):
+    write(here, a=SMALL, b=SMALL)
+    events = stream(".", folder="out", workers=between(lambda: None))
+    next(events)
+    Path("other").write_text("of another batch")
+    Path("other").replace("out/summary.jsonl")
+    with pytest.raises(FileError, match=r"out/summary.jsonl: another file has taken its place"):
+        list(events)
+    assert Path("out/summary.jsonl").read_text() == "of another batch"
 
 
 # Workers that fail
@@ -589,7 +707,7 @@ def test_the_command_tells_of_each_case_in_plain_lines_and_ends_with_the_largest
     assert process.stdout == ""
     lines = process.stderr.splitlines()
     assert any(line.startswith("[") and "/4] a: " in line and " nodes, q " in line for line in lines)
-    assert any(line.startswith("error: b: b.yaml: domain: the outer ring") for line in lines)
+    assert any(line.startswith("error: [") and "/4] b.yaml: domain: the outer ring" in line for line in lines)
     assert any(line.startswith("warning: c: ") for line in lines)
     assert lines[-1] == "4 cases: 2 done, 2 failed; summary in out/summary.jsonl"
     assert "\x1b" not in process.stderr

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from batches import SMALL, lines_of
 
-from bubblemesh.batch.cluster import PATIENCE
-from bubblemesh.batch.rows import COLUMNS, ROW_KEYS
+from bubblemesh.batch.cluster import PATIENCE, SILENCE
+from bubblemesh.batch.rows import COLUMNS, KINDS
 
 PAGE = (Path(__file__).parent.parent / "docs/batch.md").read_text()
 SHELL = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
@@ -96,9 +96,10 @@ def test_the_line_for_gnu_parallel_does_everything(here):
 
 def test_the_page_tells_of_every_column():
     (table,) = re.findall(r"\| column \| holds \|\n(.*?)\n\n", PAGE, flags=re.DOTALL)
-    assert set(re.findall(r"`(\w+)`", table.replace("bubblemesh run", ""))) == {*COLUMNS, *ROW_KEYS}
+    assert set(re.findall(r"`(\w+)`", table.replace("bubblemesh run", ""))) == {*COLUMNS, *KINDS}
 
 
 def test_the_page_tells_how_long_a_scheduler_has():
-    assert f"answer within {PATIENCE:g} seconds" in " ".join(PAGE.split())
+    text = " ".join(PAGE.split())
+    assert f"answer within {PATIENCE:g} seconds at the beginning, is silent for {SILENCE:g} seconds later" in text
     assert "--cluster tcp://scheduler:8786" in PAGE

@@ -2,7 +2,10 @@ import json
 import re
 
 import pytest
-from batches import batch
+from batches import batch, stream
+from batches import rows_of as rows_of_batch
+
+from bubblemesh.batch import Finished
 
 CASE = "domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {}\n"
 
@@ -28,21 +31,65 @@ def test_index_links_to_the_page_of_each_case_that_has_one(folder):
     assert "greater than 0" in text
 
 
-def test_without_the_option_there_are_no_pages(folder):
-    batch("cases", "-o", "out", folder=folder)
-    assert list((folder / "out").glob("*.html")) == []
+@pytest.mark.parametrize(("options", "pages"), [([], ["a.html"]), (["--no-report"], [])])
+def test_without_the_option_there_are_the_pages_of_cases_that_ask_for_one(options, pages, folder):
+    (folder / "cases/a.yaml").write_text(CASE.format(0.3) + "output: {report: true}\n")
+    batch("cases", "-o", "out", *options, folder=folder)
+    assert [path.name for path in (folder / "out").glob("*.html")] == pages
 
 
-def test_no_page_of_a_case_is_that_of_the_batch(folder):
-    (folder / "cases/index.yaml").write_text(CASE.format(0.3))
-    process = batch("cases", "-o", "out", "--report", folder=folder)
+@pytest.mark.parametrize(("name", "options"), [("index", []), ("index-1-of-2", ["--shard", "1/2"])])
+def test_no_page_of_a_case_is_that_of_the_batch(name, options, folder):
+    (folder / f"cases/{name}.yaml").write_text(CASE.format(0.3))
+    process = batch("cases", "-o", "out", "--report", *options, folder=folder)
     assert process.returncode == 2
-    assert "index.yaml" in process.stderr
+    assert f"{name}.yaml: its page would be that of the batch" in process.stderr
     assert not (folder / "out").exists()
 
 
+def index_of(folder):
+    """Cases of the index, and the pages that it links to."""
+    text = (folder / "index.html").read_text()
+    return re.findall(r'<th[^>]*scope="row"[^>]*data-value="([^"]*)"', text), re.findall(r'href="\./([^"]*)"', text)
+
+
+def test_index_has_all_rows_of_the_summary(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    rows_of_batch("cases", folder="out", page=True)
+    rows_of_batch("cases/b.yaml", folder="out", page=True, resume=True)
+    assert index_of(folder / "out") == (["a", "wrong", "b"], ["a.html", "b.html"])
+
+
+def test_index_of_an_interrupted_batch_has_the_rows_until_then(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    events = stream("cases", folder="out", page=True)
+    done = [next(event.row.case for event in events if isinstance(event, Finished)) for _ in range(2)]
+    events.close()
+    assert sorted(index_of(folder / "out")[0]) == sorted(done)
+
+
+def test_index_links_to_pages_wherever_they_are_and_only_to_those(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    (folder / "cases/b.yaml").write_text(CASE.format(0.3) + "output: {directory: ../b c}\n")
+    rows_of_batch("cases", page=True)
+    assert index_of(folder) == (["a", "b", "wrong"], ["a.html", "b%20c/b.html"])
+    (folder / "a.html").unlink()
+    rows_of_batch("cases/b.yaml", page=True, resume=True)
+    assert index_of(folder) == (["a", "wrong", "b"], ["b%20c/b.html"])
+
+
+def test_what_ends_a_batch_is_told_even_if_the_index_cannot_be_written(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    events = stream("cases", folder="out", page=True)
+    next(events)
+    (folder / "out/index.html").mkdir()
+    with pytest.raises(ZeroDivisionError):
+        events.throw(ZeroDivisionError())
+    assert (folder / "out/summary.jsonl").exists()
+
+
 def test_time_limit_of_a_case_is_its_row(folder):
-    process = batch("cases/a.yaml", "-o", "out", "--set", "limits.seconds=1e-9", folder=folder)
+    process = batch("cases/a.yaml", "-o", "out", "--time-limit", "1e-9", folder=folder)
     assert process.returncode == 6
     (row,) = rows_of(folder)
     assert "time limit" in row["error"]

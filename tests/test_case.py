@@ -398,6 +398,7 @@ class TestLoading:
             ),
             ("domain.outer.polygon=[[1]]", "--set domain.outer.polygon: domain.outer.polygon.0: must be a point"),
             ("limits.max_node=1", "--set limits.max_node: limits.max_node: unknown key; did you mean 'max_nodes'?"),
+            ("bogus.key=1", "--set bogus.key: bogus: unknown key; allowed: "),
             ("spacing=hh", "--set spacing: spacing: column 1: unknown name 'hh'"),
             (
                 "domain.holes.0.label.h=3",

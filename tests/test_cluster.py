@@ -15,7 +15,7 @@ import pytest
 from batches import BAD, SMALL, batch, command, events_of, lines_of, results_in, rows_of, stream
 
 import bubblemesh
-from bubblemesh.batch import Finished, Note
+from bubblemesh.batch import Finished, Note, Waiting
 from bubblemesh.batch.choosing import workers_at
 from bubblemesh.batch.cluster import cluster_workers
 from bubblemesh.errors import CaseError, FileError
@@ -96,7 +96,8 @@ def test_a_cluster_gives_the_rows_and_the_bytes_of_this_machine(cluster, here):
 
 
 def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(cluster, here):
-    Path("a.yaml").write_text(LONG + "sweep: {packing.seed: [1, 2, 3, 4, 5, 6]}\n")
+    longer = SMALL.replace("iterations: 5", "iterations: 1000")  # so that both are still at work when that is known
+    Path("a.yaml").write_text(longer + "sweep: {packing.seed: [1, 2, 3, 4]}\n")
     begun, rows = Counter(), []
     for event in stream("a.yaml", folder="out", workers=workers_at(None, cluster.address)):
         if isinstance(event, Note) and event.round == 0:
@@ -106,8 +107,8 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(cluster, here):
                 cluster.hire(1)
         if isinstance(event, Finished):
             rows.append(event.row)
-    assert [row.exit_code for row in rows] == [0] * 6
-    assert sum(begun.values()) > 6
+    assert [row.exit_code for row in rows] == [0] * 4
+    assert sum(row.attempts for row in rows) == sum(begun.values()) > 4
     rows_of("a.yaml", folder="local")
     assert results_in(here / "out") == results_in(here / "local")
 
@@ -223,6 +224,43 @@ def test_a_scheduler_that_goes_away_ends_the_batch_with_whole_rows(here, tmp_pat
     done = len(lines_of(here / "out/summary.jsonl"))
     assert 1 <= done < 8
     assert [row.exit_code for row in rows_of("a.yaml", folder="out", resume=True)] == [0] * 8
+
+
+def test_a_scheduler_that_stops_in_mid_batch_ends_the_batch_with_whole_rows(here, tmp_path_factory, monkeypatch):
+    Path("a.yaml").write_text(LONG + f"sweep: {{packing.seed: {list(range(8))}}}\n")
+    own = Cluster(tmp_path_factory.mktemp("frozen"))
+    own.hire(1)
+    try:
+        events = stream("a.yaml", folder="out", workers=workers_at(None, own.address))
+        next(event for event in events if isinstance(event, Finished))
+        own.scheduler.send_signal(signal.SIGSTOP)
+        for name in ("SILENCE", "REFRESH"):
+            monkeypatch.setattr(f"bubblemesh.batch.cluster.{name}", 0.5)
+        with pytest.raises(FileError, match="the scheduler is out of reach: start it, and run the batch again"):
+            list(events)
+    finally:
+        own.close()
+    assert 1 <= len(lines_of(here / "out/summary.jsonl")) < 8
+
+
+def test_a_scheduler_without_workers_is_told_of_once_and_the_batch_goes_on_when_they_come(
+    here, tmp_path_factory, monkeypatch
+):
+    monkeypatch.setattr("bubblemesh.batch.cluster.REFRESH", 0.1)
+    Path("a.yaml").write_text(SMALL)
+    own = Cluster(tmp_path_factory.mktemp("empty"))
+    waits, rows = [], []
+    try:
+        for event in stream("a.yaml", folder="out", workers=workers_at(None, own.address)):
+            if isinstance(event, Waiting):
+                waits.append(event.message)
+                own.hire(1)
+            if isinstance(event, Finished):
+                rows.append(event.row)
+    finally:
+        own.close()
+    assert waits == [f"no workers are at {own.address}: waiting for them"]
+    assert [row.exit_code for row in rows] == [0]
 
 
 def test_without_the_extra_it_is_named(here, monkeypatch):

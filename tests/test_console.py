@@ -1,6 +1,8 @@
 """The terminal display, on a terminal that is a string."""
 
+import dataclasses
 import io
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,16 +14,19 @@ from bubblemesh.batch import Begun, Finished, Note
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import FIGURES, Row
 from bubblemesh.case import Variant, load_case
+from bubblemesh.console import packing
 from bubblemesh.console.batch import BatchProgress
+from bubblemesh.console.packing import PackingProgress
 from bubblemesh.problem import prepared
 from bubblemesh.summary import RoundRow
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
 
 
-def terminal(monkeypatch, *, live):
+def terminal(monkeypatch, *, live, width=120, height=25):
     stream = io.StringIO()
-    fake = Console(file=stream, force_terminal=live, width=120, soft_wrap=True, highlight=False, _environ={})
+    size = {"width": width, "height": height}
+    fake = Console(file=stream, force_terminal=live, **size, soft_wrap=True, highlight=False, _environ={})
     monkeypatch.setattr(console, "terminal", fake)
     return stream
 
@@ -29,7 +34,7 @@ def terminal(monkeypatch, *, live):
 @pytest.mark.parametrize("live", [True, False])
 def test_a_round_is_shown_with_all_its_figures(live, monkeypatch):
     stream = terminal(monkeypatch, live=live)
-    with console.Progress("packing plate", quiet=False) as progress:
+    with PackingProgress("packing plate", quiet=False) as progress:
         progress.show(ROW)
         progress.show(ROW)
     shown = stream.getvalue()
@@ -41,32 +46,74 @@ def test_a_round_is_shown_with_all_its_figures(live, monkeypatch):
 @pytest.mark.parametrize("live", [True, False])
 def test_quiet_shows_nothing(live, monkeypatch):
     stream = terminal(monkeypatch, live=live)
-    with console.Progress("packing plate", quiet=True) as progress:
+    with PackingProgress("packing plate", quiet=True) as progress:
         progress.show(ROW)
     assert stream.getvalue() == ""
 
 
+def times(monkeypatch, *seconds):
+    clock = iter(seconds)
+    monkeypatch.setattr(packing, "monotonic", lambda: next(clock))
+
+
 def test_progress_tells_the_share_and_the_time_left(monkeypatch):
-    stream, clock = terminal(monkeypatch, live=False), iter([100.0, 104.0, 130.0, 131.0, 190.0])
-    monkeypatch.setattr(console, "monotonic", lambda: next(clock))
-    with console.Progress("packing plate", quiet=False) as progress:
-        for share in (0.1, 0.25, 0.26, 0.9):
+    stream = terminal(monkeypatch, live=False)
+    times(monkeypatch, 100, 101, 131, 132, 191)
+    with PackingProgress("packing plate", quiet=False) as progress:
+        for share in (0, 0.25, 0.26, 0.9):
             progress.advance(share)
-    assert stream.getvalue() == "packing plate: 25%, about 90 s left\npacking plate: 90%, about 10 s left\n"
+    assert stream.getvalue() == "packing plate: 25%, about 1 min 30 s left\npacking plate: 90%, about 10 s left\n"
 
 
-def test_progress_is_beside_the_spinner_on_a_terminal(monkeypatch):
-    stream, clock = terminal(monkeypatch, live=True), iter([0.0, 50.0])
-    monkeypatch.setattr(console, "monotonic", lambda: next(clock))
-    with console.Progress("packing plate", quiet=False) as progress:
-        progress.advance(0.5)
-        progress.live.refresh()
-    assert "packing plate: 50%, about 50 s left" in stream.getvalue()
+def test_the_time_left_is_told_once_it_is_known_and_counts_from_the_first_share(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    times(monkeypatch, 0, 1000, 1011, 1022, 1033, 2000, 2011)
+    with PackingProgress("packing plate", quiet=False) as progress:
+        for share in (0, 0.005, 0.015, 0.33):
+            progress.advance(share)
+        for share in (0, 0.5):  # another attempt
+            progress.advance(share)
+    shares = [line.removeprefix("packing plate: ") for line in stream.getvalue().splitlines()]
+    assert shares == ["0%", "0%", "2%", "33%, about 1 min 7 s left", "0%", "50%, about 11 s left"]
 
 
-@pytest.mark.parametrize(("seconds", "words"), [(0.4, "0 s"), (99, "99 s"), (150, "2 min"), (7200, "2.0 h")])
-def test_durations_do_not_pretend_to_be_exact(seconds, words):
-    assert console.duration(seconds) == words
+def drawn(stream, progress):
+    """What a terminal shows of the live picture, without the line's spinner."""
+    stream.truncate(0)
+    stream.seek(0)
+    console.terminal.print(progress.picture())
+    return [re.sub(r"\x1b\[[0-9;]*m", "", line).rstrip() for line in stream.getvalue().splitlines()]
+
+
+@pytest.mark.parametrize(
+    ("width", "left_out"),
+    [(80, []), (60, ["mean speed"]), (50, ["mean speed", "inserted"]), (40, ["mean speed", "inserted", "deleted"])],
+)
+def test_the_table_fits_narrow_terminals_and_the_estimate_is_below_it(width, left_out, monkeypatch):
+    stream = terminal(monkeypatch, live=True, width=width)
+    times(monkeypatch, 0, 0, 30)
+    progress = PackingProgress("packing a-case-that-has-a-long-name", quiet=False)
+    progress.show(ROW)
+    progress.advance(0)
+    progress.advance(0.25)
+    head, row, line = drawn(stream, progress)
+    names = [name for name in packing.COLUMNS if name not in left_out]
+    assert head.split() == " ".join(names).split()
+    assert len(row.replace("0.25 s", "0.25_s").split()) == len(names)
+    assert head.startswith("round    nodes")
+    assert line.endswith(": 25%, about 1 min 30 s left")
+    assert max(map(len, (head, row, line))) <= width
+
+
+def test_the_latest_rounds_stay_on_the_terminal_and_all_are_there_at_the_end(monkeypatch):
+    stream = terminal(monkeypatch, live=True, height=10)
+    progress = PackingProgress("packing plate", quiet=False)
+    for number in range(1, 31):
+        progress.show(dataclasses.replace(ROW, round=number))
+    assert [line.split()[0] for line in drawn(stream, progress)[1:-1]] == [f"{k}" for k in range(24, 31)]
+    with progress:
+        pass
+    assert [line.split()[0] for line in drawn(stream, progress)[1:]] == [f"{k}" for k in range(1, 31)]
 
 
 def test_brackets_in_messages_are_text_not_markup(monkeypatch):
@@ -109,12 +156,30 @@ def test_a_batch_is_told_in_plain_lines(quiet, monkeypatch):
     told = [
         "[1/4] plain: 142 nodes, q 0.9612, least 0.740, 0.25 s",
         "warning: plain: a [wall] is narrow",
-        "error: bad: bad.yaml: domain: no [bold]area",
+        "error: [2/4] bad.yaml: domain: no [bold]area",
         "[3/4] old: 142 nodes, q 0.9612, least 0.740, unchanged",
         "4 cases: 1 done, 1 failed, 1 unchanged, 1 left for --resume; summary in s",
     ]
     grave = [line for line in told if line.startswith(("warning", "error"))]
     assert stream.getvalue().splitlines() == (grave if quiet else told)
+
+
+def test_errors_are_counted_and_name_their_case_once(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    rows = (
+        Row("alone", "a.yaml", 2, error="a.yaml:1: domain: is missing"),
+        Row("b-h=1", "b.yaml", 3, sweep={"h": 1}, error="b.yaml: domain: no area"),
+        Row("strict", "c.yaml", 4, error="c.yaml: quality_min is 0.1", figures=FINE),
+    )
+    with BatchProgress(quiet=False) as progress:
+        for event in (begun("alone", "b-h=1", "strict"), *(Finished(k, row) for k, row in enumerate(rows, 1))):
+            progress.show(event)
+    assert stream.getvalue().splitlines() == [
+        "error: [1/3] a.yaml:1: domain: is missing",
+        "error: [2/3] b-h=1: b.yaml: domain: no area",
+        "error: [3/3] c.yaml: quality_min is 0.1",
+        "3 cases: 1 missed a requirement, 2 failed; summary in s",
+    ]
 
 
 def test_a_batch_on_a_terminal_is_a_bar_and_a_line_for_each_running_case(monkeypatch):

@@ -81,6 +81,15 @@ def test_examples_are_left_alone(example):
     assert not any("per length" in warning for warning in problem.warnings)
 
 
+@pytest.mark.parametrize("at", [-0.5, 0.0, 0.25])
+@pytest.mark.parametrize("side", [np.less, np.less_equal])
+def test_jumps_between_cells_are_seen(at, side):
+    wanted = Spacing(lambda x, y: np.where(side(x, at), 0.01, 0.2), floor=0.005)
+    found = graded(SQUARE, wanted, 0.4, NONE)
+    assert found.steepest is not None
+    assert found.spacing(np.array([[at + 0.1, 0.3]]))[0] == pytest.approx(0.05, rel=0.03)
+
+
 def test_change_is_told():
     found = graded(SQUARE, stepped(JUMPS["line"]), 0.3, NONE)
     assert found.steepest.size == 0.02

@@ -22,7 +22,6 @@ from bubblemesh.output.html.embedding import fixed_point, json_block, relative
 from bubblemesh.output.html.index import index_page
 from bubblemesh.output.html.json_text import readable_json
 from bubblemesh.output.html.markup import Markup, filled, joined, tag
-from bubblemesh.output.html.numbers import duration
 from bubblemesh.output.html.places import linked_places
 from bubblemesh.output.html.report import report_page
 from bubblemesh.output.html.scene import COLORMAP
@@ -131,11 +130,6 @@ def test_json_for_readers_is_the_same_data_in_short_lines():
     head, omitted = readable_json(data, 5)
     assert head.splitlines() == text.splitlines()[:5]
     assert omitted == len(text.splitlines()) - 5
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0.0123, "12 ms"), (12.34, "12.3 s"), (185.2, "3 min 5 s")])
-def test_durations(seconds, text):
-    assert duration(seconds) == text
 
 
 # Charts
@@ -643,6 +637,20 @@ def test_print_has_a_still_picture_and_no_controls(opened):
     assert opened.pdf().startswith(b"%PDF")
 
 
+def test_the_picture_takes_no_notice_of_being_printed(opened, result):
+    opened.click("button.worst[data-rank='1']")
+    before = zoomed(opened), drawn(opened)
+    opened.media(print_=True)
+    for _ in range(3):  # frames, until all observers have been told
+        opened.drawn()
+    opened.media()
+    opened.drawn()
+    assert opened.complaints() == []
+    assert (zoomed(opened), drawn(opened)) == before
+    opened.click("#fit")
+    assert drawn(opened) == len(result.mesh.triangles)
+
+
 def test_without_scripts_there_are_picture_and_figures(browser, file):
     browser.open(file, scripts=False)
     browser.command("Emulation.setScriptExecutionDisabled", value=False)
@@ -709,7 +717,7 @@ def test_the_index_lists_every_case_with_its_link_and_message():
     elements = Elements(index_page(ROWS))
     assert [e[1]["href"] for e in elements.named("a")] == ["./b%20folder/b%231.html", "./a-10.html"]
     text = index_page(ROWS)
-    assert "4 cases: 2 done, 1 without the quality that they require, 1 failed. 4,560 nodes in 1 min 17 s." in text
+    assert "4 cases: 2 done, 1 missed a requirement, 1 failed. 4,560 nodes in 1 min 17 s." in text
     assert "a.yaml: domain: &lt;b&gt; at (0, 1)" in text
     assert "quality_min is 0.42" in text
     assert "packing.w2" in text
@@ -734,6 +742,17 @@ def cases(browser):
     return browser.js("return [...document.querySelectorAll('tbody th')].map((cell) => cell.textContent)")
 
 
+def messages(browser):
+    """The message below each case that has one."""
+    return browser.js(
+        """
+        const rows = [...document.querySelectorAll("tr.message")];
+        return Object.fromEntries(
+          rows.map((row) => [row.previousElementSibling.cells[0].textContent, row.textContent]));
+        """
+    )
+
+
 def heads(browser):
     buttons = browser.driver.find_elements("css selector", "th button")
     return {button.text: button for button in buttons}
@@ -746,7 +765,7 @@ def heads(browser):
         ("Nodes", ["</script><b>", "b", "a-10", "a-2"]),
         ("Mean q", ["a-10", "b", "</script><b>", "a-2"]),
         ("Time", ["</script><b>", "b", "a-10", "a-2"]),
-        ("Warnings", ["a-2", "a-10", "</script><b>", "b"]),
+        ("Warnings", ["a-10", "</script><b>", "b", "a-2"]),
         ("packing.w2", ["b", "</script><b>", "a-2", "a-10"]),
     ],
 )
@@ -758,12 +777,10 @@ def test_columns_sort_by_click_and_gaps_stay_last(browser, index, column, order)
     assert cases(browser) == order
     assert button.find_element("xpath", "..").get_attribute("aria-sort") == "ascending"
     button.click()
-    gaps = {"packing.w2": 2, "Case": 0, "Warnings": 0}.get(column, 1)
+    gaps = {"packing.w2": 2, "Case": 0}.get(column, 1)
     known, missing = (order[:-gaps], order[-gaps:]) if gaps else (order, [])
-    turned = list(reversed(known))
-    if column == "Warnings":  # equal ones keep the order that they have
-        turned = ["b", "</script><b>", "a-2", "a-10"]
-    assert cases(browser) == [*turned, *missing]
+    assert cases(browser) == [*reversed(known), *missing]
+    assert messages(browser) == {"a-2": "a.yaml: domain: <b> at (0, 1)", "a-10": "quality_min is 0.42"}
     assert browser.js("return document.querySelectorAll('[aria-sort]').length") == 1
 
 
@@ -777,7 +794,40 @@ def test_columns_sort_by_the_keyboard(browser, index):
     assert cases(browser) == ["</script><b>", "b", "a-10", "a-2"]
 
 
+def test_a_message_is_as_wide_as_the_table(browser, index):
+    browser.open(index)
+    table, message = browser.js(
+        "return ['table', '.message td'].map((name) => document.querySelector(name).getBoundingClientRect().width)"
+    )
+    assert message >= table - 2
+
+
+def test_a_case_without_mesh_has_no_number_of_warnings():
+    cells = [cell[2] for cell in Elements(index_page(ROWS[1:2])).named("td")]
+    assert cells.count("0") == 0
+    assert "0" in [cell[2] for cell in Elements(index_page([ROWS[2]])).named("td")]
+
+
+def test_a_printed_index_has_heads_of_plain_text_and_no_hints(browser, index):
+    browser.open(index, print_=True)
+    assert browser.js("return getComputedStyle(document.querySelector('th button')).display") == "contents"
+    assert not browser.find(".note.screen").is_displayed()
+    sizes = browser.js("return ['td', '.message td'].map((e) => getComputedStyle(document.querySelector(e)).fontSize)")
+    assert sizes[0] == sizes[1]
+
+
+def test_a_printed_report_hides_no_part_of_its_tables(opened):
+    opened.media(print_=True)
+    overflows = "return [...document.querySelectorAll('.scroll')].map((part) => getComputedStyle(part).overflowX)"
+    assert set(opened.js(overflows)) == {"visible"}
+
+
 def test_the_index_fits_a_telephone_in_the_dark(browser, index):
     browser.open(index, width=390, height=844, dark=True)
     assert browser.js("return document.documentElement.scrollWidth") <= 390
+    browser.js("document.querySelector('.scroll').scrollLeft = 300")
+    browser.drawn()
+    lefts = "return ['tbody th', '.message div', 'main .note'].map((e) => document.querySelector(e)"
+    places = browser.js(f"{lefts}.getBoundingClientRect())")
+    assert all(place["left"] >= 0 and place["right"] <= 390 for place in places)
     assert browser.complaints() == []

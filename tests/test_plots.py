@@ -392,9 +392,11 @@ def test_plot_writes_the_picture_that_is_named(vtu, tmp_path, monkeypatch):
     ("arguments", "exit_code", "message"),
     [
         (["-o", "a.gif"], 2, "error: a.gif: unknown ending '.gif' for a picture: choose one of .png, .svg, .pdf\n"),
-        (["--color", "flux"], 2, "a.vtu: color: the mesh has no 'flux': allowed: quality, "),
+        (["--color", "flux"], 2, "error: --color: the mesh has no 'flux': allowed: quality, "),
         (["--color", "flux"], 2, "material, none, target_spacing\n"),
-        (["--style", "poster"], 2, "a.vtu: style: 'poster' is unknown: allowed: screen, paper"),
+        (["--style", "poster"], 2, "error: --style: 'poster' is unknown: allowed: screen, paper"),
+        (["--dpi", "0"], 2, "error: --dpi: is 0: "),
+        (["--range", "2", "1"], 2, "error: --range: give two numbers"),
         (["-o", "a.vtu/b.png"], 5, "a.vtu"),
     ],
 )

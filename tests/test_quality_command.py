@@ -17,7 +17,7 @@ from bubblemesh.console.comparison import show_comparison
 from bubblemesh.histograms import histogram, lowest_shown, quality_histogram
 from bubblemesh.output import write_file
 from bubblemesh.output.foreign import read_foreign
-from bubblemesh.quality import angles, edge_means, edges, radius_ratios
+from bubblemesh.quality import angles, edge_means, edges, inverted, radius_ratios
 
 
 def run(*arguments):
@@ -142,6 +142,55 @@ def test_cells_that_are_no_triangles_are_told(files, tmp_path):
     code, _, said = run(files[0], tmp_path / "mixed.vtu")
     assert code == 0
     assert "mixed.vtu: cells that are no triangles are left out: quad" in said
+
+
+def written(folder, name, *triangles):
+    meshio.Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [("triangle", list(triangles))]).write(folder / name)
+    return folder / name
+
+
+def test_triangles_that_turn_both_ways_are_told_and_areas_do_not_cancel(files, tmp_path):
+    mixed = written(tmp_path, "mixed.vtk", (0, 1, 2), (0, 3, 2))
+    code, text, said = run(mixed, "--json")
+    assert (code, json.loads(text)["area"]) == (0, 1)
+    warning = f"warning: {mixed}: 1 triangle turns the other way than the rest, the first at (0.333333, 0.666667): "
+    assert said.startswith(warning)
+    assert warning in run(mixed)[2]
+    assert warning in run(files[0], mixed)[2]
+
+
+@pytest.mark.parametrize("triangles", [[(0, 1, 2), (0, 2, 3)], [(0, 2, 1), (0, 3, 2)], [(0, 2, 1), (0, 0, 1)]])
+def test_a_mesh_may_turn_either_way(triangles, tmp_path):
+    code, text, said = run(written(tmp_path, "turned.vtk", *triangles), "--json")
+    assert (code, said) == (0, "")
+    assert json.loads(text)["area"] == sum(len(set(triangle)) == 3 for triangle in triangles) / 2
+
+
+def test_the_fewer_triangles_are_the_inverted_ones(files):
+    mesh = files[3]
+    for most in (mesh.triangles, mesh.triangles[:, ::-1]):
+        turned = most.copy()
+        turned[[5, 9]] = turned[[5, 9], ::-1]
+        assert inverted(mesh.points, turned).tolist() == [5, 9]
+
+
+@pytest.mark.parametrize("name", ["empty.vtk", "empty.msh", "empty.vtu"])
+def test_an_empty_file_is_told_to_be_so(name, tmp_path):
+    (tmp_path / name).touch()
+    assert run(tmp_path / name) == (5, "", f"error: {tmp_path / name}: is empty\n")
+
+
+@pytest.mark.parametrize("width", [36, 40, 60, 76, 200])
+def test_histograms_fit_the_terminal(width, monkeypatch):
+    stream = io.StringIO()
+    monkeypatch.setattr(console, "terminal", Console(file=stream, width=width, soft_wrap=True, _environ={}))
+    counted = histogram(np.repeat([0.05, 0.95], [1, 8]), 0, 1, 10)
+    show_comparison(["a", "b"], [], {"quality": [counted, counted]})
+    lines = stream.getvalue().splitlines()
+    (fullest,) = [line for line in lines if line.startswith("0.90 to 1.00")]
+    assert fullest.split()[-1] == "█" * min((width - 32) // 2, 22)
+    assert fullest.count("88.9%") == 2
+    assert max(map(len, lines)) <= width
 
 
 def test_bars_end_at_eighths_of_a_character(monkeypatch):

@@ -2,9 +2,9 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from contextlib import contextmanager
@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, rows_of
 
-from bubblemesh.batch.course import STAGING, course
 from bubblemesh.batch.jobs import Job
-from bubblemesh.batch.shards import Shard
+from bubblemesh.batch.shards import WHOLE, Shard
+from bubblemesh.batch.staging import Staging
 
 RING = "0 0\n1 0\n1 1\n0 1\n"
 WITH_FILE = SMALL.replace("rectangle: [0, 0, 1, 1], label: wall", "file: ../data/ring.txt")
@@ -86,6 +86,24 @@ def test_a_change_of_an_option_is_noticed(options, done):
     assert anew(**options) == []
 
 
+def test_a_page_more_is_made_and_one_less_is_no_change(done):
+    assert anew("cases/plain.yaml", page=True) == ["plain"]
+    assert anew("cases/plain.yaml") == []
+    assert anew() == []
+    assert anew(page=True) == ["child", "file"]
+    Path("out/plain.html").write_text("something else")
+    assert anew(page=True) == ["plain"]
+
+
+def test_a_time_limit_is_no_input_of_what_was_finished_in_time(done):
+    assert anew(overrides=("limits.seconds=60",)) == []
+    Path("cases/late.yaml").write_text(SMALL + "limits: {seconds: 1.0e-9}\n")
+    assert anew() == ["late"]
+    assert anew() == ["late"]
+    assert anew(overrides=("limits.seconds=60",)) == ["late"]
+    assert anew() == []
+
+
 def test_another_version_is_noticed(done, monkeypatch):
     monkeypatch.setattr(Job.__init__, "__defaults__", ("0.0.9",))
     monkeypatch.setattr("bubblemesh.batch.worker.__version__", "0.0.9")
@@ -140,6 +158,20 @@ def test_rows_of_other_cases_stay(done):
     assert {line["case"] for line in lines_of(Path("out/summary.jsonl"))} == {"child", "file", "plain", "more"}
 
 
+def test_rows_of_other_cases_stay_even_if_these_cannot_be_read(done):
+    Path("broken.yaml").write_text("spacing: [\n")
+    Path("strange.yaml").write_text("domain: {}\n")
+    others = ["broken.yaml", "strange.yaml"]
+    rows_of("cases", *others, folder="out")
+    assert anew() == []
+    assert anew("strange.yaml") == ["strange"]
+    rows = [(line["source"], line["exit_code"]) for line in lines_of(Path("out/summary.jsonl")) if line["exit_code"]]
+    assert sorted(rows) == [(name, 2) for name in others]
+    Path("broken.yaml").write_text(SMALL)
+    assert anew("broken.yaml") == ["broken"]
+    assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))].count("broken") == 1
+
+
 @pytest.mark.parametrize(
     "tear",
     [
@@ -149,6 +181,11 @@ def test_rows_of_other_cases_stay(done):
         lambda content: content + b'{"case": "x"}\n',
         lambda content: content + b"\xff\xfe[1, 2]\nnull\n",
         lambda content: content.replace(b'"files": {', b'"files": [], "x": {'),
+        lambda content: content.replace(b'"sweep": {}', b'"sweep": null', 1),
+        lambda content: content.replace(b'"nodes": ', b'"nodes": "9", "x": ', 1),
+        lambda content: content.replace(b'"quality_mean": ', b'"quality_mean": null, "x": ', 1),
+        lambda content: content.replace(b'"warnings": [', b'"warnings": 3, "x": [', 1),
+        lambda content: content.replace(b'"folder": ".", ', b'"folder": {}, ', 1),
     ],
 )
 def test_a_torn_line_is_mended(tear, done):
@@ -167,15 +204,41 @@ def test_a_table_that_lost_a_row_has_it_again(done):
     assert sorted(Path("out/summary.csv").read_text().splitlines()) == sorted(table.splitlines())
 
 
+def left_behind(summary, shard=WHOLE):
+    """Make a staging folder among the results, as a batch with this summary does when it is killed."""
+    folder = Path("out", f"{Staging(Path(summary), shard).prefix(Path('out'))}xyz")
+    folder.mkdir(parents=True)
+    (folder / "plain.msh").write_text("half of a mesh")
+    return folder.name
+
+
+def hidden(folder):
+    return {path.name for path in Path(folder).glob(".*")}
+
+
 def test_staging_folders_of_a_killed_batch_are_removed(done):
-    for name in ("-xyz", "-1-of-2-xyz", "-2-of-2-xyz"):
-        Path(f"out/{STAGING}{name}").mkdir()
-        Path(f"out/{STAGING}{name}/plain.msh").write_text("half of a mesh")
+    whole, first, second = (left_behind("out", shard) for shard in (WHOLE, Shard(1, 2), Shard(2, 2)))
     Path("out/.other").mkdir()
     rows_of("cases", folder="out", resume=True, shard=Shard(1, 2))  # other shards may be at work
-    assert sorted(path.name for path in Path("out").glob(".*")) == [f"{STAGING}-2-of-2-xyz", f"{STAGING}-xyz", ".other"]
+    assert hidden("out") == {whole, second, ".other"}
+    assert first != second
     assert anew() == []
-    assert [path.name for path in Path("out").glob(".*")] == [".other"]
+    assert hidden("out") == {".other"}
+
+
+def test_staging_folders_of_a_batch_with_another_summary_stay(done):
+    Path("cases/own.yaml").write_text(SMALL.replace("formats", "directory: ../out, formats"))
+    elsewhere, _ = left_behind("elsewhere"), left_behind(".")
+    rows_of("cases/own.yaml")
+    assert Path("out/own.msh").exists()
+    assert hidden("out") == {elsewhere}
+
+
+def test_staging_folders_are_known_again_where_the_whole_lies_elsewhere(done):
+    name = left_behind("out")
+    Path("out").rename("moved")
+    Path("link").symlink_to("moved")
+    assert Staging(Path("link"), WHOLE).prefix(Path("moved")) in name
 
 
 @pytest.mark.parametrize("shard", [Shard(1, 1), Shard(1, 2)])
@@ -187,7 +250,7 @@ def test_an_interrupt_in_the_midst_of_writing_leaves_no_staging_folder(shard, do
         yield
 
     made = []
-    monkeypatch.setattr(sys.modules[course.__module__], "transaction", interrupted)
+    monkeypatch.setattr("bubblemesh.batch.delivering.transaction", interrupted)
     with pytest.raises(KeyboardInterrupt):
         rows_of("cases", folder="out", shard=shard)
     assert made
@@ -298,6 +361,8 @@ def test_an_interrupted_batch_ends_with_130_and_whole_rows_and_no_process_left(n
     assert "Traceback" not in log
     rows = lines_of(tmp_path / "out/summary.jsonl")
     assert 3 <= len(rows) < 16
-    assert f" {len(rows)} done, {16 - len(rows)} left for --resume" in log
+    ((told, left),) = re.findall(r" (\d+) done, (\d+) left for --resume", log)
+    assert int(told) + int(left) == 16
+    assert len(rows) - 1 <= int(told) <= len(rows)  # the last row may be written, and not told yet
     assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
     assert len((tmp_path / "out/summary.csv").read_text().splitlines()) == len(rows) + 1

@@ -87,6 +87,13 @@ def test_the_name_of_the_case_comes_before_the_values(case):
         ("{packing..w2: [1]}", "sweep.packing..w2: has an empty part"),
         ("{a: [1, 2.5, 1.0]}", "sweep.a: 1.0 is there twice"),
         ("{a: [{b: 1}, {b: 1}]}", "sweep.a: the keys b is there twice"),
+        (
+            "\n  parameters.h: [0.2, 0.4]\n  parameters: [{h: 0.3}, {h: 0.5}]",
+            "plate.yaml:8: sweep: parameters.h and parameters set the same thing: keep one of them",
+        ),
+        ("{spacing: [1], spacing.value: [2]}", "sweep: spacing and spacing.value set the same thing"),
+        ("{packing.w2: [1], packing . w2: [2]}", "sweep: packing.w2 and packing . w2 set the same thing"),
+        ("{a.0.r: [1], a.00.r: [2]}", "sweep: a.0.r and a.00.r set the same thing"),
         ("{name: [a, b]}", "sweep.name: cannot be swept"),
         ("{sweep.a: [1]}", "sweep.sweep.a: cannot be swept"),
         (f"{{a: {list(range(400))}, b: {list(range(400))}}}", "makes 160,000 cases, more than 100,000"),
@@ -107,11 +114,17 @@ def test_a_wrong_value_is_told_with_the_line_of_its_key(case):
 
 @pytest.mark.parametrize(
     "options",
-    [{"overrides": ["packing.w2=1"]}, {"overrides": ["packing={}"]}, {"overrides": ["packing.w2.a=1"]}, {"seed": 3}],
+    [
+        {"overrides": ["packing.w2=1"]},
+        {"overrides": ["packing={}"]},
+        {"overrides": ["packing.w2.a=1"]},
+        {"seed": 3},
+        {"time_limit": 5},
+    ],
 )
 def test_no_option_sets_what_is_swept(options, case):
-    with pytest.raises(CaseError, match=r"plate.yaml:6 sweeps packing\.(w2|seed)"):
-        case_variants(case("{packing.w2: [{}], packing.seed: [1]}"), **options)
+    with pytest.raises(CaseError, match=r"plate.yaml:6 sweeps (packing|limits)\.(w2|seed|seconds)"):
+        case_variants(case("{packing.w2: [{}], packing.seed: [1], limits.seconds: [1]}"), **options)
 
 
 def test_an_option_may_replace_or_remove_the_sweep(case):

@@ -1,9 +1,9 @@
 """Many cases, in worker processes of this machine or of a cluster."""
 
 from bubblemesh.batch.choosing import workers_at
-from bubblemesh.batch.course import Begun, Event, Finished, course
+from bubblemesh.batch.course import course
+from bubblemesh.batch.events import Begun, Event, Finished, Waiting
 from bubblemesh.batch.gathering import case_files
-from bubblemesh.batch.index import require_no_index, write_index
 from bubblemesh.batch.jobs import Note
 from bubblemesh.batch.plan import Settings, planned
 from bubblemesh.batch.results import Results
@@ -17,10 +17,9 @@ __all__ = [
     "Results",
     "Settings",
     "Shard",
+    "Waiting",
     "case_files",
     "course",
     "planned",
-    "require_no_index",
     "workers_at",
-    "write_index",
 ]

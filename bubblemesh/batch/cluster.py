@@ -3,7 +3,8 @@
 import asyncio
 import logging
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
 from functools import partial
 from queue import SimpleQueue
@@ -19,7 +20,8 @@ from bubblemesh.errors import CaseError, FileError, LimitError
 __all__ = ["cluster_workers", "require_address"]
 
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d{1,5}")
-PATIENCE = 5.0  # seconds that the scheduler has for an answer
+PATIENCE = 5.0  # seconds that the scheduler has for its first answer
+SILENCE = 30.0  # seconds that it has later, when there may be much else to do
 REFRESH = 5.0  # seconds after which the number of workers is asked for again
 FEWEST = 4  # jobs to have submitted while there are no workers yet
 
@@ -31,7 +33,7 @@ def cluster_workers(address: str) -> Iterator[Workers]:
     Raises
     ------
     FileError
-        If the extra is missing, or the scheduler does not answer.
+        If the extra is missing, or the scheduler does not answer; later, that is one of the workers' capacity.
     """
     client = _connected(address)
     from distributed.client import ClosedClientError
@@ -43,7 +45,18 @@ def cluster_workers(address: str) -> Iterator[Workers]:
     lost = f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
     try:
         client.subscribe_topic(topic, lambda event: notes.put(Note(*event[1])))
-        yield Workers(executor, partial(tell_client, topic), notes, _capacity(client, gone), _failure, lost, gone)
+        pulse = Pulse(client, lost, gone)
+        missing = f"no workers are at {address}: waiting for them"
+        yield Workers(
+            executor,
+            partial(tell_client, topic),
+            notes,
+            pulse.capacity,
+            _failure,
+            lost,
+            gone,
+            lambda: missing if pulse.threads == 0 else None,
+        )
     finally:
         with suppress(Exception):  # of a connection that is lost
             executor.shutdown(wait=False)
@@ -94,18 +107,42 @@ async def _kind(address: str) -> str:
         return str((await remote.identity())["type"])
 
 
-def _capacity(client: Any, gone: tuple[type[Exception], ...]) -> Callable[[], int]:
-    """Twice the number of the cluster's threads, which may change."""
-    known = [FEWEST, -REFRESH]
+class Pulse:
+    """The scheduler's answers to one question that is asked again and again: how many threads its workers have."""
 
-    def capacity() -> int:
-        if monotonic() - known[1] > REFRESH:
-            with suppress(*gone):
-                known[0] = max(2 * sum(client.nthreads().values()), FEWEST)
-            known[1] = monotonic()
-        return int(known[0])
+    def __init__(self, client: Any, lost: str, gone: tuple[type[Exception], ...]) -> None:
+        self._client, self._lost = client, lost
+        self._gone: tuple[type[BaseException], ...] = (*gone, CancelledError)
+        self.threads: int | None = None  # as last told
+        self._ask()
 
-    return capacity
+    def capacity(self) -> int:
+        """Twice the number of threads, which may change.
+
+        Raises
+        ------
+        FileError
+            If the scheduler has been silent for too long.
+        """
+        waited = monotonic() - self._asked
+        if self._answer.done():
+            try:
+                self.threads = sum(self._answer.result().values())
+            except self._gone:
+                raise FileError(self._lost) from None
+            if waited > REFRESH:
+                self._ask()
+        elif waited > SILENCE:
+            raise FileError(self._lost)
+        return max(2 * (self.threads or 0), FEWEST)
+
+    def _ask(self) -> None:
+        self._asked = monotonic()
+        question = self._client.scheduler.ncores()
+        # Not by `nthreads`, which waits for ever.
+        self._answer: Future[dict[str, int]] = asyncio.run_coroutine_threadsafe(
+            question, self._client.loop.asyncio_loop
+        )
 
 
 def _failure(error: BaseException) -> Outcome:

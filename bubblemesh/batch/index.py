@@ -1,50 +1,67 @@
 """The page that compares the cases of a batch and links to theirs."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import Row
-from bubblemesh.errors import CaseError
+from bubblemesh.batch.shards import Shard
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.output import PAGE_FILE
 from bubblemesh.output.atomic import transaction
 
-__all__ = ["require_no_index", "write_index"]
-
-STEM = "index"
-ENDING = ".html"
+__all__ = ["indexed", "require_no_index"]
 
 
-def require_no_index(entries: Iterable[Entry], folder: Path) -> None:
+def require_no_index(entries: Iterable[Entry], folder: Path, shard: Shard) -> None:
     """Check that no case's own page would be where the page of the batch goes.
 
     Raises
     ------
     CaseError
     """
-    place = os.path.realpath(folder / f"{STEM}{ENDING}")
+    page = _page_in(folder, shard)
     for entry in entries:
-        if entry.place is not None and place in map(os.path.realpath, entry.place.files):
+        alike = [path for path in entry.place.files if path.name == page.name] if entry.place else []
+        if any(os.path.realpath(path) == os.path.realpath(page) for path in alike):
             raise CaseError(f"{entry.source}: its page would be that of the batch: give the case another name")
 
 
-def write_index(rows: Sequence[Row], folder: Path, suffix: str) -> Path:
-    """Write the page of these rows, in place of an old one.
+@contextmanager
+def indexed(rows: Callable[[], Sequence[Row]], folder: Path, shard: Shard) -> Iterator[None]:
+    """Write the page of the rows that there are when the block ends, however it does, in place of an old one.
 
     Raises
     ------
     FileError
+        If it cannot be written.
     """
+    try:
+        yield
+    except BaseException:
+        with suppress(FileError):  # what has ended the block is to be told
+            _write(rows(), _page_in(folder, shard))
+        raise
+    _write(rows(), _page_in(folder, shard))
+
+
+def _page_in(folder: Path, shard: Shard) -> Path:
+    return folder / f"index{shard.suffix}{PAGE_FILE}"
+
+
+def _write(rows: Sequence[Row], page: Path) -> None:
     from bubblemesh.output.html.index import index_page
 
-    name = f"{STEM}{suffix}{ENDING}"
-    with transaction(folder) as staging:
-        (staging / name).write_text(index_page([_shown(row) for row in rows]), encoding="utf-8")
-    return folder / name
+    with transaction(page.parent) as staging:
+        text = index_page([_shown(row, page.parent) for row in rows])
+        (staging / page.name).write_text(text, encoding="utf-8")
 
 
-def _shown(row: Row) -> dict[str, Any]:
-    """A row with its page, seen from the folder of the summary."""
-    page = next((name for name in row.files if name.endswith(ENDING)), None)
-    return row.data() | {"report": None if page is None else (Path(row.folder or ".") / page).as_posix()}
+def _shown(row: Row, folder: Path) -> dict[str, Any]:
+    """A row with its page, if that is there, seen from the folder of the summary."""
+    pages = [Path(row.folder or ".", name) for name in row.files if name.endswith(PAGE_FILE)]
+    links = [page.as_posix() for page in pages if (folder / page).is_file() and not page.is_absolute()]
+    return row.data() | {"report": links[0] if links else None}

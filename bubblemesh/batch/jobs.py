@@ -41,16 +41,19 @@ class Job:
     version: str = __version__
 
     def digest(self) -> str:
-        """Hash of all that the results depend on; where the files lie does not count, what is in them does."""
+        """Hash of all that a finished mesh and its files depend on.
+
+        Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
+        and how much time there was.
+        """
         contents = {name: sha256(content).hexdigest() for name, content in self.files.items()}
+        case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds"}})
         inputs = {
             "version": self.version,
-            "case": _with_contents(self.case.model_dump(mode="json"), contents),
+            "case": _with_contents(case, contents),
             "files": sorted((Path(name).name, digest) for name, digest in contents.items()),
             "formats": self.place.formats,
             "order": self.place.order,
-            "history": self.place.history,
-            "page": self.place.page,
         }
         return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
@@ -83,6 +86,8 @@ class Outcome:
         Their SHA-256 hashes.
     traceback : str, optional
         Where an error of the program happened.
+    full : bool
+        Whether there was no space for temporary files.
     """
 
     exit_code: int = 0
@@ -92,6 +97,7 @@ class Outcome:
     files: Mapping[str, bytes] = field(default_factory=dict)
     digests: Mapping[str, str] = field(default_factory=dict)
     traceback: str | None = None
+    full: bool = False
 
 
 @dataclass(frozen=True)

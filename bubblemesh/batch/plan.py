@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from bubblemesh.batch.jobs import Job
 from bubblemesh.case import Case, Variant, case_variants, load_case, named_files, parsed
@@ -26,6 +27,8 @@ class Settings:
         Folder of all results; without it each case has its own.
     page : bool, optional
         Whether each case gets its page; without it the case says so.
+    time_limit : float, optional
+        Seconds after which the packing of a case ends with the mesh as it is.
     """
 
     overrides: tuple[str, ...] = ()
@@ -33,6 +36,7 @@ class Settings:
     seed: int | None = None
     folder: str | None = None
     page: bool | None = None
+    time_limit: float | None = None
 
     def __post_init__(self) -> None:
         if self.folder in ("", "-"):
@@ -42,11 +46,16 @@ class Settings:
 
     def case(self, source: str, variant: Variant) -> Case:
         """A case of a file, with the options over it."""
-        return load_case(source, overrides=self.overrides, method=self.method, seed=self.seed, variant=variant)
+        return load_case(source, variant=variant, **self._over())
 
     def variants(self, source: str) -> list[Variant]:
         """The cases of a file."""
-        return case_variants(source, overrides=self.overrides, method=self.method, seed=self.seed)
+        return case_variants(source, **self._over())
+
+    def _over(self) -> dict[str, Any]:
+        """The options over a case's file."""
+        options = {"method": self.method, "seed": self.seed, "time_limit": self.time_limit}
+        return {"overrides": self.overrides, **options}
 
 
 @dataclass(frozen=True)

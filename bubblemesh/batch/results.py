@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Self
 
-from bubblemesh.batch.course import Event, Finished
+from bubblemesh.batch.events import Event, Finished
 from bubblemesh.batch.rows import Row
 
 __all__ = ["Results"]

@@ -1,7 +1,6 @@
-"""Which cases an earlier batch has done, and what it left behind."""
+"""Which cases an earlier batch has done, and which of its rows stay."""
 
 import os
-import shutil
 from collections.abc import Iterable, Sequence
 from hashlib import file_digest
 from pathlib import Path
@@ -9,9 +8,11 @@ from pathlib import Path
 from bubblemesh.batch.plan import Entry, Settings, job_of
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError
+from bubblemesh.output import HISTORY_FILES, PAGE_FILE
 
-__all__ = ["key_of", "place_in", "unchanged", "without_leftovers"]
+__all__ = ["key_of", "of_others", "place_in", "unchanged"]
 
+EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
 DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
 
 
@@ -22,13 +23,33 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], settings: Settings,
     found: dict[int, Row] = {}
     for row in rows:
         entry = known.get(row.key)
-        if entry is None or entry.number in found or row.exit_code not in DONE or not row.files:
+        if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
             continue
         if entry.number not in digests:
             digests[entry.number] = _digest(entry, settings)
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found
+
+
+def _has_extras(row: Row, entry: Entry) -> bool:
+    """Whether the row has a mesh, and the page and the tables that are wanted beside it."""
+    wanted = {path.name for path in entry.place.files if path.name.endswith(EXTRAS)} if entry.place else set()
+    return bool(row.files) and wanted <= row.files.keys()
+
+
+def of_others(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> list[Row]:
+    """The rows of cases outside the batch."""
+    keys = {key_of(entry, root) for entry in entries}
+    sources = {entry.source for entry in entries}
+    unreadable = {entry.source for entry in entries if entry.place is None}
+
+    def is_of_others(row: Row) -> bool:
+        if row.folder is None:  # its file could not be read: nobody knows which cases it stands for
+            return row.source not in sources
+        return row.key not in keys and row.source not in unreadable
+
+    return [row for row in rows if is_of_others(row)]
 
 
 def key_of(entry: Entry, root: Path) -> tuple[str | None, str]:
@@ -60,14 +81,6 @@ def _intact(row: Row, root: Path) -> bool:
             with (folder / name).open("rb") as file:
                 if file_digest(file, "sha256").hexdigest() != digest:
                     return False
-    except OSError:
+    except (OSError, ValueError):  # no name of a file
         return False
     return True
-
-
-def without_leftovers(entries: Iterable[Entry], prefix: str) -> None:
-    """Remove staging folders that a batch had no time to remove."""
-    folders = {entry.place.folder for entry in entries if entry.place is not None and entry.place.folder is not None}
-    for folder in folders:
-        for leftover in folder.glob(f"{prefix}*"):
-            shutil.rmtree(leftover, ignore_errors=True)

@@ -96,19 +96,21 @@ class Row:
 
     @classmethod
     def parsed(cls, line: bytes) -> Self | None:
-        """The row of a line of JSON; None if the line is not whole, or not of a summary."""
+        """The row of a line of JSON; None if the line is not whole, or not as a summary has it."""
         try:
             data = json.loads(line)
-            known = {key: data.pop(key) for key in ROW_KEYS}
-            row = cls(**known, figures={key: data[key] for key in FIGURES if data.get("nodes") is not None})
-        except (ValueError, KeyError, TypeError, AttributeError):
+            kinds = KINDS if data["nodes"] is None else {**KINDS, **FIGURE_KINDS}
+            if not all(isinstance(data[key], kind) for key, kind in kinds.items()):
+                return None
+        except (ValueError, KeyError, TypeError):
             return None
-        return row if isinstance(row.case, str) and isinstance(row.files, dict) else None
+        figures = {key: data[key] for key in FIGURES} if data["nodes"] is not None else {}
+        return cls(**{key: data[key] for key in KINDS} | {"warnings": tuple(data["warnings"])}, figures=figures)
 
     def data(self) -> dict[str, Any]:
         """What the row's line of JSON holds."""
         figures = {key: self.figures.get(key) for key in FIGURES}
-        record = {key: getattr(self, key) for key in ROW_KEYS}
+        record = {key: getattr(self, key) for key in KINDS}
         head = {key: record.pop(key) for key in ("case", "source", "sweep", "exit_code", "error")}
         return dict(plain(head | figures | record))
 
@@ -117,28 +119,35 @@ class Row:
         return json.dumps(self.data(), ensure_ascii=False, allow_nan=False) + "\n"
 
     def cells(self) -> str:
-        """The row as a line of CSV: errors in one line, the number of warnings only."""
+        """The row as a line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""
         data = self.data()
-        data["sweep"] = " ".join(f"{key}={value}" for key, value in self.sweep.items())
+        data["sweep"] = json.dumps(data["sweep"], ensure_ascii=False)
         data["error"] = "; ".join((self.error or "").splitlines())
         data["warnings"] = len(self.warnings)
         return _csv([data[column] for column in COLUMNS])
 
 
-ROW_KEYS = (
-    "case",
-    "source",
-    "sweep",
-    "exit_code",
-    "error",
-    "warnings",
-    "attempts",
-    "folder",
-    "version",
-    "inputs",
-    "files",
-    "traceback",
-)
+# Kinds of the values in a line of JSON, with and without a mesh.
+KINDS: Mapping[str, Any] = {
+    "case": str,
+    "source": str,
+    "sweep": dict,
+    "exit_code": int,
+    "error": str | None,
+    "warnings": list,
+    "attempts": int,
+    "folder": str | None,
+    "version": str,
+    "inputs": str | None,
+    "files": dict,
+    "traceback": str | None,
+}
+FIGURE_KINDS: Mapping[str, Any] = {
+    **dict.fromkeys(FIGURES, int | float | None),  # some meshes, and some systems, have not all of them
+    **dict.fromkeys(("method", "stop_reason"), str),
+    **dict.fromkeys(("seed", "nodes", "triangles", "force_evaluations"), int),
+    **dict.fromkeys(("quality_mean", "quality_p01", "quality_min", "seconds"), int | float),
+}
 COLUMNS = ("case", "source", "sweep", "exit_code", "error", *FIGURES, "warnings", "attempts", "folder", "version")
 
 

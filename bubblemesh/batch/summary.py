@@ -15,17 +15,19 @@ STEM = "summary"
 
 
 class Summary:
-    """Two files with the same rows."""
+    """Two files with the same rows.
 
-    def __init__(self, lines: "Lines", table: "Lines") -> None:
-        self.lines = lines
-        self.table = table
+    Attributes
+    ----------
+    rows : list of Row
+        All that the files hold.
+    """
+
+    def __init__(self, folder: Path, suffix: str, rows: Iterable[Row]) -> None:
+        self.rows = list(rows)
+        self.path = folder / f"{STEM}{suffix}.jsonl"  # which has all of each row
+        self._lines, self._table = self._written()
         self._last: tuple[int, Row] | None = None
-
-    @property
-    def path(self) -> Path:
-        """The file that has all of each row."""
-        return self.lines.path
 
     def append(self, row: Row) -> None:
         """Add a row to both files.
@@ -35,32 +37,77 @@ class Summary:
         FileError
             If that cannot be done; the files are whole nevertheless.
         """
-        self._last = self.lines.size, row
-        self.lines.append(row.line())
-        self.table.append(row.cells())
+        self.keep()
+        self._last = self._lines.size, row
+        self._lines.append(row.line())
+        self.rows.append(row)
+        self._table.append(row.cells())
         self._last = None
+
+    def keep(self) -> None:
+        """Write both files anew if one has been removed.
+
+        Raises
+        ------
+        FileError
+            If that cannot be done, or another summary has taken the place of this one.
+        """
+        if self._lines.in_place and self._table.in_place:
+            return
+        if os.path.lexists(self.path) and not self._lines.in_place:
+            raise FileError(f"{self.path}: another file has taken its place: run the batch again with --resume")
+        old = self._lines, self._table
+        self._lines, self._table = self._written()
+        for lines in old:
+            lines.close()
 
     def close(self) -> None:
         """Give the table the row that it lacks after an interrupt, and close both."""
         try:
-            if self._last is not None and self.lines.size > self._last[0]:
-                self.table.append(self._last[1].cells())
+            if self._last is not None and self._lines.size > self._last[0]:
+                self._table.append(self._last[1].cells())
         finally:
-            self.lines.close()
-            self.table.close()
+            self._lines.close()
+            self._table.close()
+
+    def _written(self) -> "tuple[Lines, Lines]":
+        """Both files, written anew."""
+        lines, table = self.path, self.path.with_suffix(".csv")
+        texts = {
+            lines: "".join(row.line() for row in self.rows),
+            table: HEAD + "".join(row.cells() for row in self.rows),
+        }
+        with transaction(self.path.parent) as staging:
+            for path, text in texts.items():
+                with (staging / path.name).open("w", encoding="utf-8", newline="") as file:
+                    file.write(text)
+                    file.flush()
+                    os.fsync(file.fileno())  # a power cut must not take the rows of hours
+        return Lines(lines), Lines(table)
 
 
 class Lines:
-    """A file that grows by whole lines."""
+    """A file that grows by whole lines; a FileError if it cannot be opened."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
+        except OSError as error:
+            raise FileError(f"cannot write {path}: {reason(error)}") from error
 
     @property
     def size(self) -> int:
         """Its size in bytes."""
         return os.fstat(self._file).st_size
+
+    @property
+    def in_place(self) -> bool:
+        """Whether its name is still that of the file which has been opened."""
+        try:
+            return os.path.samestat(self.path.stat(), os.fstat(self._file))
+        except OSError:
+            return False
 
     def append(self, text: str) -> None:
         """Add text at the end, all of it or nothing; a FileError if that fails."""
@@ -80,30 +127,17 @@ class Lines:
 
 @contextmanager
 def summary(folder: Path, suffix: str, rows: Iterable[Row]) -> Iterator[Summary]:
-    """A summary that begins with these rows, in place of an old one.
+    """A summary that begins with these rows, in place of an old one, and is there when the block ends.
 
     Raises
     ------
     FileError
         If it cannot be written; then an old one is as it was.
     """
-    kept = list(rows)
-    names = [f"{STEM}{suffix}.jsonl", f"{STEM}{suffix}.csv"]
-    texts = ["".join(row.line() for row in kept), HEAD + "".join(row.cells() for row in kept)]
-    with transaction(folder) as staging:
-        for name, text in zip(names, texts, strict=True):
-            with (staging / name).open("w", encoding="utf-8", newline="") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())  # a power cut must not take the rows of hours
-    opened: list[Lines] = []
-    try:
-        opened += [Lines(folder / name) for name in names]
-    except OSError as error:
-        raise FileError(f"cannot write {folder / names[0]}: {reason(error)}") from error
-    growing = Summary(*opened)
+    growing = Summary(folder, suffix, rows)
     try:
         yield growing
+        growing.keep()
     finally:
         growing.close()
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from bubblemesh import __version__
 from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
+from bubblemesh.batch.space import is_full
 from bubblemesh.delivery import require_finished, require_quality
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
 from bubblemesh.meshes import Mesh
@@ -27,11 +28,12 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
     try:
         return _outcome(job, tell)
     except BubblemeshError as error:
-        return Outcome(error.exit_code, str(error))
+        return Outcome(error.exit_code, str(error), full=is_full(error))
     except MemoryError:
         return Outcome(LimitError.exit_code, f"{job.source}: {OUT_OF_MEMORY}")
     except OSError as error:
-        return Outcome(FileError.exit_code, f"{job.source}: no place for temporary files: {reason(error)}")
+        problem = f"{job.source}: no place for temporary files: {reason(error)}"
+        return Outcome(FileError.exit_code, problem, full=is_full(error))
     except Exception as error:
         problem = f"{job.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
         return Outcome(1, problem, traceback=traceback.format_exc())
@@ -48,7 +50,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
         with carried(job.files):
             problem = prepared(job.case)
         result = meshed(problem, lambda row: tell(Note(job.number, row.round, row.nodes_after)))
-    report, files = _delivered(job, result)
+        report, files = _delivered(job, result)
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
     outcome = Outcome(report=report, warnings=tuple(report["warnings"]), files=files, digests=digests)
     try:

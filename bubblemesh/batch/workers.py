@@ -31,12 +31,14 @@ class Workers:
         Run in a worker, it brings a note to the queue here.
     notes : SimpleQueue of Note
     capacity : callable
-        How many jobs to have submitted, so that no worker has to wait.
+        How many jobs to have submitted, so that no worker has to wait; a FileError if the workers are out of reach.
     failure : callable
         Outcome of a job that could not be run, from the exception of its future.
     lost : str
         What to say if the workers are out of reach; then futures are cancelled, or submitting raises ``gone``.
     gone : tuple of exceptions
+    missing : callable
+        What to say while there are no workers; else None.
     """
 
     executor: Executor
@@ -46,3 +48,4 @@ class Workers:
     failure: Callable[[BaseException], Outcome]
     lost: str
     gone: tuple[type[Exception], ...] = ()
+    missing: Callable[[], str | None] = lambda: None

@@ -13,7 +13,7 @@ from bubblemesh.case.models import Case
 from bubblemesh.case.origin import Origin
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
-from bubblemesh.case.sweep import ALONE, Variant, variants_of
+from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -60,7 +60,7 @@ def load_case(
             places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
         )
     for key, value in (variant or ALONE).values:
-        change = Override(tuple(part.strip() for part in key.split(".")), value, places(["sweep", key]))
+        change = Override(path_of(key), value, places(["sweep", key]), f"sweep.{key}")
         data, places = applied(data, change), replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
         data["name"] = "mesh" if str(path) == "-" else path.stem
@@ -70,7 +70,12 @@ def load_case(
 
 
 def case_variants(
-    path: Path | str, *, overrides: Sequence[str] = (), method: str | None = None, seed: int | None = None
+    path: Path | str,
+    *,
+    overrides: Sequence[str] = (),
+    method: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
 ) -> list[Variant]:
     """The cases that a file stands for: one, or those of its sweep; else as `load_case`.
 
@@ -79,17 +84,13 @@ def case_variants(
     FileError, CaseError
         As `load_case`, but with no check of the cases; and if an option sets what is swept.
     """
-    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, None)])
+    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, time_limit)])
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:
-            if change.covers(key.split(".")) or _covers(key, change.path):
+            if change.covers(path_of(key)) or change.leads_through(path_of(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
     return variants
-
-
-def _covers(key: str, path: Sequence[str | int]) -> bool:
-    return Override(tuple(key.split(".")), None, "").covers(path)
 
 
 def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
@@ -122,10 +123,14 @@ class _Places:
     changes: Sequence[Override]
 
     def __call__(self, path: Sequence[str | int]) -> str:
-        """Option that set the value at the key path, else the file and the line of its nearest known key."""
+        """Option that set or made the value at the key path, else the file and the line of its nearest known key."""
         for change in reversed(self.changes):
             if change.covers(path):
                 return change.source
+        in_file = any(layer.document.depth(path) == len(path) for layer in self.layers)
+        for change in () if in_file else reversed(self.changes):
+            if change.leads_through(path):
+                return f"{change.source}: {change.key}" if change.key else change.source
         return place_of(self.layers, path)
 
     def message(self, path: Sequence[str | int], problem: object) -> str:

@@ -16,15 +16,23 @@ SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}
 
 @dataclass(frozen=True)
 class Override:
-    """A value for one place of the data, and how messages call where it came from."""
+    """A value for one place of the data, and how messages call where it came from.
+
+    ``key`` is what stands there, if the source alone does not tell.
+    """
 
     path: tuple[str | int, ...]
     value: Any
     source: str
+    key: str | None = None
 
     def covers(self, path: Sequence[str | int]) -> bool:
         """Whether what is at ``path`` was set by this override."""
         return [*map(str, path[: len(self.path)])] == [*map(str, self.path)]
+
+    def leads_through(self, path: Sequence[str | int]) -> bool:
+        """Whether what this override sets is inside of what is at ``path``, which it makes if nothing is there."""
+        return [*map(str, self.path[: len(path)])] == [*map(str, path)]
 
 
 def parsed(option: str) -> Override:

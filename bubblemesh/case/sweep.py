@@ -3,14 +3,14 @@
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from math import prod
 from typing import Any
 
 from bubblemesh.case.fields import described
 from bubblemesh.errors import CaseError
 
-__all__ = ["ALONE", "Variant", "variants_of"]
+__all__ = ["ALONE", "Variant", "path_of", "variants_of"]
 
 MAX_CASES = 100_000
 OWN_KEYS = ("base", "name", "sweep")  # that no value can be set for
@@ -52,7 +52,8 @@ def variants_of(sweep: Any, place: Places) -> list[Variant]:
     Raises
     ------
     CaseError
-        If a key has no list of values or cannot be swept, a value is there twice, or there are too many cases.
+        If a key has no list of values or cannot be swept, two keys set the same thing, a value is there twice, or there
+        are too many cases.
     """
     if sweep is None:
         return [ALONE]
@@ -62,10 +63,31 @@ def variants_of(sweep: Any, place: Places) -> list[Variant]:
         problem = _problem(key, values)
         if problem:
             raise CaseError(f"{place(['sweep', key])}: sweep.{key}: {problem}")
+    _require_apart(list(sweep), place)
     count = prod(map(len, sweep.values()))
     if count > MAX_CASES:
         raise CaseError(f"{place(['sweep'])}: sweep: makes {count:,} cases, more than {MAX_CASES:,}: list fewer values")
     return list(_combinations(sweep))
+
+
+def path_of(key: str) -> tuple[str, ...]:
+    """The parts of a key such as ``packing.w2``."""
+    return tuple(part.strip() for part in key.split("."))
+
+
+def _require_apart(keys: Sequence[str], place: Places) -> None:
+    """Check that no key is another one, or a part of what another one sets: the one would undo the other."""
+    for first, second in combinations(keys, 2):
+        pairs = zip(_numbered(first), _numbered(second), strict=False)
+        if all(one == other for one, other in pairs):
+            raise CaseError(
+                f"{place(['sweep', second])}: sweep: {first} and {second} set the same thing: keep one of them"
+            )
+
+
+def _numbered(key: str) -> list[str | int]:
+    """The parts of a key, with numbers for those of list entries: 0 and 00 are one."""
+    return [int(part) if part.isascii() and part.isdigit() else part for part in path_of(key)]
 
 
 def _example(sweep: object) -> str:
@@ -79,9 +101,9 @@ def _problem(key: str, values: Any) -> str | None:
         return f"must be a list of values: write the key in one word, {key}.{inner}: [...]"
     if not isinstance(values, list) or not values:
         return f"must be a list of values (found {described(values)})"
-    if not all(part.strip() for part in key.split(".")):
+    if not all(path_of(key)):
         return "has an empty part: write key.key"
-    if key.split(".")[0] in OWN_KEYS:
+    if path_of(key)[0] in OWN_KEYS:
         return f"cannot be swept: a sweep keeps {', '.join(OWN_KEYS)}"
     seen = set()
     for value in values:

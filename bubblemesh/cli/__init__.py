@@ -10,7 +10,7 @@ from bubblemesh.cli.ending import reported, signals_obeyed
 from bubblemesh.cli.meshing import adapt, check, run
 from bubblemesh.cli.starting import init, schema
 from bubblemesh.cli.viewing import plot, quality
-from bubblemesh.streams import write_output
+from bubblemesh.streams import expendable_messages, write_output
 
 __all__ = ["app", "main"]
 
@@ -35,5 +35,6 @@ def bubblemesh(version: Annotated[bool, typer.Option("--version", help="Print th
 
 def main() -> None:
     """Run the command."""
+    expendable_messages()
     with signals_obeyed():
         app()

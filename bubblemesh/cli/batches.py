@@ -1,13 +1,12 @@
 """The command that meshes many cases."""
 
 from contextlib import closing
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from bubblemesh.cli.ending import reported
-from bubblemesh.cli.options import MethodName, Quiet, Seed, Settings
+from bubblemesh.cli.options import MethodName, Quiet, Seed, Settings, TimeLimit
 from bubblemesh.streams import write_output
 
 __all__ = ["batch"]
@@ -29,8 +28,10 @@ def batch(
     settings: Settings = None,
     method: MethodName = None,
     seed: Seed = None,
+    time_limit: TimeLimit = None,
     page: Annotated[
-        bool | None, typer.Option("--report", help="Write a page for each case, and index.html to compare them.")
+        bool | None,
+        typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
     quiet: Quiet = False,
@@ -43,15 +44,11 @@ def batch(
 
         part = many.Shard.parsed(shard)
         workers = many.workers_at(jobs, cluster)
-        common, folder = many.Settings(tuple(settings or ()), method, seed, output, page), Path(output or ".")
+        common = many.Settings(tuple(settings or ()), method, seed, output, page, time_limit)
         entries = many.planned(many.case_files(paths), common)
-        if page:
-            many.require_no_index(entries, folder)
         events = many.course(entries, common, workers, shard=part, resume=resume)
         with closing(events), BatchProgress(quiet) as progress:
             results = many.Results.of(progress.shown(events))
-        if page:
-            many.write_index(results.rows, folder, part.suffix)
         if as_json:
             write_output(dump(results.data()))
     raise typer.Exit(results.exit_code)

@@ -35,7 +35,7 @@ def signals_obeyed() -> Iterator[None]:
     try:
         yield
     except Interrupted:  # before a command has begun
-        sys.stderr.write("error: interrupted\n")
+        typer.echo("error: interrupted", err=True)
         sys.exit(INTERRUPTED)
     finally:
         # What was asked for is done or given up: the exit code is not to change while Python shuts down.
@@ -62,7 +62,7 @@ def reported() -> Iterator[None]:
         raise failed("interrupted", INTERRUPTED) from None
     except MemoryError:
         raise failed(OUT_OF_MEMORY, LimitError.exit_code) from None
-    except BrokenPipeError:
+    except BrokenPipeError:  # of the standard output: the error stream gives up by itself
         # Whatever is still buffered cannot be delivered; closing the real stream would complain again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise failed("the reader of the standard output has gone", FileError.exit_code) from None

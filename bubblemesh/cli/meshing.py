@@ -54,7 +54,8 @@ def run(
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
     with reported():
-        from bubblemesh import console, delivery, pipeline
+        from bubblemesh import delivery, pipeline
+        from bubblemesh.console.packing import PackingProgress
 
         loaded = read_case(case, settings, method, seed, time_limit)
         require_distinct(as_json, output)
@@ -66,7 +67,7 @@ def run(
             raise CaseError(
                 "--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot"
             )
-        with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
+        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
             result = pipeline.mesh_case(loaded, progress.show, progress.advance)
         hand_over(result, loaded, place, as_json, quiet)
 
@@ -100,8 +101,9 @@ def adapt(
 ) -> None:
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
     with reported():
-        from bubblemesh import adapting, console, delivery
+        from bubblemesh import adapting, delivery
         from bubblemesh.adaptivity.solution import Solution
+        from bubblemesh.console.packing import PackingProgress
         from bubblemesh.output.solutions import read_nodal_field
 
         loaded = read_case(case, settings, method, seed, time_limit)
@@ -112,7 +114,7 @@ def adapt(
         read = read_nodal_field(solution, field)
         with located(str(solution)):
             present = Solution.of(read.points, read.triangles, read.values, read.name)
-        with console.Progress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
+        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
             result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
         hand_over(result, loaded, place, as_json, quiet)
 

@@ -1,7 +1,7 @@
 """Commands that look at meshes of any origin."""
 
-from collections.abc import Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,13 +9,16 @@ import typer
 
 from bubblemesh.cli.ending import reported
 from bubblemesh.cli.options import AsJson
-from bubblemesh.errors import located
+from bubblemesh.errors import CaseError, located
 from bubblemesh.streams import write_output
 
 if TYPE_CHECKING:
+    from bubblemesh.arrays import Floats, Integers
     from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["plot", "quality"]
+
+OF_PICTURES = ("color", "colormap", "range", "view", "style", "width", "dpi")  # options that errors may name
 
 
 def quality(
@@ -43,7 +46,7 @@ def quality(
             compare(mesh, other, wanted, as_json)
             return
         points, triangles, others = read_triangles(mesh)
-        console.warn(left_out(mesh, others))
+        console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
         with located("--spacing"):
             figures = mesh_figures(points, triangles, wanted)
         if as_json:
@@ -98,7 +101,7 @@ def plot(
         )
         read = read_foreign(mesh)
         console.warn(left_out(mesh, read.left_out))
-        with located(str(mesh)):
+        with options_named(mesh):
             figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
         save_figure(figure, path, shown)
         console.show_files(str(path.parent), [path.name])
@@ -112,8 +115,8 @@ def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) 
     from bubblemesh.output.foreign import read_foreign
 
     read = {path: read_foreign(path) for path in (first, second)}
-    for path, mesh in read.items():
-        console.warn(left_out(path, mesh.left_out))
+    for path, each in read.items():
+        console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path], wanted) for path in (first, second))
     if as_json:
@@ -126,3 +129,27 @@ def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) 
 def left_out(mesh: Path, kinds: Sequence[str]) -> list[str]:
     """What to say of a mesh's cells that are no triangles."""
     return [f"{mesh}: cells that are no triangles are left out: {', '.join(kinds)}"] if kinds else []
+
+
+def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
+    """What to say of a mesh whose triangles do not all turn the same way."""
+    from bubblemesh.quality import inverted
+    from bubblemesh.wording import place
+
+    found = inverted(points, triangles)
+    if len(found) == 0:
+        return []
+    count = "1 triangle turns" if len(found) == 1 else f"{len(found)} triangles turn"
+    where = place(points[triangles[found[0]]].mean(axis=0))
+    return [f"{mesh}: {count} the other way than the rest, the first at {where}: the mesh may lie upon itself there"]
+
+
+@contextmanager
+def options_named(mesh: Path) -> Iterator[None]:
+    """Errors of a picture name the option that they are about, or else the mesh."""
+    try:
+        yield
+    except CaseError as error:
+        option, _, _ = str(error).partition(":")
+        error.args = (f"--{error}" if option in OF_PICTURES else f"{mesh}: {error}",)
+        raise

@@ -1,111 +1,20 @@
 """What the user sees on the terminal; all of it goes to the error stream, which leaves the output to data."""
 
 from collections.abc import Mapping, Sequence
-from time import monotonic
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.live import Live
-from rich.spinner import Spinner
-from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:  # an error must be shown even where NumPy cannot be loaded
     from bubblemesh.problem import Problem
     from bubblemesh.spacing.survey import Extremes, Survey
-    from bubblemesh.summary import RoundRow
 
-__all__ = ["Progress", "show_files", "show_problem", "show_quality", "warn"]
+__all__ = ["counted", "fail", "show_files", "show_problem", "show_quality", "warn"]
 
-COLUMNS = ("round", "nodes", "deleted", "inserted", "mean q", "least q", "mean speed", "time")
-WIDTHS = (5, 8, 8, 8, 7, 7, 10, 8)
-REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and elsewhere
 ROUNDING = 1e-9  # of a domain's size
 
 terminal = Console(stderr=True, highlight=False, soft_wrap=True)
-
-
-def duration(seconds: float) -> str:
-    """A time in words that do not pretend to be exact."""
-    if seconds < 100:
-        return f"{seconds:.0f} s"
-    if seconds < 6000:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h"
-
-
-class Progress:
-    """Shows each round as it ends, and how far the packing is: a growing table on a terminal, plain lines elsewhere."""
-
-    def __init__(self, title: str, quiet: bool) -> None:
-        self.quiet = quiet
-        self.rows: list[tuple[str, ...]] = []
-        self.title = title
-        self.begun = self.told = monotonic()
-        self.spinner = Spinner("dots", Text(f" {title}"))
-        self.live = Live(console=terminal, refresh_per_second=8, transient=False) if self.is_live else None
-
-    @property
-    def is_live(self) -> bool:
-        """Whether there is a terminal to redraw."""
-        return terminal.is_terminal and not self.quiet
-
-    def __enter__(self) -> "Progress":
-        if self.live is not None:
-            self.live.start()
-            self.live.update(self.spinner)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.live is not None:
-            self.live.update(self._table() if self.rows else Text())
-            self.live.stop()
-
-    def show(self, row: "RoundRow") -> None:
-        """Add a finished round."""
-        cells = (
-            f"{row.round}",
-            f"{row.nodes_after}",
-            f"{row.deleted}",
-            f"{row.inserted}",
-            f"{row.quality_mean:.4f}",
-            f"{row.quality_min:.3f}",
-            f"{row.mean_speed:.2e}",
-            f"{row.seconds:.2f} s",
-        )
-        self.rows.append(cells)
-        if self.live is not None:
-            table = self._table()
-            table.add_row(self.spinner)
-            self.live.update(table)
-        elif not self.quiet:
-            if len(self.rows) == 1:
-                _line(COLUMNS)
-            _line(cells)
-
-    def advance(self, share: float) -> None:
-        """Tell what share of the packing is done, and about how long the rest takes."""
-        now = monotonic()
-        if share <= 0 or self.quiet or now - self.told < (REDRAWN if self.live is not None else RETOLD):
-            return
-        self.told = now
-        left = (now - self.begun) * (1 - share) / share
-        text = f"{self.title}: {share:.0%}, about {duration(left)} left"
-        if self.live is not None:
-            self.spinner.update(text=Text(f" {text}"))
-        else:
-            terminal.print(Text(text))
-
-    def _table(self) -> Table:
-        table = Table(box=None, header_style="bold", pad_edge=False)
-        for column in COLUMNS:
-            table.add_column(column, justify="right", no_wrap=True)
-        for cells in self.rows:
-            table.add_row(*cells)
-        return table
 
 
 def show_problem(problem: "Problem") -> None:
@@ -114,7 +23,7 @@ def show_problem(problem: "Problem") -> None:
     x0, y0, x1, y1 = domain.bounds
     rows = {
         "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {domain.polygon.area:.6g}, "
-        f"{_counted(domain.hole_count, 'hole')}",
+        f"{counted(domain.hole_count, 'hole')}",
         "labels": ", ".join(domain.boundary.labels),
         "spacing": _extremes(survey, domain.size),
         **_rules(problem),
@@ -167,7 +76,7 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows |= _adaptation(figures["adaptation"])
     if "budget" in figures:
         budget = figures["budget"]
-        meshes = _counted(len(budget["attempts"]), "attempt")
+        meshes = counted(len(budget["attempts"]), "attempt")
         rows["budget"] = f"{budget['nodes']} nodes, met by the spacing times {budget['scale']:.4g}, in {meshes}"
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
@@ -210,15 +119,12 @@ def _show(rows: Mapping[str, str]) -> None:
         terminal.print(Text.assemble((f"{name:11}", "bold"), value))
 
 
-def _line(cells: Sequence[str]) -> None:
-    terminal.print(Text(" ".join(f"{cell:>{width}}" for cell, width in zip(cells, WIDTHS, strict=True))))
-
-
 def _place(point: Sequence[float], size: float = 0.0) -> str:
     """A point; what is nothing but rounding in a domain of some size is zero."""
     x, y = (0.0 if abs(value) < ROUNDING * size else value for value in point)
     return f"({x:.4g}, {y:.4g})"
 
 
-def _counted(number: int, noun: str) -> str:
+def counted(number: int, noun: str) -> str:
+    """A count with its noun: no holes, 1 hole, 2 holes."""
     return f"{number} {noun}" if number == 1 else f"{number or 'no'} {noun}s"

@@ -12,11 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.batch import Begun, Event, Finished, Note
+from bubblemesh.batch import Begun, Event, Finished, Note, Waiting
+from bubblemesh.batch.rows import Row
+from bubblemesh.errors import BubblemeshError, RequirementError, outcome
 
 __all__ = ["BatchProgress"]
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
+KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
 
 
 class BatchProgress:
@@ -62,6 +65,8 @@ class BatchProgress:
                 self.bar.update(self.task, total=len(event.entries))
             case Note():
                 self._follow(event)
+            case Waiting():
+                console.warn([event.message])
             case Finished():
                 self._finish(event)
 
@@ -75,28 +80,30 @@ class BatchProgress:
         self.over.add(event.number)
         self.running.pop(event.number, None)
         self.bar.advance(self.task)
-        self.counts["unchanged" if event.unchanged else "failed" if row.exit_code else "done"] += 1
+        self.counts["unchanged" if event.unchanged else outcome(row.exit_code)] += 1
         if row.error is not None:
-            console.fail(f"{row.case}: {row.error}")
+            console.fail(f"{self._count} {_named(row)}")
         elif not self.quiet and self.live is None:
             console.terminal.print(Text(self._line(event)))
         if not event.unchanged:
             console.warn([f"{row.case}: {warning}" for warning in row.warnings])
 
+    @property
+    def _count(self) -> str:
+        return f"[{len(self.over)}/{len(self.names)}]"
+
     def _line(self, event: Finished) -> str:
         figures = event.row.figures
-        count = f"[{len(self.over)}/{len(self.names)}]"
         result = f"{figures['nodes']} nodes, q {figures['quality_mean']:.4f}, least {figures['quality_min']:.3f}"
         end = "unchanged" if event.unchanged else f"{figures['seconds']:.2f} s"
-        return f"{count} {event.row.case}: {result}, {end}"
+        return f"{self._count} {event.row.case}: {result}, {end}"
 
     def _totals(self, begun: Begun) -> str:
         total = len(begun.entries)
         left = total - len(self.over)
-        parts = [f"{self.counts[kind]} {kind}" for kind in ("done", "failed", "unchanged") if self.counts[kind]]
+        parts = [f"{self.counts[kind]} {kind}" for kind in KINDS if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
-        cases = f"{total} case" if total == 1 else f"{total or 'no'} cases"
-        return f"{cases}: {', '.join(parts) or 'nothing to do'}; summary in {begun.summary}"
+        return f"{console.counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {begun.summary}"
 
     def picture(self) -> Group:
         """The running cases, the oldest first, above the bar."""
@@ -109,3 +116,8 @@ class BatchProgress:
             nodes = f"{note.nodes}" if note.round else ""
             table.add_row(self.names[note.number], f"{note.round}", nodes, f"{monotonic() - since:.0f} s")
         return Group(table, self.bar) if rows else Group(self.bar)
+
+
+def _named(row: Row) -> str:
+    """The error of a case, which begins with the file that it comes from; a sweep's cases share theirs."""
+    return f"{row.case}: {row.error}" if row.sweep or not f"{row.error}".startswith(row.source) else f"{row.error}"

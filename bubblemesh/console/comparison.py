@@ -12,7 +12,8 @@ from bubblemesh.histograms import Histogram
 __all__ = ["show_comparison"]
 
 TITLES = {"quality": "q", "spacing": "edges l/d"}
-BAR = 22  # characters
+BAR = 22  # characters, at most
+BESIDE_BARS = 32  # characters of a line
 EIGHTHS = " ▏▎▍▌▋▊▉█"  # of a character
 
 
@@ -44,19 +45,20 @@ def _bars(title: str, both: Sequence[Histogram | None]) -> Table:
     bins = [f"below {edges[0]}", *(f"{low} to {high}" for low, high in pairwise(edges)), f"above {edges[-1]}"]
     shares = [None if h is None else [n / h.total for n in (h.below, *h.counts, h.above)] for h in both]
     largest = max(max(column) for column in shares if column is not None)
+    length = min(BAR, max((console.terminal.width - BESIDE_BARS) // 2, 0))
     table = Table(box=None, header_style="bold", pad_edge=False)
     for column, side in ((title, "left"), ("A", "right"), ("", "left"), ("B", "right"), ("", "left")):
         table.add_column(column, justify="right" if side == "right" else "left", no_wrap=True)
     for k, name in enumerate(bins):
         cells = [(None if column is None else column[k]) for column in shares]
         if any(cells) or 0 < k < len(bins) - 1:
-            table.add_row(name, *(text for share in cells for text in _bar(share, largest)))
+            table.add_row(name, *(text for share in cells for text in _bar(share, largest, length)))
     return table
 
 
-def _bar(share: float | None, largest: float) -> tuple[str, str]:
-    """A share in percent, and a bar in eighths of a character's width."""
+def _bar(share: float | None, largest: float, length: int) -> tuple[str, str]:
+    """A share in percent, and a bar in eighths of a character's width; that of the largest has the full length."""
     if share is None:
         return "-", ""
-    full, part = divmod(round(8 * BAR * share / largest), 8)
+    full, part = divmod(round(8 * length * share / largest), 8)
     return f"{share:.1%}", EIGHTHS[-1] * full + EIGHTHS[part].strip()

@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
 from bubblemesh.output.atomic import reason
+from bubblemesh.wording import shown
 
 __all__ = ["NO_FACES", "TRIANGLES", "PlaneMesh", "plane_points", "read_mesh", "read_triangles"]
 
@@ -77,6 +78,8 @@ def read_mesh(path: Path) -> Any:
 
     if not path.exists():  # meshio has an error of its own for this
         raise FileError(f"{path}: cannot be read: there is no such file")
+    if path.is_file() and path.stat().st_size == 0:
+        raise FileError(f"{path}: is empty")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
@@ -86,4 +89,5 @@ def read_mesh(path: Path) -> Any:
     except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds
         raise FileError(f"{path}: is no mesh of the format that its ending names") from error
     except Exception as error:  # readers of foreign formats fail in any way
-        raise FileError(f"{path}: is no mesh that can be read ({error or type(error).__name__})") from error
+        found = shown(error) or type(error).__name__  # some have no text
+        raise FileError(f"{path}: is no mesh that can be read ({found})") from error

@@ -83,6 +83,11 @@ class Background:
         """Centres (n, 2) of the cells."""
         return self._points(self.column_row) + self.sides[:, None] / 2
 
+    def corners(self, cells: Integers) -> Floats:
+        """Corners (k, 4, 2) of some cells, to the last bit the same for all cells that share them."""
+        width = 1 << (DEEPEST - self.level[cells])
+        return self._points(self.column_row[cells, None] + CORNERS * width[:, None, None])
+
     @cached_property
     def _key(self) -> Integers:
         return _interleaved(self.column_row)

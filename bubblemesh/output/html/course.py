@@ -10,8 +10,8 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.output.html.charts import Line, bar, line_chart
 from bubblemesh.output.html.markup import Markup, joined, tag
-from bubblemesh.output.html.numbers import duration
 from bubblemesh.output.html.tables import cell, head, table
+from bubblemesh.wording import duration
 
 __all__ = ["course", "files_list", "rounds_table"]
 

@@ -1,18 +1,22 @@
 """The page that compares the cases of a batch."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
+from bubblemesh.errors import outcome
 from bubblemesh.output.html.charts import quality_range
 from bubblemesh.output.html.markup import Markup, filled, joined, tag
-from bubblemesh.output.html.numbers import counted, duration, whole
+from bubblemesh.output.html.numbers import counted, whole
 from bubblemesh.output.html.page import page
+from bubblemesh.wording import duration
 
 __all__ = ["index_page"]
 
-DONE, MISSED = 0, 4  # exit codes of cases that have a mesh
-STATES = {DONE: "done", MISSED: "misses a requirement", 6: "stopped at a limit", 130: "interrupted"}
+DONE = 0  # exit code
+BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
+STATES = {6: "stopped at a limit", 130: "interrupted"}
 
 Row = Mapping[str, Any]
 
@@ -35,17 +39,15 @@ def index_page(rows: Sequence[Row]) -> str:
         "index.html",
         summary=_summary(rows),
         heads=_heads(swept, low),
-        rows=joined(*(_row(row, swept, low) for row in rows)),
+        cases=joined(*(_case(row, swept, low) for row in rows)),
     )
     return page(f"{counted(len(rows), 'case')} - bubblemesh", body, ["tables.js"], wide=True)
 
 
 def _summary(rows: Sequence[Row]) -> str:
-    missed = sum(row["exit_code"] == MISSED for row in rows)
-    failed = sum(row["exit_code"] not in (DONE, MISSED) for row in rows)
-    parts = [f"{whole(len(rows) - missed - failed)} done"]
-    parts += [f"{whole(missed)} without the quality that they require"] if missed else []
-    parts += [f"{whole(failed)} failed"] if failed else []
+    outcomes = Counter(outcome(row["exit_code"]) for row in rows)
+    parts = [f"{whole(outcomes.pop(outcome(DONE), 0))} {outcome(DONE)}"]
+    parts += [f"{whole(count)} {name}" for name, count in sorted(outcomes.items(), reverse=True)]
     nodes = sum(row.get("nodes") or 0 for row in rows)
     seconds = sum(row.get("seconds") or 0.0 for row in rows)
     return f"{counted(len(rows), 'case')}: {', '.join(parts)}. {whole(nodes)} nodes in {duration(seconds)}."
@@ -53,25 +55,42 @@ def _summary(rows: Sequence[Row]) -> str:
 
 def _heads(swept: Sequence[str], low: float) -> Markup:
     text = [("Case", "text"), ("Status", "text"), *((key, "text") for key in swept)]
-    numbers = ["Mean q", "1 % of q below", "Least q", "Nodes", "Triangles", "Spread of l/d", "Time", "Warnings"]
+    numbers = [
+        "Mean q",
+        BELOW,
+        "Least q",
+        "Nodes",
+        "Triangles",
+        "Spread of l/d",
+        "Time",
+        "Warnings",
+    ]
     heads = [
         tag("th", tag("button", name, type="button"), scope="col", class_=kind, data_kind=kind)
         for name, kind in [*text, *((name, "number") for name in numbers)]
     ]
-    scale = tag("th", f"q from {low:g} to 1", scope="col")
+    scale = tag("th", f"q from {low:g} to 1", scope="col", class_="scale-head")
     return joined(*heads[: len(text)], scale, *heads[len(text) :])
 
 
-def _row(row: Row, swept: Sequence[str], low: float) -> Markup:
-    code, report = row["exit_code"], row.get("report")
+def _case(row: Row, swept: Sequence[str], low: float) -> Markup:
+    """The row of a case, and below it one with its message, across all columns."""
+    cells, message = _cells(row, swept, low), row.get("message") or row.get("error")
+    rows = [tag("tr", *cells)]
+    if message:
+        rows.append(tag("tr", tag("td", tag("div", message), colspan=len(cells)), class_="message"))
+    return tag("tbody", *rows, class_=None if row["exit_code"] == DONE else "failed")
+
+
+def _cells(row: Row, swept: Sequence[str], low: float) -> list[Markup]:
+    report = row.get("report")
     name = tag("a", row["case"], href=f"./{quote(report)}") if report else row["case"]
     sweep = row.get("sweep") or {}
     figures = [row[key] for key in ("quality_min", "quality_p01", "quality_mean") if row.get(key) is not None]
     picture = quality_range(figures, low) if len(figures) == 3 else None
-    warnings = row.get("warnings") or 0
-    cells = [
+    return [
         tag("th", name, scope="row", class_="text", data_value=row["case"]),
-        _status(row, code),
+        _status(row),
         *(_text(sweep.get(key)) for key in swept),
         tag("td", picture),
         _number(row.get("quality_mean"), ".4f"),
@@ -81,18 +100,25 @@ def _row(row: Row, swept: Sequence[str], low: float) -> Markup:
         _number(row.get("triangles"), ",d"),
         _number(row.get("spacing_std"), ".3f"),
         _number(row.get("seconds"), None),
-        _number(warnings if isinstance(warnings, int) else len(warnings), "d"),
+        _number(_warnings(row), "d"),
     ]
-    return tag("tr", *cells, class_=None if code == DONE else "failed")
 
 
-def _status(row: Row, code: int) -> Markup:
-    status = row.get("status") or STATES.get(code, f"failed, exit code {code}")
+def _warnings(row: Row) -> int | None:
+    """The number of warnings; None of a case that has come to nothing that could be warned of."""
+    warnings = row.get("warnings") or 0
+    count = warnings if isinstance(warnings, int) else len(warnings)
+    return None if count == 0 and row.get("nodes") is None else count
+
+
+def _status(row: Row) -> Markup:
+    code = row["exit_code"]
+    word = outcome(code)
+    status = row.get("status") or STATES.get(code, f"{word}, exit code {code}" if word == "failed" else word)
     message = row.get("message") or row.get("error")
     mark = tag("span", "✓ " if code == DONE else "✗ ", aria_hidden="true")
     head = tag("span", mark, status, class_=f"status {'ok' if code == DONE else 'failed'}")
-    text = tag("div", message, class_="note") if message else None
-    return tag("td", head, text, class_="wide", data_value=f"{code:03d} {message or ''}")
+    return tag("td", head, class_="text", data_value=f"{code:03d} {message or ''}")
 
 
 def _text(value: Any) -> Markup:

@@ -11,12 +11,13 @@ from bubblemesh.output.html.course import course, files_list, rounds_table
 from bubblemesh.output.html.json_text import readable_json
 from bubblemesh.output.html.legends import colourings, labels, scales
 from bubblemesh.output.html.markup import Markup, filled, joined, tag
-from bubblemesh.output.html.numbers import counted, duration, whole
+from bubblemesh.output.html.numbers import counted, whole
 from bubblemesh.output.html.page import page
 from bubblemesh.output.html.places import linked_places
 from bubblemesh.output.html.scene import COLORMAP, Scene
 from bubblemesh.output.html.shape import histograms, worst_triangles
 from bubblemesh.output.plots import PlotOptions, small_png
+from bubblemesh.wording import duration
 
 __all__ = ["report_page"]
 

@@ -17,6 +17,7 @@ class Viewer {
   }
 
   resized() {
+    if (this.canvas.clientWidth === 0) return; // a printed page hides it
     const [, , width, height] = this.camera.bounds;
     const tall = ((this.canvas.clientWidth - 2 * MARGIN) * height) / width + 2 * MARGIN;
     this.canvas.style.height = `${Math.max(tall, LEAST_HEIGHT)}px`; // the style sheet has an upper limit
