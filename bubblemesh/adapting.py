@@ -91,7 +91,8 @@ def adapted(
         domain = domain_of(case)
     with timed(seconds, "estimate"):
         require_coverage(domain, solution.points, solution.triangles)
-        estimate = estimated(solution.points, solution.triangles, solution.values, _parts(domain, solution))
+        values = solution.values / solution.unit
+        estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
         figures = _figures(solution, estimate, exact)
     problem, start = _posed(case, domain, solution, estimate, target, seconds)
     result = meshed(problem, on_round, on_share)
@@ -102,7 +103,7 @@ def adapted(
     )
     adaptation = figures | {
         "wanted": asdict(target),
-        "expected_error": expected,
+        "expected_error": solution.unit * expected,
         "expected_relative_error": expected / max(estimate.solution, TINY),
         **start,
     }
@@ -125,7 +126,7 @@ def _posed(
     field = replace(field, values=np.where(same, now, field.values))
 
     def at(scale: float | None) -> Spacing:
-        return Spacing(Combination((field,), scale or 1.0, *limits_of(case)))
+        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)))
 
     task, rules = task_of(case), rules_of(case)
     rules = replace(rules, growth=rules.growth or GROWTH)
@@ -151,21 +152,24 @@ def _parts(domain: Domain, solution: Solution) -> Integers | None:
 
 
 def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[str, Any]:
-    """What is known of the solution's error."""
+    """What is known of the solution's error; the estimate is one in terms of the solution's unit."""
+    unit = solution.unit
     figures = {
         "field": solution.name,
         "components": solution.values.shape[1],
         "nodes_before": len(solution.points),
         "triangles_before": len(solution.triangles),
-        "error": estimate.error,
+        "error": unit * estimate.error,
         "relative_error": estimate.relative,
     }
     if exact is None:
         return figures
     if solution.values.shape[1] > 1:
         raise CaseError(f"the exact solution is one expression, but {solution.name} has several components")
-    error = true_error(solution.points, solution.triangles, solution.values[:, 0], _expression(exact))
-    return figures | {"true_error": error, "effectivity": estimate.error / error if error > 0 else None}
+    known = _expression(exact)
+    values = solution.values[:, 0] / unit
+    error = true_error(solution.points, solution.triangles, values, lambda x, y: known(x, y) / unit)
+    return figures | {"true_error": unit * error, "effectivity": estimate.error / error if error > 0 else None}
 
 
 def _expression(text: str) -> Expression:

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.terms import spacing_case
+from bubblemesh.case.given import spacing_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.distance import distance_to
@@ -90,7 +90,7 @@ def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floa
 
 
 def _scaled(term: Term, scale: float | None) -> Spacing:
-    scaled = term if scale is None else Combination((term,), scale)
+    scaled = term if scale is None else Combination((Spacing(term),), scale)
     return Spacing(scaled, costly=costly(scaled))
 
 

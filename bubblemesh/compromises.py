@@ -124,13 +124,17 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def slowed_growth(grading: Graded, limit: float | None) -> list[str]:
-    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit."""
+def slowed_growth(grading: Graded, limit: float | None, scale: float | None = None) -> list[str]:
+    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit.
+
+    Slopes go with a ``scale`` that was found for a number of nodes.
+    """
     if grading.steepest is None or (limit is not None and limit <= GROWTH):
         return []
     at, size, growth = grading.steepest
+    spacing = "the spacing" if scale is None else f"the spacing, times {scale:.3g} for the wanted number of nodes,"
     return [
-        f"the spacing grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to {GROWTH:g}, "
+        f"{spacing} grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to {GROWTH:g}, "
         f"finer on {grading.share:.1%} of the area, at most {grading.ratio:.3g} times"
     ]
 

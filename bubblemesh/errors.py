@@ -1,6 +1,6 @@
 """Exception tree: one class for each exit code of the command line."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 __all__ = [
@@ -9,19 +9,38 @@ __all__ = [
     "CaseError",
     "FileError",
     "GeometryError",
+    "Key",
     "LimitError",
     "RequirementError",
+    "at_key",
     "located",
     "outcome",
+    "prefixed",
 ]
 
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
 
 
+class Key(tuple[str | int, ...]):
+    """Path of a key in a case, which messages write with dots."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return ".".join(map(str, self))
+
+
 class BubblemeshError(Exception):
-    """Base class of every error a user can cause; its text says where it is and what to do."""
+    """Base class of every error a user can cause; its text says where it is and what to do.
+
+    Attributes
+    ----------
+    about : Key
+        What it is about in the case, if that is known.
+    """
 
     exit_code = 1
+    about = Key()
 
 
 class CaseError(BubblemeshError):
@@ -60,11 +79,39 @@ def outcome(exit_code: int) -> str:
 
 
 @contextmanager
-def located(source: str) -> Iterator[None]:
-    """Put the place that errors of the case come from before their texts."""
+def prefixed(place: object) -> Iterator[None]:
+    """Put a place before the texts of errors."""
+    try:
+        yield
+    except BubblemeshError as error:
+        error.args = (f"{place}: {error}",)
+        raise
+
+
+@contextmanager
+def at_key(*path: str | int) -> Iterator[None]:
+    """Put the key of the case that errors are about before their texts."""
+    try:
+        with prefixed(Key(path)):
+            yield
+    except BubblemeshError as error:
+        error.about = Key(path)
+        raise
+
+
+@contextmanager
+def located(source: str, place: Callable[[Key], str | None] = lambda key: None) -> Iterator[None]:
+    """Put what errors of the case come from before their texts: the place of their key if there is one, or the source.
+
+    Parameters
+    ----------
+    source : str
+    place : callable
+        Gives the file and line of a key, if they are known.
+    """
     try:
         yield
     except BubblemeshError as error:
         key = "domain: " if isinstance(error, GeometryError) else ""
-        error.args = (f"{source}: {key}{error}",)
+        error.args = (f"{(place(error.about) if error.about else None) or source}: {key}{error}",)
         raise

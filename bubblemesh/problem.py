@@ -16,12 +16,12 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.options import configured, options
 from bubblemesh.resources import timed
 from bubblemesh.spacing.budget import Scaling, next_aim, scaled_to
-from bubblemesh.spacing.grading import Graded, packable
+from bubblemesh.spacing.grading import Graded
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
-from bubblemesh.spacing.rules import Rules
+from bubblemesh.spacing.sides import across_sides, packable_across
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes, ideal_nodes, surveyed
-from bubblemesh.wanted import NO_RULES, Wanted, wanted_of
+from bubblemesh.wanted import Wanted, wanted_of
 
 __all__ = ["Budget", "Problem", "Task", "posed", "posed_for", "prepared", "task_of"]
 
@@ -71,8 +71,8 @@ class Problem:
         Extremes of the wanted spacing and the ideal number of nodes.
     expected_nodes : float
         The same number for the spacing that the packing goes by.
-    ruled : Graded
-        How the rules of the wanted spacing changed it.
+    ruled, tied : Graded
+        How the rules of the wanted spacing changed it, and then the counterparts of periodic sides, if they did.
     warnings : tuple of str
     seconds : dict
         Time taken, by stage.
@@ -87,6 +87,7 @@ class Problem:
     survey: Survey
     expected_nodes: float
     ruled: Graded
+    tied: Graded
     warnings: tuple[str, ...]
     seconds: dict[str, float]
     budget: "Budget | None" = None
@@ -100,6 +101,14 @@ class Problem:
     def refined(self) -> bool:
         """Whether the packing goes by a finer spacing than the wanted one somewhere."""
         return self.spacing is not self.wanted
+
+    @property
+    def changes(self) -> dict[str, Graded]:
+        """What made the wanted spacing finer than its terms, as reports name it."""
+        found = {"rules": self.ruled, "periodic": self.tied}
+        if self.tied is self.ruled:
+            del found["periodic"]
+        return {name: changed for name, changed in found.items() if changed.ratio > 1}
 
     @cached_property
     def packed(self) -> Extremes:
@@ -148,8 +157,8 @@ def posed_for(
 ) -> Problem:
     """Pose the problem for what is asked of the spacing; ``asked`` is what messages call its number of nodes."""
     if wanted.nodes is None:
-        return posed(domain, wanted.at(None), task, seconds, wanted.rules)
-    return budgeted(Scaling(domain, wanted.at, asked), wanted.nodes, task, seconds, wanted.rules)
+        return posed(domain, wanted, task, seconds)
+    return budgeted(domain, wanted, wanted.nodes, task, seconds, asked)
 
 
 def task_of(case: Case) -> Task:
@@ -159,7 +168,7 @@ def task_of(case: Case) -> Task:
     return Task(str(case.name), case.method, method, case.limits.max_nodes, case.limits.seconds, parameters)
 
 
-def budgeted(scaling: Scaling, nodes: int, task: Task, seconds: dict[str, float], rules: Rules = NO_RULES) -> Problem:
+def budgeted(domain: Domain, wanted: Wanted, nodes: int, task: Task, seconds: dict[str, float], asked: str) -> Problem:
     """Pose the problem with the scale of the spacing at which so many nodes are expected.
 
     Raises
@@ -169,15 +178,15 @@ def budgeted(scaling: Scaling, nodes: int, task: Task, seconds: dict[str, float]
     """
     if nodes > task.max_nodes:
         raise LimitError(
-            f"limits.max_nodes: {scaling.asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
+            f"limits.max_nodes: {asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
             "fewer or raise the limit"
         )
-    scales, spent = scaling.scales(), replace(task, max_nodes=max(FEW, TIMES_TOO_MANY * nodes))
+    scales, spent = Scaling(domain, wanted.at).scales(), replace(task, max_nodes=max(FEW, TIMES_TOO_MANY * nodes))
     problems: dict[float, Problem] = {}
 
     def count(scale: float) -> float:
         try:
-            problems[scale] = posed(scaling.domain, scaling.scaled(scale), spent, seconds, rules)
+            problems[scale] = posed(domain, wanted, spent, seconds, scale)
         except LimitError:
             return np.inf
         return problems[scale].expected_nodes
@@ -186,22 +195,22 @@ def budgeted(scaling: Scaling, nodes: int, task: Task, seconds: dict[str, float]
         """The problem in which so many are expected; from a rough number to start from, as nearly as can be."""
         time = dict(seconds)
         with timed(time, "spacing"):
-            scale = scaled_to(expected, scales, count, start, scaling.asked if start is None else None)
+            scale = scaled_to(expected, scales, count, start, asked if start is None else None)
         problem = replace(problems[scale], task=task, seconds=time)
         rough = scales.rough(np.log(scale))
 
         def corrected(found: Sequence[tuple[float, int]]) -> Problem:
             trials = [(np.log(expected), np.log(meshed)) for expected, meshed in found]
-            wanted = next_aim(trials, np.log(nodes), FLATTEST)
-            return at(np.exp(wanted), np.exp(rough + wanted - np.log(problem.expected_nodes)))
+            aim = next_aim(trials, np.log(nodes), FLATTEST)
+            return at(np.exp(aim), np.exp(rough + aim - np.log(problem.expected_nodes)))
 
         return replace(problem, budget=Budget(nodes, scale, corrected))
 
     return at(nodes)
 
 
-def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float], rules: Rules = NO_RULES) -> Problem:
-    """Check the spacing in the domain, and make it finer where its rules and the boundary ask for it.
+def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], scale: float | None = None) -> Problem:
+    """Check the spacing, at some scale, in the domain, and make it finer where its rules and the boundary ask for it.
 
     Raises
     ------
@@ -214,23 +223,27 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
         )
     with timed(seconds, "spacing"):
+        wanted, rules = asked.at(scale), asked.rules
         survey = surveyed(domain, wanted, max_nodes)
         ruled = rules(domain, wanted.floored(survey.minimum / 2))
         wanted = ruled.spacing
-        if ruled.ratio > 1:
+        tied = across_sides(domain, ruled)
+        wanted = tied.spacing
+        if max(ruled.ratio, tied.ratio) > 1:
             survey = surveyed(domain, wanted, max_nodes)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        grading = packable(domain, ruled, short.joined(coarse))
+        grading = packable_across(domain, tied, short.joined(coarse))
         spacing = grading.spacing
         expected = survey.ideal_nodes
         if spacing is not wanted:
             expected = ideal_nodes(domain, spacing, max_nodes, ESTIMATE)
         warnings = (
             *domain.notes,
+            *asked.warnings,
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
-            *compromises.slowed_growth(grading, rules.growth),
+            *compromises.slowed_growth(grading, rules.growth, scale),
             *compromises.narrow_walls(domain, spacing),
             *compromises.narrow_strips(domain, spacing),
         )
-    return Problem(task, domain, wanted, spacing, survey, expected, ruled, warnings, seconds)
+    return Problem(task, domain, wanted, spacing, survey, expected, ruled, tied, warnings, seconds)

@@ -1,7 +1,6 @@
 """Terms of a spacing whose values are in files: read, and made functions of the place."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,63 +8,73 @@ import numpy as np
 
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.case.tabulated import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm, several
-from bubblemesh.errors import BubblemeshError, CaseError
+from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.output.fields import read_field
 from bubblemesh.readers.arrays import read_gridded
 from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.pictures import read_grey
 from bubblemesh.readers.tables import read_columns
-from bubblemesh.spacing.combination import Term
 from bubblemesh.spacing.field import Field
 from bubblemesh.spacing.raster import Raster
 from bubblemesh.spacing.scattered import scattered
 
-__all__ = ["sampled_terms"]
+__all__ = ["elsewhere", "sampled_terms"]
+
+Sampled = Field | Raster
 
 
-def sampled_terms(terms: SpacingTerms) -> list[Term]:
-    """The terms given by values on meshes, on grids, by pictures and at points.
+def sampled_terms(terms: SpacingTerms) -> dict[Key, Sampled]:
+    """The terms given by values on meshes, on grids, by pictures and at points, by their keys.
 
     Raises
     ------
     CaseError, FileError
         With the key, the file and the place in it.
     """
-    made: list[tuple[str, Callable[[Any], Term]]] = [
+    made: list[tuple[str, Callable[[Any], Sampled]]] = [
         ("field", _field),
         ("raster", _raster),
         ("image", _image),
         ("scattered", _scattered),
     ]
-    found = []
+    found = {}
     for key, of in made:
         models: tuple[Any, ...] = several(getattr(terms, key))
         for number, model in enumerate(models):
-            with _at(f"spacing.{key}" if len(models) == 1 else f"spacing.{key}.{number}"):
-                found.append(of(model))
+            path = Key(["spacing", key, *([number] if len(models) > 1 else [])])
+            with at_key(*path):
+                found[path] = of(model)
     return found
 
 
-@contextmanager
-def _at(place: object) -> Iterator[None]:
-    """Errors with the place before them."""
-    try:
-        yield
-    except BubblemeshError as error:
-        raise type(error)(f"{place}: {error}") from None
+def elsewhere(key: Key, data: Sampled, bounds: Sequence[float]) -> str | None:
+    """A warning if data lies wholly outside a domain with the bounds (x0, y0, x1, y1)."""
+    (x0, y0, x1, y1), (left, low, right, high) = data.bounds, bounds
+    if x0 <= right and left <= x1 and y0 <= high and low <= y1:
+        return None
+    return (
+        f"{key}: the data is in {_box(data.bounds)}, the domain in {_box(bounds)}: they do not meet, so that only "
+        "values at the rim of the data count"
+    )
 
 
-def _field(term: FieldTerm) -> Term:
+def _box(bounds: Sequence[float]) -> str:
+    x0, y0, x1, y1 = bounds
+    return f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}]"
+
+
+def _field(term: FieldTerm) -> Sampled:
     data = read_field(at_hand(Path(term.file)), term.name)
-    of = Field.of if data.at_points else Field.of_triangles
-    with _at(f"{term.file}: {data.name}"):
-        return of(data.points, data.triangles, data.values).scaled(term.scale)
+    with prefixed(f"{term.file}: {data.name}"):
+        if data.at_points:
+            return Field.of(data.points, data.triangles, data.values).scaled(term.scale)
+        return Field.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
 
 
-def _raster(term: RasterTerm) -> Term:
-    with _at(term.file):
+def _raster(term: RasterTerm) -> Sampled:
+    with prefixed(term.file):
         data = read_gridded(at_hand(Path(term.file)), term.name)
-        with _at(data.name):
+        with prefixed(data.name):
             if term.bounds is not None:
                 return Raster.within(term.bounds, data.values, upper=term.origin == "upper").scaled(term.scale)
             if data.x is None or data.y is None:
@@ -75,16 +84,16 @@ def _raster(term: RasterTerm) -> Term:
             return Raster.of(data.x, data.y, data.values).scaled(term.scale)
 
 
-def _image(term: ImageTerm) -> Term:
-    with _at(term.file):
+def _image(term: ImageTerm) -> Sampled:
+    with prefixed(term.file):
         grey = read_grey(at_hand(Path(term.file)))
         return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
 
 
-def _scattered(term: ScatteredTerm) -> Term:
+def _scattered(term: ScatteredTerm) -> Sampled:
     if term.file is None:
         samples = np.array(term.points, float)
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
-    with _at(term.file):
+    with prefixed(term.file):
         samples = read_columns(at_hand(Path(term.file)), ("x", "y", "d"))
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)

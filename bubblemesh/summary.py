@@ -101,11 +101,11 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
 
 
 def rules_figures(problem: Problem) -> dict[str, Any]:
-    """How much the rules of the wanted spacing changed it, if they did."""
-    ruled = problem.ruled
-    if ruled.ratio <= 1:
-        return {}
-    return {"rules": {"share": ruled.share, "ratio": ruled.ratio, "ratio_at": ruled.ratio_at}}
+    """How much the rules of the wanted spacing and its periodic sides changed it, if they did."""
+    return {
+        key: {"share": changed.share, "ratio": changed.ratio, "ratio_at": changed.ratio_at}
+        for key, changed in problem.changes.items()
+    }
 
 
 def budget_figures(problem: Problem) -> dict[str, Any]:

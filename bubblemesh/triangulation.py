@@ -9,7 +9,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.wording import place
 
-__all__ = ["circumcircles", "linked", "regions", "sorted_triangles", "triangulated"]
+__all__ = ["circumcircles", "doubled_areas", "linked", "regions", "sorted_triangles", "triangulated"]
 
 
 def triangulated(points: Floats, constraints: Integers) -> Integers:
@@ -112,6 +112,12 @@ def _explained(fault: str, points: Floats) -> str:
     number = re.search(r"\d+", which)
     where = "" if number is None else f" at {place(points[int(number[0])])}"
     return f"the nodes cannot be connected{where}: {what.lower()}"
+
+
+def doubled_areas(corners: Floats) -> Floats:
+    """Twice the areas (t,) of triangles with the corners (t, 3, 2), negative where they turn clockwise."""
+    (ux, uy), (vx, vy) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return np.asarray(ux * vy - uy * vx)
 
 
 def circumcircles(points: Floats, triangles: Integers) -> tuple[Floats, Floats]:

@@ -1,22 +1,22 @@
 """The spacing that a case asks for: its terms, bound to its domain."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.near import Near as NearModel
 from bubblemesh.case.near import NearLabel, NearPoint
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.case.tabulated import several
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.sampled import sampled_terms
-from bubblemesh.spacing.combination import Combination, Term, costly, nothing
+from bubblemesh.sampled import elsewhere, sampled_terms
+from bubblemesh.spacing.combination import Combination, costly, nothing
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.near import NEAR_GROWTH, Near, Nearest
 from bubblemesh.spacing.regional import OwnSpacing, by_region
@@ -42,11 +42,14 @@ class Wanted:
     rules : Rules
     nodes : int or None
         How many nodes it is to be scaled for.
+    warnings : tuple of str
+        What may not be meant so.
     """
 
     at: Callable[[float | None], Spacing]
     rules: Rules = NO_RULES
     nodes: int | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def wanted_of(case: Case, domain: Domain) -> Wanted:
@@ -58,18 +61,16 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
         If a term names a label or a region that is not there; with the key.
     """
     terms, value = _mapping(case), _value(case, domain)
-    found = (
-        value.function,
-        *_near(terms, domain),
-        *_limits_within(terms, case, domain),
-        *sampled_terms(terms),
-    )
+    limits, near, sampled = _limits_within(terms, case, domain), _near(terms, domain), sampled_terms(terms)
+    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in sampled.items())
+    spots = np.array([*_spots(terms, domain)], float).reshape(-1, 2)
+    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in sampled.items()))
 
     def at(scale: float | None) -> Spacing:
-        term = _combined(found, terms.scale if scale is None else scale, limits_of(case))
-        return Spacing(term, key=value.key, costly=costly(term))
+        combined = _combined(found, terms.scale if scale is None else scale, limits_of(case))
+        return replace(combined, spots=spots)
 
-    return Wanted(at, rules_of(case), terms.nodes)
+    return Wanted(at, rules_of(case), terms.nodes, tuple(astray))
 
 
 def nodes_of(case: Case) -> int | None:
@@ -93,50 +94,67 @@ def _mapping(case: Case) -> SpacingTerms:
     return case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
 
 
-def _combined(terms: tuple[Term, ...], scale: float, limits: tuple[float, float]) -> Term:
+def _combined(terms: tuple[Spacing, ...], scale: float, limits: tuple[float, float]) -> Spacing:
     """The terms as one; a single one without limits as it is, since it is evaluated very often."""
-    plain = len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED)
-    return terms[0] if plain else Combination(terms, scale, *limits)
+    if len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED):
+        return terms[0]
+    combination = Combination(terms, scale, *limits)
+    return Spacing(combination, key=combination.key, costly=combination.costly)
 
 
 def _value(case: Case, domain: Domain) -> Spacing:
     """The value that the case gives, with those of the regions that have one of their own in its place."""
-    mapped = isinstance(case.spacing, SpacingTerms)
-    value = _mapping(case).value
-    rest = nothing if value is None else _expression(value, case, domain, "spacing", *(["value"] if mapped else []))
     made: dict[float | str, Spacing] = {}
     finer = {}
     for number, model in enumerate(case.domain.regions):
         if model.spacing is not None:
             path = "domain", "regions", number, "spacing"
             if model.spacing not in made:
-                term = _expression(model.spacing, case, domain, *path)
-                made[model.spacing] = Spacing(term, costly=costly(term))
-            finer[model.name] = made[model.spacing], ".".join(map(str, path))
+                made[model.spacing] = _bound(model.spacing, case, domain, *path)
+            finer[model.name] = made[model.spacing], Key(path)
     own = [OwnSpacing(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
-    return by_region(Spacing(rest, costly=costly(rest)), own)
+    return by_region(_rest(case, domain), own)
 
 
-def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Term]:
+def _rest(case: Case, domain: Domain) -> Spacing:
+    """The value where no region has one of its own."""
+    if not isinstance(case.spacing, SpacingTerms):
+        return _bound(case.spacing, case, domain, "spacing")
+    key, value = case.spacing.basis
+    return Spacing(nothing) if value is None else _bound(value, case, domain, "spacing", key)
+
+
+def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """What is fine near something, and grows from there: one term for all whose distance takes long."""
     found = tuple(_growing(terms, domain))
-    yield from (near for near in found if not near.costly)
+    yield from (Spacing(near) for near in found if not near.costly)
     slow = tuple(near for near in found if near.costly)
     if slow:
-        yield slow[0] if len(slow) == 1 else Nearest(slow)
+        yield Spacing(slow[0] if len(slow) == 1 else Nearest(slow), costly=True)
 
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
     growth = NEAR_GROWTH if terms.growth is None else terms.growth
     models: tuple[NearModel, ...] = several(terms.near)
     for number, near in enumerate(models):
-        with _at("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+        with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
             distance = _distance(near, domain)
         yield Near(distance, near.size, growth if near.growth is None else near.growth, near.until)
     for label, size in terms.labels.items():
-        with _at("spacing", "labels", label):
+        with at_key("spacing", "labels", label):
             distance = distance_to(domain, [label])
         yield Near(distance, size, growth)
+
+
+def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[tuple[float, float]]:
+    """Points near which the spacing is fine."""
+    labels, models = set(terms.labels), tuple[NearModel, ...](several(terms.near))
+    for near in models:
+        if isinstance(near, NearLabel):
+            labels.add(near.label)
+        else:
+            yield from [near.point] if isinstance(near, NearPoint) else near.line
+    yield from (at for at, label in domain.parts.points if label in labels)
 
 
 def _distance(near: NearModel, domain: Domain) -> Distance:
@@ -145,33 +163,32 @@ def _distance(near: NearModel, domain: Domain) -> Distance:
     return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
-def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Term]:
+def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Spacing]:
     """The largest spacings within regions."""
     regions, rest = domain.parts.regions, domain.parts.rest
     for name, value in terms.regions.items():
-        path = "spacing", "regions", name
-        term = _expression(value, case, domain, *path)
+        key = Key(["spacing", "regions", name])
+        term = _bound(value, case, domain, *key)
         mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
         if name != rest:
             if not mine:
                 known = dict.fromkeys([*(region.name for region in regions), rest])
-                raise CaseError(f"{'.'.join(path)}: {unknown('region', name, known)}")
+                with at_key(*key):
+                    raise CaseError(unknown("region", name, known))
             largest = max(region.polygon.area for region in mine)
             others = [region for region in others if region.polygon.area < largest]
         reach = Shapes(tuple(region.reach for region in mine)) if mine else None
-        yield Within(term, reach, Shapes(tuple(region.core for region in others)))
+        within = Within(term.function, reach, Shapes(tuple(region.core for region in others)))
+        yield replace(term, function=within)
 
 
-def _expression(value: float | str, case: Case, domain: Domain, *path: str | int) -> Expression:
-    """An expression that may measure distances in the domain."""
-    with _at(*path):
-        return Expression.parse(str(value), case.parameters, partial(distance_to, domain))
+def _bound(value: float | str, case: Case, domain: Domain, *path: str | int) -> Spacing:
+    """The value of a key: a number, or an expression that may measure distances in the domain."""
+    with at_key(*path):
+        term = Expression.parse(str(value), case.parameters, partial(distance_to, domain))
+    return Spacing(term, key=_always(Key(path)), costly=costly(term))
 
 
-@contextmanager
-def _at(*path: str | int) -> Iterator[None]:
-    """Errors inside tell the key."""
-    try:
-        yield
-    except CaseError as error:
-        raise CaseError(f"{'.'.join(map(str, path))}: {error}") from None
+def _always(key: Key) -> Callable[[Floats], Key]:
+    """The key of a term, at any point."""
+    return lambda point: key

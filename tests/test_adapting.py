@@ -52,6 +52,21 @@ def areas(mesh):
     return (ux * vy - uy * vx) / 2
 
 
+@pytest.mark.parametrize("scale", [1e200, 1e-200, 1e-290, 3e307])
+def test_sizes_do_not_depend_on_the_unit_of_the_solution(scale, plate):
+    found = bump(plate)
+    scaled = bubblemesh.Solution.of(found.points, found.triangles, scale * found.values)
+    exact = "exp(-200*((x - 0.4)**2 + (y - 0.7)**2))"
+    one = bubblemesh.adapt(case_of(PLATE), found, error=0.1, exact=exact)
+    other = bubblemesh.adapt(case_of(PLATE), scaled, error=0.1, exact=f"{scale}*{exact}")
+    assert len(one.mesh.points) == len(other.mesh.points)
+    one, other = one.report["adaptation"], other.report["adaptation"]
+    for figure in ("error", "expected_error", "true_error"):
+        assert other[figure] / scale == pytest.approx(one[figure], rel=1e-6) or other[figure] == np.inf
+    for figure in ("relative_error", "effectivity"):
+        assert other[figure] == pytest.approx(one[figure], rel=1e-6)
+
+
 # The loop with a solver
 
 

@@ -113,6 +113,24 @@ def test_too_few_nodes_for_the_boundary_or_the_rules_are_an_error_with_the_fewes
         prepared(load_case("a.yaml", text=text, overrides=["spacing.nodes=40"]))
 
 
+def test_slopes_go_with_the_scale_which_a_warning_tells():
+    outline = "[[0, 0], [0, -1], [1, -1], [1, 1], [-1, 1], [-1, 0]]"
+    text = f"domain: {{outer: {{polygon: {outline}}}}}\nspacing: {{near: {{point: [0, 0], size: 0.01}}, nodes: 60}}\n"
+    problem = prepared(load_case("a.yaml", text=text))
+    (warning,), scale = problem.warnings, problem.budget.scale
+    assert warning.startswith(f"the spacing, times {scale:.3g} for the wanted number of nodes, grows by ")
+    assert f" grows by {0.2 * scale:.2g} per length " in warning
+
+
+@pytest.mark.parametrize(
+    "terms", ["", "near: {point: [0.3, 0.3], size: 0.01}, ", "regions: {domain: 0.1}, growth: 0.1, "]
+)
+def test_without_a_value_the_nodes_decide_on_the_maximum(terms):
+    report = with_nodes(BARE["1"].replace("0.1", f"{{{terms}maximum: 0.1}}"), 1500)
+    assert report["nodes"] == pytest.approx(1500, rel=0.02)
+    assert report["budget"]["scale"] < 1
+
+
 def test_more_nodes_than_the_limit_are_an_error():
     with pytest.raises(LimitError, match=r"limits.max_nodes: spacing.nodes asks for 500, more than the limit of 400"):
         with_nodes(BARE["1"], 500, "limits.max_nodes=400")

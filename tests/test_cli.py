@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import meshio
 import numpy as np
 import pytest
+from commands import command
 from typer.testing import CliRunner
 
 from bubblemesh import __version__
@@ -335,7 +336,51 @@ def test_errors_of_the_case_name_its_file(square, tmp_path):
     square.write_text(SQUARE.replace("[0, 0, 1, 1]", "[0, 0, 1, 0]"))
     assert "square.yaml: domain: the outer ring" in failed(bubblemesh("run", "square.yaml", folder=tmp_path), 3)
     square.write_text(SQUARE.replace("0.25", "x - 0.5"))
-    assert "square.yaml: spacing: is " in failed(bubblemesh("check", "square.yaml", folder=tmp_path), 2)
+    assert "square.yaml:2: spacing: is " in failed(bubblemesh("check", "square.yaml", folder=tmp_path), 2)
+
+
+LATE = """name: late
+domain:
+  outer: {rectangle: [0, 0, 2, 1]}
+  regions:
+    - {name: core, ring: {rectangle: [1, 0, 2, 1]}}
+spacing:
+  value: 0.2
+  near:
+    - {point: [0, 0], size: 0.1}
+    - size: 0.1
+      label: outer
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("label: outer", "label: rim", "late.yaml:11: spacing.near.1.label: unknown label 'rim'"),
+        ("0.2\n", "distance('rim')\n", "late.yaml:7: spacing.value: column 1: unknown label 'rim'"),
+        ("0.2\n", "x - 1\n", "late.yaml:7: spacing.value: is -1 at (0, 0)"),
+        ("[1, 0, 2, 1]}", "[1, 0, 2, 1]}, spacing: x - 2", "late.yaml:5: domain.regions.0.spacing: is -"),
+        ("  near", "  regions: {\n    rim: 1}\n  near", "late.yaml:9: spacing.regions.rim: unknown region 'rim'"),
+        ("value: 0.2", "field:\n    - file: no.vtu", "late.yaml:7: spacing.field: "),
+        ("value: 0.2", "value: 0.2\n  minimum: 0.1\n  nodes: 9999", "late.yaml:9: spacing.nodes: 9999 nodes are more"),
+    ],
+)
+def test_what_only_the_geometry_shows_to_be_wrong_has_its_line_too(old, new, message, tmp_path):
+    (tmp_path / "late.yaml").write_text(LATE.replace(old, new))
+    code, _, told = command("check", tmp_path / "late.yaml")
+    assert code in (2, 5)
+    assert f"{tmp_path}/{message}" in told
+
+
+def test_the_option_that_is_wrong_is_named_and_so_is_the_base(tmp_path):
+    (tmp_path / "late.yaml").write_text(LATE)
+    told = command("check", tmp_path / "late.yaml", "--set", "spacing.labels.rim=1")[2]
+    assert told.startswith("error: --set spacing.labels.rim: spacing.labels.rim: unknown label 'rim'")
+    (tmp_path / "base.yaml").write_text(LATE.replace("label: outer", "label: rim"))
+    (tmp_path / "late.yaml").write_text("base: base.yaml\nname: late\n")
+    assert f"{tmp_path}/base.yaml:11: spacing.near.1.label: " in command("check", tmp_path / "late.yaml")[2]
+    command("batch", tmp_path / "late.yaml", "-o", tmp_path / "out")
+    assert "base.yaml:11: spacing.near.1.label: " in (tmp_path / "out" / "summary.jsonl").read_text()
 
 
 @pytest.mark.parametrize(

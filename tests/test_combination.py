@@ -1,13 +1,16 @@
 import numpy as np
 import pytest
 
+from bubblemesh.errors import Key
 from bubblemesh.spacing.combination import Combination
+from bubblemesh.spacing.spacing import Spacing
 
 X, Y = np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(4)
 
 
-def term(*values):
-    return lambda x, y: np.array(values, float)
+def term(*values, key="spacing"):
+    """A term with values at the points x = 0, 1, 2 ..."""
+    return Spacing(lambda x, y: np.array(values, float)[x.astype(int)], key=lambda point: Key([key]))
 
 
 def test_smallest_term_counts():
@@ -28,3 +31,9 @@ def test_limits_hide_no_value_that_is_none(bad):
 
 def test_no_term_asks_for_nothing():
     assert np.isinf(Combination(())(X, Y)).all()
+
+
+@pytest.mark.parametrize(("at", "key"), [(0, "a"), (1, "b"), (2, "b"), (3, "a")])
+def test_the_term_that_has_the_value_is_named(at, key):
+    made = Combination((term(1, 2, 3, np.inf, key="a"), term(1, -1, np.nan, np.inf, key="b")))
+    assert str(made.key(np.array([at, 0.0]))) == key

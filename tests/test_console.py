@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,10 +13,11 @@ from bubblemesh import console
 from bubblemesh.batch import Begun, Finished, Note
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import FIGURES, Row
-from bubblemesh.case import Variant
+from bubblemesh.case import Variant, load_case
 from bubblemesh.console import packing
 from bubblemesh.console.batch import BatchProgress
 from bubblemesh.console.packing import PackingProgress
+from bubblemesh.problem import prepared
 from bubblemesh.summary import RoundRow
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
@@ -209,3 +211,11 @@ def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
         progress.show(Note(k + 1, 1, 5))
     console.terminal.print(progress.picture())
     assert sum(line.startswith("case-") for line in stream.getvalue().splitlines()) == 6
+
+
+def test_places_are_told_without_their_rounding(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    problem = prepared(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
+    survey = replace(problem.survey, minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
+    console.show_problem(replace(problem, survey=survey))
+    assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()

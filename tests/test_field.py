@@ -126,8 +126,15 @@ def test_values_that_are_none_are_named_with_their_place(bad):
         Field.of(np.vstack([[[7, 7]], CORNERS]), np.array([[1, 2, 3]]), np.insert(values, 0, np.nan))
     unused = Field.of(CORNERS, np.array([[0, 1, 3]]), values)
     assert unused(np.array([0.2]), np.array([0.2])) == pytest.approx(1)
-    with pytest.raises(CaseError, match=r"is \S+ in the triangle around \(0.333333, 0.666667\), and 1 more values"):
+    with pytest.raises(CaseError, match=r"is \S+ in the triangle around \(0.333333, 0.666667\), and 1 more value is"):
         Field.of_triangles(CORNERS, np.array([[0, 1, 2], [0, 2, 3], [0, 1, 3]]), np.array([1, bad, bad]))
+
+
+def test_a_cell_of_several_triangles_counts_once():
+    triangles, cells = np.array([[0, 1, 2], [0, 2, 3]]), np.zeros(2, int)
+    assert Field.of_triangles(CORNERS, triangles, np.array([0.3]), cells).values.tolist() == pytest.approx([0.3] * 4)
+    with pytest.raises(CaseError, match=r"^is 0 in the cell around \(0.5, 0.5\): a spacing has to be positive"):
+        Field.of_triangles(CORNERS, triangles, np.zeros(1), cells)
 
 
 def test_triangles_without_an_area_are_left_out():

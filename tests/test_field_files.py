@@ -59,8 +59,8 @@ class TestReadField:
         nodes = np.array(NODES[kind])
         values = np.random.default_rng(0).uniform(1, 2, len(nodes))
         path = written(tmp_path / "a.vtu", nodes, [(kind, [np.arange(len(nodes))])], point_data={"h": values})
-        name, points, triangles, found, at_points = read_field(path, None)
-        assert (name, at_points) == ("h", True)
+        name, points, triangles, found, cells = read_field(path, None)
+        assert (name, cells) == ("h", None)
         np.testing.assert_array_equal(found, values)
         (ux, uy), (vx, vy) = (points[triangles[:, 1:]] - points[triangles[:, :1]]).transpose(1, 2, 0)
         area = (ux * vy - uy * vx) / 2
@@ -73,7 +73,8 @@ class TestReadField:
         cells = [("line", [[0, 1]]), ("quad", [[0, 1, 2, 3]]), ("vertex", [[0]]), ("triangle", [[1, 4, 2], [2, 5, 3]])]
         data = {"size": [np.array([9.0]), np.array([0.1]), np.array([9.0]), np.array([0.2, 0.3])]}
         found = read_field(written(tmp_path / "a.vtu", points, cells, cell_data=data), "size")
-        np.testing.assert_array_equal(found.values, [0.1, 0.1, 0.2, 0.3])
+        np.testing.assert_array_equal(found.values, [0.1, 0.2, 0.3])
+        np.testing.assert_array_equal(found.cells, [0, 0, 1, 2])
         np.testing.assert_array_equal(found.triangles, [[0, 1, 2], [0, 2, 3], [1, 4, 2], [2, 5, 3]])
         assert not found.at_points
 

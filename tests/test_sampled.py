@@ -169,6 +169,31 @@ def test_what_is_wrong_in_a_file_is_named_with_key_file_and_place(spacing, error
         posed(tmp_path, spacing)
 
 
+@pytest.mark.parametrize(
+    ("spacing", "away"),
+    [
+        ("{field: {file: a.vtu}}", False),
+        ("{field: {file: far.vtu}}", True),
+        ("{value: 0.2, field: [{file: a.vtu}, {file: far.vtu}]}", True),
+        ("{raster: {file: a.npy, bounds: [0.9, 0, 3, 1]}}", False),
+        ("{raster: {file: a.npy, bounds: [1.1, 0, 3, 1]}}", True),
+        ("{raster: {file: one.npy, bounds: [-9, 0, 2, 1]}}", False),
+        ("{scattered: {points: [[0, -2, 0.1], [1, -2, 0.1], [0, -1, 0.1]]}, nodes: 200}", True),
+    ],
+)
+def test_data_beside_the_domain_is_told(spacing, away, tmp_path):
+    square_mesh(tmp_path / "a.vtu", point_data={"h": [0.1] * 4})
+    meshio.Mesh([[10, 0, 0], [11, 0, 0], [11, 1, 0]], [("triangle", [[0, 1, 2]])], {"h": [0.1] * 3}).write(
+        tmp_path / "far.vtu"
+    )
+    np.save(tmp_path / "a.npy", [[0.1, 0.1], [0.1, 0.1]])
+    np.save(tmp_path / "one.npy", [[0.1]])
+    warnings = [warning for warning in posed(tmp_path, spacing).warnings if "they do not meet" in warning]
+    assert len(warnings) == away
+    if "far.vtu}}" in spacing:
+        assert warnings[0].startswith("spacing.field: the data is in [10, 11] x [0, 1], the domain in [0, 1] x [0, 1]")
+
+
 @pytest.mark.parametrize("at", ["nodes", "cells"])
 def test_a_mesh_made_by_the_spacing_of_the_one_before_is_like_it(at, tmp_path):
     first = mesh_case(load_case(tmp_path / "case.yaml", text=f"{PLATE}\nspacing: '0.02 + 0.06*hypot(x, y)'"))

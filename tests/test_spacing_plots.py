@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -76,6 +78,25 @@ def test_colours_tell_the_spacing(text, norm):
         np.testing.assert_allclose(pixels[row, column, :3], wanted[:3], atol=0.03)
     column, row = np.rint(axes.transData.transform((1.5, 0.5))).astype(int)
     np.testing.assert_allclose(pixels[row, column, :3], 1)  # the hole
+
+
+@pytest.mark.parametrize("low", [1.1e-6, 0.0013, 0.02, 70])
+@pytest.mark.parametrize("ratio", [4.5, 9.9, 11, 80, 990, 1100, 1e6, 1e12])
+@pytest.mark.parametrize("turn", [1, -1])
+def test_numbers_at_a_long_scale_keep_apart(low, ratio, turn):
+    shown = previewed(problem_of("domain: {outer: {rectangle: [0, 0, 3, 1]}}\nspacing: 1\n"))
+    x, y = shown.mesh.points[:, ::turn].T
+    mesh = replace(shown.mesh, points=np.column_stack([x, y]))
+    places = mesh.points[shown.spacing.argmin()], mesh.points[-1]
+    high = ratio * low
+    figure = spacing_figure(mesh, low * ratio ** (x / x.max()), ((low, places[0]), (high, places[1])))
+    figure.canvas.draw()
+    axis = figure.axes[1].xaxis if turn == 1 else figure.axes[1].yaxis
+    ticks = [tick.label1 if turn == 1 else tick.label2 for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())]
+    ends = [text for text in ticks if text.get_text() and low <= float(text.get_text()) <= high]
+    assert len(ends) >= 2
+    boxes = sorted(text.get_window_extent().extents[[0, 2] if turn == 1 else [1, 3]].tolist() for text in ends)
+    assert all(one[1] < other[0] for one, other in pairwise(boxes))
 
 
 def test_extremes_are_marked_where_they_are():

@@ -8,6 +8,7 @@ from partitions import domain_of
 from bubblemesh.arguments import spacing_of
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
+from bubblemesh.problem import prepared
 from bubblemesh.wanted import wanted_of
 
 DOMAIN = """
@@ -157,3 +158,46 @@ spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, gr
     assert not spacing_of("0.1 + distance('wall')", domain).at(None).costly
     assert not wanted("{labels: {bore: 0.1}}").costly
     assert not wanted("{value: 0.1, per_circle: 36}").costly
+
+
+BAD = [
+    ("{value: 0.2, regions: {core: 'x - 2.5'}}", "", r"spacing\.regions\.core: is -"),
+    ("{value: 'x - 0.5', regions: {core: 0.1}, scale: 2}", "", r"spacing\.value: is -"),
+    ("{value: 'x - 0.5'}", "", r"spacing\.value: is -"),
+    ("'x - 0.5'", "", r"spacing: is -"),
+    ("{value: 0.2, labels: {bore: 0.1}, maximum: 1}", ", spacing: 'x - 2.4'", r"domain\.regions\.1\.spacing: is -"),
+    ("{maximum: 0.2, regions: {core: 'sqrt(x - 2.5)'}}", "", r"spacing\.regions\.core: is nan"),
+]
+
+
+@pytest.mark.parametrize(("spacing", "own", "message"), BAD)
+def test_the_term_that_is_no_spacing_is_named(spacing, own, message):
+    with pytest.raises(CaseError, match=f"^{message}") as caught:
+        values(spacing, own)
+    assert str(caught.value).startswith(f"{caught.value.about}: ")
+
+
+def test_places_where_it_may_be_fine_are_known():
+    terms = "{near: [{point: [1, 0.2], size: 0.1}, {line: [[0, 0.5], [4, 0.5]], size: 0.05}], labels: {well: 0.1}}"
+    assert wanted(terms).spots.tolist() == [[1, 0.2], [0, 0.5], [4, 0.5], [3.5, 1.5]]
+    assert len(wanted("0.1").spots) == 0
+
+
+def test_a_tiny_spot_is_not_passed_by():
+    text = f"{DOMAIN.replace('OWN', '')}spacing: {{value: 0.5, near: {{point: [3.01, 0.17], size: 1e-4, growth: 9}}}}\n"
+    problem = prepared(load_case("plate.yaml", text=text))
+    assert problem.packed.minimum == pytest.approx(1e-4, rel=0.05)
+
+
+SCALED = [
+    ("{maximum: 0.2, scale: 0.5}", np.full(len(X), 0.1)),
+    ("{maximum: 0.2, scale: 3}", np.full(len(X), 0.2)),
+    ("{labels: {bore: 0.05}, maximum: 0.2, scale: 0.5}", 0.5 * np.minimum(0.05 + 0.2 * BORE, 0.2)),
+    ("{value: 1, labels: {bore: 0.05}, maximum: 0.2, scale: 0.5}", np.minimum(0.5 * (0.05 + 0.2 * BORE), 0.2)),
+    ("{regions: {core: 0.1}, maximum: 0.2, scale: 0.5}", np.where(CORE & ~SEED, 0.05, 0.1)),
+]
+
+
+@pytest.mark.parametrize(("spacing", "expected"), SCALED, ids=[spacing for spacing, _ in SCALED])
+def test_without_a_value_the_maximum_is_scaled_like_one(spacing, expected):
+    np.testing.assert_allclose(values(spacing), expected, rtol=1e-12)

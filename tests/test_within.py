@@ -2,6 +2,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.spacing.combination import Combination
+from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.within import Shapes, Within
 
 X, Y = np.meshgrid(np.linspace(0, 4, 9), np.linspace(0, 1, 3))
@@ -66,5 +67,5 @@ class Slow:
 
 def test_what_holds_a_costly_term_is_costly():
     assert Within(Slow(), None).costly
-    assert Combination((constant(1), Within(Slow(), None))).costly
-    assert not Combination((constant(1), Within(constant(1), None))).costly
+    assert Combination((Spacing(constant(1)), Spacing(Within(Slow(), None), costly=True))).costly
+    assert not Combination((Spacing(constant(1)), Spacing(Within(constant(1), None)))).costly

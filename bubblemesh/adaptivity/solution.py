@@ -31,6 +31,12 @@ class Solution:
     values: Floats
     name: str = "u"
 
+    @property
+    def unit(self) -> float:
+        """Power of two near the largest value, in terms of which squares are neither huge nor tiny."""
+        _, exponent = np.frexp(np.abs(self.values).max())
+        return float(np.ldexp(1.0, int(exponent) - 1))
+
     @classmethod
     def of(cls, points: Floats, triangles: Integers, values: Floats, name: str = "u") -> "Solution":
         """Solution with real or complex values (n,) or (n, k) at points (n, 2) of triangles (t, 3) of any orientation.

@@ -46,7 +46,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
         )
     tell(Note(job.number))
     forget_peak_memory()
-    with located(job.source):
+    with located(job.source, job.case.origin):
         with carried(job.files):
             problem = prepared(job.case)
         result = meshed(problem, lambda row: tell(Note(job.number, row.round, row.nodes_after)))

@@ -1,6 +1,6 @@
 """From a case file and the command line's options to a checked `Case`."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from bubblemesh.case.document import read_text
 from bubblemesh.case.layers import Layer, layers_of, merged, place_of
 from bubblemesh.case.models import Case
+from bubblemesh.case.origin import Origin
 from bubblemesh.case.overrides import Override, applied, parsed
 from bubblemesh.case.problems import problems
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
@@ -146,7 +147,16 @@ def _checked(data: dict[str, Any], places: _Places) -> Case:
     _check_spacing(case, places)
     _check_names(case, places)
     _check_method(case, places)
-    return case
+    late = dict.fromkeys([*_paths(data["spacing"], "spacing"), *(path for path, _ in case.expressions())])
+    return case.coming_from(Origin({path: places(path) for path in late}))
+
+
+def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
+    """Paths of a key and of all keys below it."""
+    yield path
+    for key, entry in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+        if isinstance(value, dict) or isinstance(entry, dict):
+            yield from _paths(entry, *path, key)
 
 
 def _parameters(data: dict[str, Any]) -> dict[str, float]:

@@ -3,11 +3,21 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    Tag,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, Constant, Count, FileName, Fraction, Positive, Strict
 from bubblemesh.case.files import FileDomain
+from bubblemesh.case.origin import Origin
 from bubblemesh.case.parts import Parts
 from bubblemesh.case.rings import Ring, rings_of
 from bubblemesh.case.spacing import WantedSpacing, expressions
@@ -152,6 +162,19 @@ class Case(Strict):
         default=None, description="Values of keys such as packing.w2, for a case of each combination (batch only)."
     )
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")
+
+    _origin: Origin = PrivateAttr(default=Origin())
+
+    @property
+    def origin(self) -> Origin:
+        """Where its keys stand, if it comes from a file."""
+        return self._origin
+
+    def coming_from(self, origin: Origin) -> "Case":
+        """The same case with another origin."""
+        case = self.model_copy()
+        case._origin = origin
+        return case
 
     def expressions(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Key paths and texts of all expressions."""

@@ -70,6 +70,14 @@ class SpacingTerms(Strict):
         default=None, description="Number of nodes of the mesh, within 2 %: decides on the scale."
     )
 
+    @property
+    def basis(self) -> tuple[str, float | str | None]:
+        """Key and value of what counts where no other term does: the maximum if there is no value and no data."""
+        data = self.field, self.raster, self.image, self.scattered
+        if self.value is None and all(term is None for term in data):
+            return "maximum", self.maximum
+        return "value", self.value
+
     @model_validator(mode="after")
     def _consistent(self) -> "SpacingTerms":
         if self.minimum is not None and self.maximum is not None and self.minimum > self.maximum:

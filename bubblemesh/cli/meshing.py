@@ -67,7 +67,7 @@ def run(
             raise CaseError(
                 "--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot"
             )
-        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case):
+        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
             result = pipeline.mesh_case(loaded, progress.show, progress.advance)
         hand_over(result, loaded, place, as_json, quiet)
 
@@ -114,7 +114,7 @@ def adapt(
         read = read_nodal_field(solution, field)
         with located(str(solution)):
             present = Solution.of(read.points, read.triangles, read.values, read.name)
-        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case):
+        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
             result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
         hand_over(result, loaded, place, as_json, quiet)
 
@@ -178,7 +178,7 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     from bubblemesh.problem import prepared
     from bubblemesh.summary import estimate
 
-    with located(source):
+    with located(source, case.origin):
         problem = prepared(case)
     if picture is not None:
         draw_spacing(problem, picture)

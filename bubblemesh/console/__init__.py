@@ -12,6 +12,8 @@ if TYPE_CHECKING:  # an error must be shown even where NumPy cannot be loaded
 
 __all__ = ["counted", "fail", "show_files", "show_problem", "show_quality", "warn"]
 
+ROUNDING = 1e-9  # of a domain's size
+
 terminal = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
@@ -23,25 +25,29 @@ def show_problem(problem: "Problem") -> None:
         "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {domain.polygon.area:.6g}, "
         f"{counted(domain.hole_count, 'hole')}",
         "labels": ", ".join(domain.boundary.labels),
-        "spacing": _extremes(survey),
+        "spacing": _extremes(survey, domain.size),
         **_rules(problem),
-        **({"packed": _extremes(problem.packed)} if problem.refined else {}),
+        **({"packed": _extremes(problem.packed, domain.size)} if problem.refined else {}),
         "nodes": f"about {problem.expected_nodes:.0f}" + _scale(problem),
         "method": problem.task.method_name,
     }
     _show(rows)
 
 
-def _extremes(found: "Survey | Extremes") -> str:
-    return f"{found.minimum:.4g} at {_place(found.minimum_at)} to {found.maximum:.4g} at {_place(found.maximum_at)}"
+def _extremes(found: "Survey | Extremes", size: float) -> str:
+    least, largest = _place(found.minimum_at, size), _place(found.maximum_at, size)
+    return f"{found.minimum:.4g} at {least} to {found.maximum:.4g} at {largest}"
 
 
 def _rules(problem: "Problem") -> dict[str, str]:
-    ruled = problem.ruled
-    if ruled.ratio <= 1:
-        return {}
-    where = "" if ruled.ratio_at is None else f" at {_place(ruled.ratio_at)}"
-    return {"rules": f"finer than the terms on {ruled.share:.1%} of the area, at most {ruled.ratio:.3g} times{where}"}
+    """What the rules of the spacing and its periodic sides changed."""
+    rows = {}
+    for name, changed in problem.changes.items():
+        than = "the terms" if name == "rules" else "one side alone"
+        where = "" if changed.ratio_at is None else f" at {_place(changed.ratio_at, problem.domain.size)}"
+        area = f"finer than {than} on {changed.share:.1%} of the area"
+        rows[name] = f"{area}, at most {changed.ratio:.3g} times{where}"
+    return rows
 
 
 def _scale(problem: "Problem") -> str:
@@ -113,8 +119,10 @@ def _show(rows: Mapping[str, str]) -> None:
         terminal.print(Text.assemble((f"{name:11}", "bold"), value))
 
 
-def _place(point: Sequence[float]) -> str:
-    return f"({point[0]:.4g}, {point[1]:.4g})"
+def _place(point: Sequence[float], size: float = 0.0) -> str:
+    """A point; what is nothing but rounding in a domain of some size is zero."""
+    x, y = (0.0 if abs(value) < ROUNDING * size else value for value in point)
+    return f"({x:.4g}, {y:.4g})"
 
 
 def counted(number: int, noun: str) -> str:

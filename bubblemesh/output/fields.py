@@ -23,13 +23,29 @@ NUMBERS = "iuf"  # kinds of arrays
 
 
 class MeshData(NamedTuple):
-    """Points (n, 2), triangles (t, 3), and values with their name: at the points (n,) or in the triangles (t,)."""
+    """Data with its name.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 2)
+    triangles : (t, 3)
+    values : (n,) or (c,)
+        At the points, or of the cells.
+    cells : (t,) or None
+        Number of the cell that each triangle is a part of; None for data at points.
+    """
 
     name: str
     points: Floats
     triangles: Integers
     values: Floats
-    at_points: bool
+    cells: Integers | None
+
+    @property
+    def at_points(self) -> bool:
+        """Whether it is data at points."""
+        return self.cells is None
 
 
 def read_field(path: Path, name: str | None) -> MeshData:
@@ -59,11 +75,11 @@ def read_field(path: Path, name: str | None) -> MeshData:
     points[used] = mesh.points[used, :2]
     chosen = _chosen(path, mesh, name)
     if chosen in mesh.point_data:
-        return MeshData(chosen, points, triangles, _real(path, chosen, mesh.point_data[chosen]), at_points=True)
+        return MeshData(chosen, points, triangles, _real(path, chosen, mesh.point_data[chosen]), None)
     data = mesh.cell_data[chosen]
-    parts = [len(PARTS[mesh.cells[k].type]) for k in blocks]
-    values = [np.repeat(_real(path, chosen, data[k]), count) for k, count in zip(blocks, parts, strict=True)]
-    return MeshData(chosen, points, triangles, np.concatenate(values), at_points=False)
+    values = [_real(path, chosen, data[k]) for k in blocks]
+    parts = np.repeat([len(PARTS[mesh.cells[k].type]) for k in blocks], [len(block) for block in values])
+    return MeshData(chosen, points, triangles, np.concatenate(values), np.repeat(np.arange(len(parts)), parts))
 
 
 def _parts(block: Any) -> Integers:

@@ -7,7 +7,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatterSciNotation
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from matplotlib.tri import Triangulation
 
 from bubblemesh.arrays import Floats
@@ -22,6 +22,8 @@ __all__ = ["draw_spacing", "require_picture", "spacing_figure"]
 
 WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
 UNIFORM = 1e-6  # relative: nearly equal values have one colour
+# First digits of the numbers at a logarithmic scale, for which there is room up to some ratio of its ends.
+DIGITS = {10: (1, 2, 3, 4, 5, 6, 8), 1000: (1, 2, 5), float("inf"): (1,)}
 ASIDE = 9  # points from a mark to its text
 
 Extreme = tuple[float, tuple[float, float]]
@@ -69,19 +71,14 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
     add_colour_bar(figure, axes, colours, meaning, options.look, aside=is_tall(box, options))
     bar: Any = colours.colorbar
     if isinstance(norm, LogNorm):
-        bar.formatter = bar.minorformatter = _PlainNumbers(minor_thresholds=(2, 0.5))
+        digits = next(digits for ratio, digits in DIGITS.items() if high <= ratio * low)
+        bar.locator, bar.minorlocator = LogLocator(subs=digits), NullLocator()
+        bar.formatter = FuncFormatter(lambda value, position: f"{value:g}")
     bar.set_label("spacing d", color=INK)
     for (value, place), marker, what in zip(extremes, "vo", ("least", "largest"), strict=True):
         if not uniform:
             _mark(axes, place, marker, f"{what} {value:.4g}")
     return figure
-
-
-class _PlainNumbers(LogFormatterSciNotation):
-    """The ticks of a logarithmic scale as decimal numbers."""
-
-    def __call__(self, value: float, position: int | None = None) -> str:
-        return f"{value:g}" if super().__call__(value, position) else ""
 
 
 def _mark(axes: Axes, place: tuple[float, float], marker: str, text: str) -> None:

@@ -5,6 +5,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.panels import panels
+from bubblemesh.spacing.sides import finest
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["equidistributed"]
@@ -20,7 +21,7 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     """
     boundary = domain.boundary
     piece, begin, length = panels(domain, spacing)
-    weight = length / 2 * sum(1 / _finest(domain, spacing, piece, begin + t * length) for t in GAUSS)
+    weight = length / 2 * sum(1 / finest(domain, spacing, piece, begin + t * length) for t in GAUSS)
     total = np.bincount(piece, weight, minlength=len(boundary.lengths))
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
     intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
@@ -37,16 +38,6 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
     return _mirrored(domain, owner, boundary.wrapped(owner, s))
-
-
-def _finest(domain: Domain, spacing: Spacing, piece: Integers, s: Floats) -> Floats:
-    """Spacing (k,) on the boundary, on periodic sides the finer one of both."""
-    d = spacing(domain.boundary.points(piece, s))
-    for first, second in domain.periodic:
-        mine = np.flatnonzero(piece == first)
-        opposite = domain.boundary.points(np.full(len(mine), second), domain.boundary.lengths[second] - s[mine])
-        d[mine] = np.minimum(d[mine], spacing(opposite))
-    return d
 
 
 def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import brentq
 
-from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
@@ -33,13 +33,10 @@ class Scaling:
     domain : Domain
     scaled : callable
         The spacing at a scale.
-    asked : str
-        What messages call the key or option that asks for a number of nodes.
     """
 
     domain: Domain
     scaled: Callable[[float], Spacing]
-    asked: str = "spacing.nodes"
 
     def scales(self) -> "Scales":
         """The scales for rough numbers of nodes."""
@@ -113,7 +110,8 @@ def scaled_to(
         if (trial[1] > wanted and aim == ends[0]) or (trial[1] < wanted and aim == ends[1]):
             if asked is None:
                 return scale
-            raise _out_of_reach(asked, nodes, float(np.exp(trial[1])))
+            with at_key(*asked.split(".")):
+                raise _out_of_reach(nodes, float(np.exp(trial[1])))
         aim = next_aim(trials, wanted)
     return best[1]
 
@@ -134,14 +132,14 @@ def next_aim(trials: Sequence[Trial], wanted: float, flattest: float = FLATTEST)
     return aim if below < aim < above else (below + above) / 2
 
 
-def _out_of_reach(asked: str, nodes: float, closest: float) -> CaseError | LimitError:
-    if closest < nodes:
+def _out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:
+    if closest < nodes:  # all terms go with the scale: only a minimum can stop them
         return CaseError(
-            f"{asked}: {nodes:.0f} nodes are more than the minimum of the spacing allows, which are at "
-            f"most about {closest:.0f}: ask for fewer, or lower the minimum"
+            f"{nodes:.0f} nodes are more than the minimum of the spacing allows, which are at most about "
+            f"{closest:.0f}: ask for fewer, or lower the minimum"
         )
     needed = f"at least about {closest:.0f}" if np.isfinite(closest) else "far more"
     return LimitError(
-        f"{asked}: {nodes:.0f} nodes are too few: the boundary and the other keys of the spacing need {needed}: "
+        f"{nodes:.0f} nodes are too few: the boundary and the other keys of the spacing need {needed}: "
         "ask for more, or for less detail"
     )

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.errors import Key
+from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Combination", "Term", "costly", "nothing"]
 
@@ -28,7 +30,7 @@ class Combination:
 
     Attributes
     ----------
-    terms : tuple of callable
+    terms : tuple of Spacing
         The smallest of their values counts, and none counts where one is no number.
     scale : float
         Factor of it.
@@ -36,7 +38,7 @@ class Combination:
         Limits of the product.
     """
 
-    terms: tuple[Term, ...]
+    terms: tuple[Spacing, ...]
     scale: float = 1.0
     minimum: float = 0.0
     maximum: float = np.inf
@@ -44,14 +46,20 @@ class Combination:
     @property
     def costly(self) -> bool:
         """Whether one of the terms takes long."""
-        return any(map(costly, self.terms))
+        return any(term.costly for term in self.terms)
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
         smallest = np.full(np.shape(x), np.inf)
         for term in self.terms:
-            smallest = np.minimum(smallest, term(x, y))
+            smallest = np.minimum(smallest, term.function(x, y))
         with np.errstate(invalid="ignore"):
             # Limits must not make a spacing of what is none.
             limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
         return np.where(smallest > 0, limited, smallest)
+
+    def key(self, point: Floats) -> Key:
+        """Key of the first term that has the value at a point (2,)."""
+        x, y = point[:1], point[1:]
+        values = [float(np.broadcast_to(term.function(x, y), 1)[0]) for term in self.terms]
+        return self.terms[int(np.argmin(values))].key(point)  # the first that is no number, if one is

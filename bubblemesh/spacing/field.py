@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.spacing.location import Locator
 from bubblemesh.spacing.rim import Rim
 from bubblemesh.spacing.samples import require_positive
+from bubblemesh.triangulation import doubled_areas
 from bubblemesh.wording import place
 
 __all__ = ["Field"]
@@ -52,24 +53,47 @@ class Field:
         return cls(points, _with_area(points, triangles), values)
 
     @classmethod
-    def of_triangles(cls, points: Floats, triangles: Integers, values: Floats) -> Self:
-        """Field of values (t,) of the triangles, averaged at the points so that the number of bubbles stays the same.
+    def of_triangles(cls, points: Floats, triangles: Integers, values: Floats, cells: Integers | None = None) -> Self:
+        """Field of values (t,) of the triangles, or (c,) of cells that they are parts of, averaged at the points.
 
-        That number goes with 1/d^2, which is averaged by the area around each point.
+        So that the number of bubbles stays the same, it is 1/d^2 that is averaged, by the area around each point.
+
+        Parameters
+        ----------
+        points : (n, 2)
+        triangles : (t, 3)
+        values : (t,) or (c,)
+        cells : (t,), optional
+            Number of the cell that each triangle is a part of.
 
         Raises
         ------
         CaseError
-            If a value is not positive and finite (the text names the triangle's place), or no triangle has an area.
+            If a value is not positive and finite (the text names the cell's place), or no triangle has an area.
         """
+
+        def where(cell: int) -> str:
+            corners = np.unique(triangles[cells == cell])
+            what = "triangle" if len(corners) == 3 else "cell"
+            return f"in the {what} around {place(points[corners].mean(axis=0))}"
+
         points, values = np.asarray(points, float), np.asarray(values, float)
-        require_positive(values, lambda k: f"in the triangle around {place(points[triangles[k]].mean(axis=0))}")
-        areas = np.abs(_doubled_areas(points, triangles))
+        cells = np.arange(len(triangles)) if cells is None else cells
+        require_positive(values, where)
+        values = values[cells]
+        areas = np.abs(doubled_areas(points[triangles]))
         corner = triangles.ravel()
         area = np.bincount(corner, np.repeat(areas, 3), len(points))
         bubbles = np.bincount(corner, np.repeat(areas / values**2, 3), len(points))
         with np.errstate(divide="ignore", invalid="ignore"):  # points of no triangle
             return cls(points, _with_area(points, triangles), np.sqrt(area / bubbles))
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Bounding box (x0, y0, x1, y1) of the triangles."""
+        corners = self.points[self.triangles.ravel()]
+        (x0, y0), (x1, y1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        return x0, y0, x1, y1
 
     def scaled(self, factor: float) -> Self:
         """The field with all values multiplied."""
@@ -97,18 +121,11 @@ class Field:
         return Rim.of(self.points, self.triangles)
 
 
-def _doubled_areas(points: Floats, triangles: Integers) -> Floats:
-    """Twice the areas (t,), negative for triangles that turn clockwise."""
-    a = points[triangles[:, 0]]
-    (ux, uy), (vx, vy) = (points[triangles[:, 1]] - a).T, (points[triangles[:, 2]] - a).T
-    return ux * vy - uy * vx
-
-
 def _with_area(points: Floats, triangles: Integers) -> Integers:
     """The triangles but those whose corners lie on a line."""
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    real = triangles[np.abs(_doubled_areas(points, triangles)) > FLAT * longest]
+    real = triangles[np.abs(doubled_areas(corners)) > FLAT * longest]
     if len(real) == 0:
         raise CaseError("none of the triangles has an area")
     return real

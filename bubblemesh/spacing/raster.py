@@ -79,6 +79,12 @@ class Raster:
         y = y0 + (np.arange(rows) + 0.5) * ((y1 - y0) / rows)
         return cls.of(x, y[::-1] if upper else y, values)
 
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Box (x0, y0, x1, y1) of the pixels; without an end where there is only one, whose size nothing tells."""
+        (x0, x1), (y0, y1) = _reach(self.x), _reach(self.y)
+        return x0, y0, x1, y1
+
     def scaled(self, factor: float) -> Self:
         """The raster with all values multiplied."""
         return replace(self, values=factor * self.values)
@@ -94,6 +100,13 @@ class Raster:
 def _require_grid(values: Floats) -> None:
     if values.ndim != 2 or values.size == 0:
         raise CaseError(f"has the shape {values.shape}: a raster has rows and columns, and at least one of each")
+
+
+def _reach(centers: Floats) -> tuple[float, float]:
+    """Ends of pixels with these centres (k,)."""
+    if len(centers) == 1:
+        return -np.inf, np.inf
+    return float(1.5 * centers[0] - centers[1] / 2), float(1.5 * centers[-1] - centers[-2] / 2)
 
 
 def _between(centers: Floats, at: Floats) -> tuple[Integers, Integers, Floats]:

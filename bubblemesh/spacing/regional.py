@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import Key
 from bubblemesh.geometry.boxes import Boxes
 from bubblemesh.geometry.regions import Region
 from bubblemesh.spacing.spacing import Spacing
@@ -17,11 +18,11 @@ __all__ = ["OwnSpacing", "by_region"]
 
 
 class OwnSpacing(NamedTuple):
-    """The spacing of a region, and what messages call it."""
+    """The spacing of a region, and its key in the case."""
 
     region: Region
     spacing: Spacing
-    key: str
+    key: Key
 
 
 def by_region(rest: Spacing, own: Sequence[OwnSpacing]) -> Spacing:
@@ -80,8 +81,8 @@ class _Regions:
             d[at] = np.where(inside[mine], wanted[mine], np.fmin(d[at], wanted[mine]))
         return d
 
-    def key(self, point: Floats) -> str:
-        """What has the value at a point (2,)."""
+    def key(self, point: Floats) -> Key:
+        """Key of what has the value at a point (2,)."""
         x, y = point[:1], point[1:]
         _, region = self._found(x, y)
         d, own = self(x, y), self._own_values(np.repeat(x, len(region)), np.repeat(y, len(region)), region)

@@ -20,5 +20,6 @@ def require_positive(values: Floats, where: Callable[[int], str]) -> None:
     """
     bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
     if len(bad):
-        several = f", and {len(bad) - 1} more values are as bad" if len(bad) > 1 else ""
+        more = len(bad) - 1
+        several = f", and {more} more {'value is' if more == 1 else 'values are'} as bad" if more else ""
         raise CaseError(f"is {values[bad[0]]:g} {where(int(bad[0]))}{several}: a spacing has to be positive and finite")

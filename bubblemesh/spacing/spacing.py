@@ -6,14 +6,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.wording import place
 
 __all__ = ["Spacing"]
 
 
-def _whole(point: Floats) -> str:
-    return "spacing"
+def _whole(point: Floats) -> Key:
+    return Key(["spacing"])
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Spacing:
     floor : float
         Value that stands for d outside the domain where the function has no positive one.
     key : callable
-        What messages call the spacing at a point (2,): a region may have its own.
+        The key of the case that the spacing at a point (2,) comes from: a region may have its own.
     costly : bool
         Whether the function takes so long that a table of it is worth having.
     spots : (k, 2)
@@ -36,7 +36,7 @@ class Spacing:
 
     function: Callable[[Floats, Floats], Floats]
     floor: float = 0.0
-    key: Callable[[Floats], str] = _whole
+    key: Callable[[Floats], Key] = _whole
     costly: bool = False
     spots: Floats = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
 
@@ -52,10 +52,10 @@ class Spacing:
         bad = np.flatnonzero(~_usable(d))
         if len(bad):
             k = bad[0]
-            raise CaseError(
-                f"{self.key(points[k])}: is {d[k]:g} at {place(points[k])}: it has to be positive and finite in the "
-                "whole domain"
-            )
+            with at_key(*self.key(points[k])):
+                raise CaseError(
+                    f"is {d[k]:g} at {place(points[k])}: it has to be positive and finite in the whole domain"
+                )
         return d
 
     def extended(self, points: Floats) -> Floats:
