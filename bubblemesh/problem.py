@@ -215,7 +215,7 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
         )
     with timed(seconds, "spacing"):
         survey = surveyed(domain, wanted, max_nodes)
-        ruled = rules(domain, wanted.floored(survey.minimum / 2))
+        ruled = rules(domain, wanted.floored(survey.minimum / 2), max_nodes)
         wanted = ruled.spacing
         if ruled.ratio > 1:
             survey = surveyed(domain, wanted, max_nodes)
@@ -230,7 +230,6 @@ def posed(domain: Domain, wanted: Spacing, task: Task, seconds: dict[str, float]
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
             *compromises.slowed_growth(grading, rules.growth),
-            *compromises.narrow_walls(domain, spacing),
-            *compromises.narrow_strips(domain, spacing),
+            *compromises.narrow_parts(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, ruled, warnings, seconds)

@@ -3,7 +3,7 @@ import pytest
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import gaps
+from bubblemesh.geometry.gaps import Walls
 
 U_SHAPE = Domain.of(rings.polygon([(0, 0), (3, 0), (3, 3), (2.6, 3), (2.6, 0.5), (0.4, 0.5), (0.4, 3), (0, 3)]))
 
@@ -14,7 +14,9 @@ def found(domain, reach, per_piece=200):
     count = len(boundary.lengths)
     piece = np.repeat(np.arange(count), per_piece)
     s = np.tile((np.arange(per_piece) + 0.5) / per_piece, count) * boundary.lengths[piece]
-    return gaps(domain, piece, s, np.full(len(piece), float(reach)))[:2]
+    reach = np.full(len(piece), float(reach))
+    gaps = Walls(domain).facing(piece, s, reach, reach)
+    return gaps.places, gaps.widths
 
 
 @pytest.mark.parametrize(("reach", "seen"), [(0.29, False), (0.31, True), (1.5, True)])
@@ -86,15 +88,19 @@ def test_thin_ellipse_is_narrow_across():
     places, widths = found(Domain.of(rings.ellipse((0, 0), (2, 0.1))), 0.3)
     assert widths.max() == pytest.approx(0.2, abs=2e-3)
     assert places[:, 0].max() == pytest.approx(-places[:, 0].min(), abs=0.05)  # where the curve begins is no other end
-    assert places[:, 0].max() < 1.9
+    x, y = places.T
+    near_tips = np.abs(x) > 1.9
+    np.testing.assert_allclose(widths[near_tips], 2 * np.abs(y[near_tips]), rtol=0.2)
     middle = np.abs(places[:, 0]) < 0.1
     assert middle.sum() > 5
     np.testing.assert_allclose(widths[middle], 0.2, atol=2e-3)
 
 
-@pytest.mark.parametrize("reach", [0.1, 0.9, 1.9, 2.1, 5.0])
-def test_circle_is_no_gap(reach):
-    assert len(found(Domain.of(rings.circle((0, 0), 1)), reach)[1]) == 0
+@pytest.mark.parametrize(("reach", "seen"), [(0.1, False), (1.9, False), (2.1, True), (5.0, True)])
+def test_circle_is_as_wide_as_its_diameter(reach, seen):
+    _, widths = found(Domain.of(rings.circle((0, 0), 1)), reach)
+    assert len(widths) == 200 * seen
+    np.testing.assert_allclose(widths, 2, rtol=1e-4)
 
 
 BENDS = {
@@ -149,12 +155,15 @@ def test_corners_and_bends_are_no_gaps(domain, reach):
 def test_places_have_reaches_of_their_own():
     domain = Domain.of(rings.rectangle(0, 0, 4, 0.3))
     piece, s = np.array([0, 0, 0]), np.array([1.0, 2.0, 3.0])
-    places, widths, _ = gaps(domain, piece, s, np.array([0.2, 0.5, 0.4]))
-    np.testing.assert_allclose(places, [[2, 0], [3, 0]])
-    np.testing.assert_allclose(widths, 0.3)
+    gaps = Walls(domain).facing(piece, s, np.array([0.2, 0.5, 0.4]), np.zeros(3))
+    assert gaps.number.tolist() == [1, 2]
+    np.testing.assert_allclose(gaps.places, [[2, 0], [3, 0]])
+    np.testing.assert_allclose(gaps.feet, [[2, 0.3], [3, 0.3]])
+    np.testing.assert_allclose(gaps.widths, 0.3)
+    assert not gaps.inner.any()
 
 
 def test_no_places_have_no_gaps():
-    places, widths, _ = gaps(U_SHAPE, np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
-    assert places.shape == (0, 2)
-    assert widths.shape == (0,)
+    gaps = Walls(U_SHAPE).facing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+    assert gaps.places.shape == gaps.feet.shape == (0, 2)
+    assert gaps.widths.shape == (0,)
