@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from partitions import domain_of
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -8,14 +9,19 @@ from bubblemesh.geometry.gaps import Walls
 U_SHAPE = Domain.of(rings.polygon([(0, 0), (3, 0), (3, 3), (2.6, 3), (2.6, 0.5), (0.4, 0.5), (0.4, 3), (0, 3)]))
 
 
-def found(domain, reach, per_piece=200):
-    """Places and widths of all gaps that many probes along the boundary find."""
+def everywhere(domain, reach, per_piece=200):
+    """All gaps that many probes along the boundary find."""
     boundary = domain.boundary
     count = len(boundary.lengths)
     piece = np.repeat(np.arange(count), per_piece)
     s = np.tile((np.arange(per_piece) + 0.5) / per_piece, count) * boundary.lengths[piece]
     reach = np.full(len(piece), float(reach))
-    gaps = Walls(domain).facing(piece, s, reach, reach)
+    return Walls(domain).facing(piece, s, reach, reach)
+
+
+def found(domain, reach):
+    """Their places and widths."""
+    gaps = everywhere(domain, reach)
     return gaps.places, gaps.widths
 
 
@@ -167,3 +173,43 @@ def test_no_places_have_no_gaps():
     gaps = Walls(U_SHAPE).facing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
     assert gaps.places.shape == gaps.feet.shape == (0, 2)
     assert gaps.widths.shape == (0,)
+
+
+INSIDE = (
+    "domain: {outer: {rectangle: [0, 0, 4, 1]}, lines: [{path: [[0, 0.4], [4, 0.4]]}, {path: [[3, 0.5], [1, 0.5]]}]}"
+)
+
+
+def test_lines_inside_have_gaps_on_both_sides():
+    gaps = everywhere(domain_of(INSIDE), 0.45)
+    np.testing.assert_allclose(np.abs(gaps.feet - gaps.places).sum(axis=1), gaps.widths, atol=1e-12)
+    ways = {tuple(np.sort([a, b]).round(9).tolist()) for a, b in zip(gaps.places[:, 1], gaps.feet[:, 1], strict=True)}
+    assert ways == {(0.0, 0.4), (0.4, 0.5)}
+    assert gaps.inner.all()
+
+
+def test_a_ring_behind_hides_what_is_beyond():
+    """Through a hole, or across what is outside, there is no gap."""
+    plate = Domain.of(rings.rectangle(0, 0, 4, 2), [rings.rectangle(1, 0.5, 3, 0.6)])
+    gaps = everywhere(plate, 1.95)
+    assert gaps.widths.min() == pytest.approx(0.5)
+    below = (gaps.places[:, 1] == 0) & (gaps.places[:, 0] > 1) & (gaps.places[:, 0] < 3)
+    np.testing.assert_allclose(gaps.feet[below, 1], 0.5)
+
+
+def test_widths_are_those_between_curves_not_their_chords():
+    annulus = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 1 - 1e-3)])
+    np.testing.assert_allclose(everywhere(annulus, 0.01).widths, 1e-3, rtol=1e-3)
+
+
+LENS = [rings.ArcTo((1, 0), (0, 20), True), rings.ArcTo((-1, 0), (0, -20), True)]
+
+
+@pytest.mark.parametrize("room", [0.1, 0.4])
+def test_two_lines_that_join_at_both_ends_are_a_gap_in_between(room):
+    domain = Domain.of(rings.path((-1, 0), LENS))
+    piece, s = np.zeros(200, np.int64), (np.arange(200) + 0.5) / 200 * domain.boundary.lengths[0]
+    gaps = Walls(domain).facing(piece, s, np.full(200, 0.6), np.full(200, room))
+    assert gaps.places[:, 0].min() == pytest.approx(room - 1, abs=0.01)
+    assert gaps.places[:, 0].max() == pytest.approx(1 - room, abs=0.01)
+    np.testing.assert_allclose(gaps.widths, 2 * np.abs(gaps.places[:, 1]), rtol=0.01)

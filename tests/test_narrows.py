@@ -47,10 +47,9 @@ NARROW = {
         level(0.525),
         0.05,
     ),
-    "line that bends back": (
-        PLATE
-        + "lines: [{path: [[0.2, 0.5], {spline: {through: [[1, 0.5], [1.8, 0.5], [1.82, 0.54], [1.75, 0.55], [1, 0.55], [0.2, 0.55]]}}]}]}",
-        level(0.525),
+    "thin ellipse": (
+        PLATE + "regions: [{name: crack, ring: {ellipse: {center: [1, 0.5], radii: [0.8, 0.025]}}}]}",
+        np.array([[0.95, 0.5], [1, 0.49], [1, 0.51], [1.1, 0.5]]),
         0.05,
     ),
     "line that ends before a wall": (PLATE + "lines: [{path: [[1, 0.5], [1, 0.97]]}]}", np.array([[1, 0.985]]), 0.03),
@@ -73,8 +72,8 @@ NARROW = {
 @pytest.mark.parametrize(("text", "places", "width"), NARROW.values(), ids=NARROW)
 def test_whatever_leaves_a_narrow_part_makes_the_spacing_fine_there(text, places, width, growth):
     d = Rules(growth=growth, across=3)(domain_of(text), uniform(0.2)).spacing(places)
-    assert d.max() < 1.06 * width / 3
-    assert d.mean() > 0.85 * width / 3
+    assert d.max() < 1.05 * width / 3
+    assert d.mean() > 0.9 * width / 3
 
 
 @pytest.mark.parametrize("x", [0, 0.5, 1.5, 1.9, 1.98])
@@ -117,7 +116,7 @@ def test_meshes_have_their_rows_of_nodes_across(text, across, low, high):
         column = (np.abs(x - a) < 0.05) & (y > low + 1e-9) & (y < high - 1e-9)
         rows = (high - low) / across
         assert column.sum() == pytest.approx(2 / np.sqrt(3) * 0.1 * (high - low) / rows**2 - 0.1 / rows, abs=4)
-    assert radius_ratios(mesh.points[mesh.triangles]).min() > 0.6
+    assert radius_ratios(mesh.points, mesh.triangles).min() > 0.6
 
 
 TOO_FINE = {

@@ -6,7 +6,8 @@ import shapely
 from partitions import domain_of
 
 from bubblemesh.compromises import narrow_parts, sharp_angles
-from bubblemesh.geometry.tips import tips
+from bubblemesh.geometry.gaps import Walls
+from bubblemesh.geometry.tips import ahead, tips
 from bubblemesh.spacing.spacing import Spacing
 
 UNIT = "domain: {outer: {rectangle: [0, 0, 1, 1]}, "
@@ -107,7 +108,8 @@ def test_the_width_is_the_least_distance_of_all(seed):
 
 def test_tips_are_ends_and_sharp_bends_and_points():
     text = (
-        "points: [{at: [0.5, 0.9]}, {at: [1, 0.5]}], holes: [{polygon: [[0.7, 0.7], [0.8, 0.7], [0.9, 0.8], [0.8, 0.8]]}], "
+        "points: [{at: [0.5, 0.9]}, {at: [1, 0.5]}], "
+        "holes: [{polygon: [[0.7, 0.7], [0.8, 0.7], [0.9, 0.8], [0.8, 0.8]]}], "
         + lines([(0.5, 0), (0.5, 0.5)], [(0.1, 0.1), (0.2, 0.2), (0.3, 0.2), (0.1, 0.3)])
     )
     domain = domain_of(UNIT + text)
@@ -141,3 +143,27 @@ def test_of_many_sharp_angles_the_worst_are_told():
     warnings = sharp_angles(domain_of(UNIT + lines(teeth)))
     assert len(warnings) == 6
     assert warnings[-1] == "12 more angles are below 5 degrees"
+
+
+def test_the_nearest_thing_ahead_of_a_tip_is_found():
+    text = "holes: [{rectangle: [0.4, 0.6, 0.6, 0.61]}], " + lines([(0.5, 0.2), (0.5, 0.5)])
+    domain = domain_of(UNIT + text)
+    walls, found = Walls(domain), tips(domain)
+    gaps = ahead(walls, found, np.full(len(found.corner), 0.25))
+    places, feet = (map(tuple, ends.tolist()) for ends in (gaps.places, gaps.feet))
+    seen = dict(zip(places, zip(feet, gaps.widths, gaps.inner, strict=True), strict=True))
+    assert seen[0.5, 0.5] == ((0.5, 0.6), pytest.approx(0.1), True)
+    assert seen[0.5, 0.2] == ((0.5, 0), pytest.approx(0.2), True)
+    # The other side of the hole is near as well, but not within the domain.
+    assert seen[0.4, 0.6] == ((0.5, 0.5), pytest.approx(0.1 * np.sqrt(2)), True)
+    assert (0.4, 0.61) not in seen
+
+
+def test_tips_do_not_see_the_lines_that_they_belong_to():
+    """However short the pieces of a line are: what follows it is behind its end."""
+    angle = np.linspace(0, np.pi / 2, 60)
+    arc = [(0.2 + 0.5 * float(np.sin(a)), 0.2 + 0.5 * float(1 - np.cos(a))) for a in angle]
+    domain = domain_of(UNIT + lines(arc))
+    found = tips(domain)
+    assert len(found.corner) == 2
+    assert len(ahead(Walls(domain), found, np.full(2, 0.19)).widths) == 0

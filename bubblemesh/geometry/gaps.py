@@ -1,5 +1,6 @@
 """How far it is from lines of a domain to those that face them: across necks, thin walls, layers and strips."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from bubblemesh.geometry.domain import Domain
 __all__ = ["Gaps", "Walls", "kept_within"]
 
 BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
+ROUNDING = 1e-9  # of a line's length
 WEDGE = 2.0  # widths: lines that meet are no walls of a gap so near to where they do
 PARALLEL = np.cos(np.radians(15))  # neither are they if they enclose a larger angle
 
@@ -90,9 +92,10 @@ class Walls:
         np.minimum.at(beyond, ray[leaves], at[leaves])
         seen = at <= beyond[ray]
         ray, chord, at = ray[seen], chord[seen], at[seen]
-        feet = self._feet(points[ray], chord)
+        foot = self._feet(points[ray], chord)
+        feet = boundary.points(chords.piece[chord], foot)
         widths = np.hypot(*(feet - points[ray]).T)
-        apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, widths, room[ray])
+        apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, foot, widths, room[ray])
         inner = boundary.inner[piece[ray]] | boundary.inner[chords.piece[chord]]
         found = Gaps(number[ray], points[ray], feet, widths, inner).kept(apart)
         nearest = np.lexsort((at[apart], ray[apart]))
@@ -109,19 +112,25 @@ class Walls:
             return (ax * cy - ay * cx) / sine, ring & (sine > 0)
 
     def _feet(self, points: Floats, chord: Integers) -> Floats:
-        """Points (m, 2) of the curves beside the nearest points of their chords."""
+        """Arc lengths (m,) of the points of the curves beside the nearest points of their chords."""
         chords = self.chords
         start, delta = chords.start[chord], chords.end[chord] - chords.start[chord]
         share = np.clip(((points - start) * delta).sum(axis=1) / (delta**2).sum(axis=1), 0, 1)
-        return self.domain.boundary.points(chords.piece[chord], chords.s[chord] + share * chords.step[chord])
+        return np.asarray(chords.s[chord] + share * chords.step[chord])
 
     def _opposite(
-        self, piece: Integers, s: Floats, tangents: Floats, chord: Integers, widths: Floats, room: Floats
+        self,
+        piece: Integers,
+        s: Floats,
+        tangents: Floats,
+        chord: Integers,
+        foot: Floats,
+        widths: Floats,
+        room: Floats,
     ) -> Booleans:
-        """Whether the chords (m,) belong to another wall than the places (m,), not to its bend or next corner."""
+        """Whether feet (m,) on the chords belong to another wall than the places, not to its bend or next corner."""
         boundary, chords = self.domain.boundary, self.chords
-        other, length = chords.piece[chord], boundary.lengths[piece]
-        along = np.abs(np.clip(s, chords.s[chord], chords.s[chord] + chords.step[chord]) - s)
+        other, length, along = chords.piece[chord], boundary.lengths[piece], np.abs(foot - s)
         along = np.where(boundary.closed[piece], np.minimum(along, length - along), along)
         start, end = boundary.start[piece], boundary.end[piece]
         ends = np.stack([boundary.start[other], boundary.end[other]])
@@ -129,10 +138,11 @@ class Walls:
         dx, dy = (chords.end[chord] - chords.start[chord]).T
         cosine = np.abs(tangents[:, 0] * dx + tangents[:, 1] * dy) / np.hypot(dx, dy)
         slender = (cosine > PARALLEL) & (np.minimum(s, length - s) > np.maximum(room, WEDGE * widths))
-        bent = (along > BEND * widths) & ((start != end) | boundary.closed[piece] | slender)
+        bent = (along > BEND * widths + ROUNDING * length) & ((start != end) | boundary.closed[piece] | slender)
         return np.where(piece == other, bent, ~(at_start | at_end) | (at_start & at_end & slender))
 
 
-def kept_within(domain: Domain, gaps: Gaps) -> Gaps:
-    """Those gaps that are in the domain, not across what is outside of it."""
-    return gaps.kept(domain.contains((gaps.places + gaps.feet) / 2))
+def kept_within(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
+    """Those gaps of which some parts of the way are in the domain, not across what is outside of it."""
+    between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
+    return gaps.kept(np.all(between, axis=0))

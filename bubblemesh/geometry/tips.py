@@ -14,6 +14,7 @@ __all__ = ["Tips", "ahead", "tips"]
 
 SHARPEST_BEND = np.cos(np.radians(120))  # of lines that go on, rather than stand out
 BEHIND = 0.9  # cosine of the angle to the tip's own lines, above which something is a part of these
+PARTS = (0.05, 0.5, 0.95)  # of the way that lie in the domain
 DOUBLINGS = 8  # of the reach: what is near is found without all that is far
 
 
@@ -66,7 +67,7 @@ def ahead(walls: Walls, some: Tips, reach: Floats) -> Gaps:
         width = np.hypot(*(foot - place).T)
         behind = np.max([(line[tip] * (foot - place)).sum(axis=1) for line in (some.first, some.second)], axis=0)
         gaps = Gaps(tip, place, foot, width, inner[thing] | ~on_ring[tip])
-        gaps = kept_within(domain, gaps.kept((width > 0) & (behind < BEHIND * width)))
+        gaps = kept_within(domain, gaps.kept((width > 0) & (behind < BEHIND * width)), PARTS)
         order = np.lexsort((gaps.widths, gaps.number))
         found.append(gaps.kept(order[np.diff(gaps.number[order], prepend=-1) != 0]))
         left = np.setdiff1d(left, gaps.number)

@@ -20,9 +20,11 @@ __all__ = ["Filling"]
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
 NARROW = 0.95  # spacings are not narrower than what is wanted
-APART = 0.2  # distance of sources: so much the spacing may grow in between
-LOWERED = 0.94  # size of the sources: what it grows by on the average is taken off
+APART, FARTHEST = 0.3, 1.5  # distance of sources: so much the spacing may grow in between; in terms of their sizes
+CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
+HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40
+NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, bool))
 
 
 @dataclass(frozen=True)
@@ -55,21 +57,28 @@ class Filling:
         """
         walls, corner = Walls(domain), tips(domain)
         d = spacing(domain.boundary.corners[corner.corner])
-        found = ahead(walls, corner, self.across * d)
-        done = [self._sources(*self._narrow(found, d))]
+        found, size = self._narrow(ahead(walls, corner, self.across * d), d)
+        done = [self._sources(found, size, 1.0)]
         piece, begin, length = _probes(domain, spacing)
+        waiting, sizes = NO_GAPS, np.zeros(0)
         for _ in range(HALVINGS):
             s = begin + length / 2
             d = spacing(domain.boundary.points(piece, s))
             found, size = self._narrow(walls.facing(piece, s, self.across * d, d), d)
             self._require_few(found, size, length[found.number])
-            done.append(self._sources(found, size))
-            long = np.unique(found.number[length[found.number] > self._apart(found, size)])
+            # Where both halves of a part have passed by the gap that its middle has.
+            lost = ~np.isin(waiting.number, found.number % max(len(piece) // 2, 1))
+            done.append(self._sources(waiting.kept(lost), sizes[lost], HALFWAY))
+            short = length[found.number] <= self._apart(size)
+            done.append(self._sources(found.kept(short), size[short], HALFWAY))
+            waiting, sizes = found.kept(~short), size[~short]
+            long, number = np.unique(waiting.number, return_inverse=True)
             if len(long) == 0:
                 break
+            waiting = waiting._replace(number=number)
             piece, begin, length = piece[long], begin[long], length[long] / 2
             piece, begin, length = np.tile(piece, 2), np.append(begin, begin + length), np.tile(length, 2)
-        return Sources(*(np.concatenate(column) for column in zip(*done, strict=True)))
+        return Sources.all_of(done)
 
     def _narrow(self, found: Gaps, d: Floats) -> tuple[Gaps, Floats]:
         """The gaps that are too narrow for the spacing d (m,) at the places, and the sizes (k,) that they need."""
@@ -77,18 +86,18 @@ class Filling:
         narrow = size < NARROW * d[found.number]
         return found.kept(narrow), size[narrow]
 
-    def _apart(self, found: Gaps, size: Floats) -> Floats:
+    def _apart(self, size: Floats) -> Floats:
         """Distance (k,) of sources on both walls of the gaps, and between these."""
-        return np.minimum(APART / self.growth * size, found.widths / 2)
+        return min(APART / self.growth, FARTHEST) * size
 
-    def _sources(self, found: Gaps, size: Floats) -> tuple[Floats, Floats]:
-        """Points and sizes of sources from one wall to the other."""
-        parts = np.ceil(found.widths / self._apart(found, size)).astype(np.int64)
-        way = np.repeat(np.arange(len(parts)), parts)
-        share = (np.arange(len(way)) - (np.cumsum(parts) - parts)[way] + 0.5) / parts[way]
+    def _sources(self, found: Gaps, size: Floats, far: float) -> Sources:
+        """Sources on the ways across the gaps, up to a part of these."""
+        apart = self._apart(size)
+        parts = np.ceil(far * found.widths / apart).astype(np.int64)
+        way = np.repeat(np.arange(len(parts)), parts + 1)
+        share = far * (np.arange(len(way)) - (np.cumsum(parts + 1) - parts - 1)[way]) / parts[way]
         points = found.places[way] + share[:, None] * (found.feet - found.places)[way]
-        lowered = LOWERED * size
-        return points, np.maximum(lowered, self.least(found.places))[way]
+        return Sources(points, size[way], CELLS * apart[way])
 
     def _require_few(self, found: Gaps, size: Floats, length: Floats) -> None:
         """Refuse gaps that need too many nodes, on parts of walls of that length (k,).

@@ -1,6 +1,7 @@
 """A finer spacing where the boundary itself is finer than what the case asks for."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,36 +14,54 @@ from bubblemesh.geometry.gaps import Walls
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.wording import place
 
-__all__ = ["Sources", "Turning", "coarse_curves", "short_pieces"]
+__all__ = ["FINEST", "Sources", "Turning", "coarse_curves", "short_pieces"]
 
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
 APART = 0.25  # distance of sources on a curve, in terms of their sizes
+FINEST = 0.25  # of the size: largest side of a cell from which a limit starts
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many beside them
 
 
 @dataclass(frozen=True)
 class Sources:
-    """Places ``points`` (k, 2) where the spacing is at most ``sizes`` (k,), and grows from there."""
+    """Places ``points`` (k, 2) where the spacing is at most ``sizes`` (k,), and grows from there.
+
+    On a background grid the ``cells`` (k,) that hold them have at most these sides: a quarter of the sizes by default,
+    more for sources that are close to each other.
+    """
 
     points: Floats
     sizes: Floats
+    given: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @property
+    def cells(self) -> Floats:
+        """Largest sides (k,)."""
+        return FINEST * self.sizes if self.given is None else self.given
 
     @classmethod
     def none(cls) -> "Sources":
         """No source at all."""
         return cls(np.zeros((0, 2)), np.zeros(0))
 
+    @classmethod
+    def all_of(cls, some: Sequence["Sources"]) -> "Sources":
+        """Several sets together."""
+        return cls(
+            *(np.concatenate(column) for column in zip(*((s.points, s.sizes, s.cells) for s in some), strict=True))
+        )
+
     def not_below(self, minimum: float) -> "Sources":
         """The same places with sizes of at least ``minimum``."""
-        return Sources(self.points, np.maximum(self.sizes, minimum))
+        return replace(self, sizes=np.maximum(self.sizes, minimum))
 
     def joined(self, other: "Sources") -> "Sources":
         """Both sets together."""
-        return Sources(np.vstack([self.points, other.points]), np.concatenate([self.sizes, other.sizes]))
+        return Sources.all_of([self, other])
 
 
 def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
@@ -55,9 +74,9 @@ def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
     return Sources(ends[short].reshape(-1, 2), np.repeat(boundary.lengths[pieces[short]], 2))
 
 
-def coarse_curves(domain: Domain, spacing: Spacing) -> Sources:
-    """Sources on curves that turn by more than a sixth of a circle over the length of one spacing."""
-    return _along(domain, _tight(domain, spacing, WIDEST_TURN))
+def coarse_curves(domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_TURN) -> Sources:
+    """Sources on curves that turn by more than ``widest_turn`` over the length of one spacing."""
+    return _along(domain, _tight(domain, spacing, widest_turn))
 
 
 @dataclass(frozen=True)
