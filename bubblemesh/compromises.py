@@ -8,8 +8,8 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.departures import departures
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import gaps
-from bubblemesh.geometry.strips import beside, beside_tips, inner_samples, tips
+from bubblemesh.geometry.gaps import Gaps, Walls
+from bubblemesh.geometry.tips import ahead, tips
 from bubblemesh.spacing.grading import GROWTH, Graded
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.spacing import Spacing
@@ -17,8 +17,7 @@ from bubblemesh.wording import place
 
 __all__ = [
     "missed_budget",
-    "narrow_strips",
-    "narrow_walls",
+    "narrow_parts",
     "poor_result",
     "refined_boundary",
     "sharp_angles",
@@ -27,6 +26,7 @@ __all__ = [
 ]
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
+MOST_SAMPLES = 100_000
 ROUNDING = 1e-6
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that are told one by one
@@ -56,53 +56,49 @@ def sharp_angles(domain: Domain) -> list[str]:
     return warnings
 
 
-def narrow_walls(domain: Domain, spacing: Spacing) -> list[str]:
-    """The place where the domain is narrowest in terms of the spacing, if narrower than that."""
+def narrow_parts(domain: Domain, spacing: Spacing) -> list[str]:
+    """The place where the domain is narrowest in terms of the spacing, if narrower than that.
+
+    Likewise where a line or point inside the domain is nearest to another one, or to a wall.
+    """
+    boundary, walls, corner = domain.boundary, Walls(domain), tips(domain)
     piece, s = _samples(domain)
-    found = gaps(domain, piece, s, spacing(domain.boundary.points(piece, s)))
-    narrowest = _narrowest(found.places, found.widths, spacing)
-    if narrowest is None:
-        return []
-    at, width, d = narrowest
-    return [
-        f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d:.3g}): only boundary "
-        "nodes fit"
-    ]
+    d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
+    found = walls.facing(piece, s, d, d), ahead(walls, corner, ahead_of)
+    gaps = Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    warnings = []
+    for at, width, d_there in _narrowest(gaps.kept(~gaps.inner), spacing):
+        warnings.append(
+            f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d_there:.3g}): only "
+            "boundary nodes fit"
+        )
+    for at, width, d_there in _narrowest(gaps.kept(gaps.inner), spacing):
+        warnings.append(
+            f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
+            f"({d_there:.3g}): no nodes fit into it"
+        )
+    return warnings
 
 
-def narrow_strips(domain: Domain, spacing: Spacing) -> list[str]:
-    """The place where a line or point inside the domain is nearest to another one, or to a wall, likewise."""
-    boundary = domain.boundary
-    corner, (piece, s) = tips(boundary), inner_samples(boundary, SAMPLING * domain.size)
-    across = beside(boundary, piece, s, spacing(boundary.points(piece, s)))
-    ahead = beside_tips(boundary, corner, spacing(boundary.corners[corner]))
-    places = np.concatenate([across.places, ahead.places])
-    narrowest = _narrowest(places, np.concatenate([across.widths, ahead.widths]), spacing)
-    if narrowest is None:
-        return []
-    at, width, d = narrowest
-    return [
-        f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
-        f"({d:.3g}): no nodes fit into it"
-    ]
-
-
-def _narrowest(places: Floats, widths: Floats, spacing: Spacing) -> tuple[Floats, float, float] | None:
+def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]]:
     """Place, width and spacing where the width is least in terms of the spacing, if it is less."""
-    if len(places) == 0:
-        return None
-    there = spacing(places)
-    worst = int(np.argmin(widths / there))
-    return None if widths[worst] > (1 - ROUNDING) * there[worst] else (places[worst], widths[worst], there[worst])
+    if len(gaps.number) == 0:
+        return []
+    there = spacing(gaps.places)
+    worst = int(np.argmin(gaps.widths / there))
+    narrow = gaps.widths[worst] < (1 - ROUNDING) * there[worst]
+    return [(gaps.places[worst], gaps.widths[worst], there[worst])] if narrow else []
 
 
 def _samples(domain: Domain) -> tuple[Integers, Floats]:
-    """Pieces and arc lengths of points along the whole boundary, inside the chords of its polygonal copy."""
-    line = domain.polyline
-    parts = np.ceil(line.step / (SAMPLING * domain.size)).astype(int)
+    """Pieces and arc lengths of points along all lines, inside the chords of their polygonal copy."""
+    piece, s, step = domain.boundary.panels()
+    thinned = slice(None, None, len(piece) // MOST_SAMPLES + 1)
+    piece, s, step = piece[thinned], s[thinned], step[thinned]
+    parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)
     chord = np.repeat(np.arange(len(parts)), parts)
     part = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
-    return line.piece[chord], line.s[chord] + (part + 0.5) * line.step[chord] / parts[chord]
+    return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
 
 
 def refined_boundary(short: Sources, coarse: Sources) -> list[str]:

@@ -225,7 +225,7 @@ def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], 
     with timed(seconds, "spacing"):
         wanted, rules = asked.at(scale), asked.rules
         survey = surveyed(domain, wanted, max_nodes)
-        ruled = rules(domain, wanted.floored(survey.minimum / 2))
+        ruled = rules(domain, wanted.floored(survey.minimum / 2), max_nodes)
         wanted = ruled.spacing
         tied = across_sides(domain, ruled)
         wanted = tied.spacing
@@ -243,7 +243,6 @@ def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], 
             *compromises.sharp_angles(domain),
             *compromises.refined_boundary(short, coarse),
             *compromises.slowed_growth(grading, rules.growth, scale),
-            *compromises.narrow_walls(domain, spacing),
-            *compromises.narrow_strips(domain, spacing),
+            *compromises.narrow_parts(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, ruled, tied, warnings, seconds)

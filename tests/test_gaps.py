@@ -1,20 +1,28 @@
 import numpy as np
 import pytest
+from partitions import domain_of
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import gaps
+from bubblemesh.geometry.gaps import Walls
 
 U_SHAPE = Domain.of(rings.polygon([(0, 0), (3, 0), (3, 3), (2.6, 3), (2.6, 0.5), (0.4, 0.5), (0.4, 3), (0, 3)]))
 
 
-def found(domain, reach, per_piece=200):
-    """Places and widths of all gaps that many probes along the boundary find."""
+def everywhere(domain, reach, per_piece=200):
+    """All gaps that many probes along the boundary find."""
     boundary = domain.boundary
     count = len(boundary.lengths)
     piece = np.repeat(np.arange(count), per_piece)
     s = np.tile((np.arange(per_piece) + 0.5) / per_piece, count) * boundary.lengths[piece]
-    return gaps(domain, piece, s, np.full(len(piece), float(reach)))[:2]
+    reach = np.full(len(piece), float(reach))
+    return Walls(domain).facing(piece, s, reach, reach)
+
+
+def found(domain, reach):
+    """Their places and widths."""
+    gaps = everywhere(domain, reach)
+    return gaps.places, gaps.widths
 
 
 @pytest.mark.parametrize(("reach", "seen"), [(0.29, False), (0.31, True), (1.5, True)])
@@ -86,15 +94,19 @@ def test_thin_ellipse_is_narrow_across():
     places, widths = found(Domain.of(rings.ellipse((0, 0), (2, 0.1))), 0.3)
     assert widths.max() == pytest.approx(0.2, abs=2e-3)
     assert places[:, 0].max() == pytest.approx(-places[:, 0].min(), abs=0.05)  # where the curve begins is no other end
-    assert places[:, 0].max() < 1.9
+    x, y = places.T
+    near_tips = np.abs(x) > 1.9
+    np.testing.assert_allclose(widths[near_tips], 2 * np.abs(y[near_tips]), rtol=0.2)
     middle = np.abs(places[:, 0]) < 0.1
     assert middle.sum() > 5
     np.testing.assert_allclose(widths[middle], 0.2, atol=2e-3)
 
 
-@pytest.mark.parametrize("reach", [0.1, 0.9, 1.9, 2.1, 5.0])
-def test_circle_is_no_gap(reach):
-    assert len(found(Domain.of(rings.circle((0, 0), 1)), reach)[1]) == 0
+@pytest.mark.parametrize(("reach", "seen"), [(0.1, False), (1.9, False), (2.1, True), (5.0, True)])
+def test_circle_is_as_wide_as_its_diameter(reach, seen):
+    _, widths = found(Domain.of(rings.circle((0, 0), 1)), reach)
+    assert len(widths) == 200 * seen
+    np.testing.assert_allclose(widths, 2, rtol=1e-4)
 
 
 BENDS = {
@@ -149,12 +161,55 @@ def test_corners_and_bends_are_no_gaps(domain, reach):
 def test_places_have_reaches_of_their_own():
     domain = Domain.of(rings.rectangle(0, 0, 4, 0.3))
     piece, s = np.array([0, 0, 0]), np.array([1.0, 2.0, 3.0])
-    places, widths, _ = gaps(domain, piece, s, np.array([0.2, 0.5, 0.4]))
-    np.testing.assert_allclose(places, [[2, 0], [3, 0]])
-    np.testing.assert_allclose(widths, 0.3)
+    gaps = Walls(domain).facing(piece, s, np.array([0.2, 0.5, 0.4]), np.zeros(3))
+    assert gaps.number.tolist() == [1, 2]
+    np.testing.assert_allclose(gaps.places, [[2, 0], [3, 0]])
+    np.testing.assert_allclose(gaps.feet, [[2, 0.3], [3, 0.3]])
+    np.testing.assert_allclose(gaps.widths, 0.3)
+    assert not gaps.inner.any()
 
 
 def test_no_places_have_no_gaps():
-    places, widths, _ = gaps(U_SHAPE, np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
-    assert places.shape == (0, 2)
-    assert widths.shape == (0,)
+    gaps = Walls(U_SHAPE).facing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+    assert gaps.places.shape == gaps.feet.shape == (0, 2)
+    assert gaps.widths.shape == (0,)
+
+
+INSIDE = (
+    "domain: {outer: {rectangle: [0, 0, 4, 1]}, lines: [{path: [[0, 0.4], [4, 0.4]]}, {path: [[3, 0.5], [1, 0.5]]}]}"
+)
+
+
+def test_lines_inside_have_gaps_on_both_sides():
+    gaps = everywhere(domain_of(INSIDE), 0.45)
+    np.testing.assert_allclose(np.abs(gaps.feet - gaps.places).sum(axis=1), gaps.widths, atol=1e-12)
+    ways = {tuple(np.sort([a, b]).round(9).tolist()) for a, b in zip(gaps.places[:, 1], gaps.feet[:, 1], strict=True)}
+    assert ways == {(0.0, 0.4), (0.4, 0.5)}
+    assert gaps.inner.all()
+
+
+def test_a_ring_behind_hides_what_is_beyond():
+    """Through a hole, or across what is outside, there is no gap."""
+    plate = Domain.of(rings.rectangle(0, 0, 4, 2), [rings.rectangle(1, 0.5, 3, 0.6)])
+    gaps = everywhere(plate, 1.95)
+    assert gaps.widths.min() == pytest.approx(0.5)
+    below = (gaps.places[:, 1] == 0) & (gaps.places[:, 0] > 1) & (gaps.places[:, 0] < 3)
+    np.testing.assert_allclose(gaps.feet[below, 1], 0.5)
+
+
+def test_widths_are_those_between_curves_not_their_chords():
+    annulus = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 1 - 1e-3)])
+    np.testing.assert_allclose(everywhere(annulus, 0.01).widths, 1e-3, rtol=1e-3)
+
+
+LENS = [rings.ArcTo((1, 0), (0, 20), True), rings.ArcTo((-1, 0), (0, -20), True)]
+
+
+@pytest.mark.parametrize("room", [0.1, 0.4])
+def test_two_lines_that_join_at_both_ends_are_a_gap_in_between(room):
+    domain = Domain.of(rings.path((-1, 0), LENS))
+    piece, s = np.zeros(200, np.int64), (np.arange(200) + 0.5) / 200 * domain.boundary.lengths[0]
+    gaps = Walls(domain).facing(piece, s, np.full(200, 0.6), np.full(200, room))
+    assert gaps.places[:, 0].min() == pytest.approx(room - 1, abs=0.01)
+    assert gaps.places[:, 0].max() == pytest.approx(1 - room, abs=0.01)
+    np.testing.assert_allclose(gaps.widths, 2 * np.abs(gaps.places[:, 1]), rtol=0.01)

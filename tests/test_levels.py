@@ -123,7 +123,7 @@ def test_narrow_neck_has_bubbles_side_by_side_at_every_level():
         d = spacing(wall)
         assert d.max() <= NECK / 2
         assert d.min() >= 0.05
-        assert spacing(np.array([[-2.9, 0.0]]))[0] == pytest.approx(min(0.05 * 2**number, 0.75), rel=0.1)
+        assert spacing(np.array([[-2.9, 0.0]]))[0] == pytest.approx(min(0.05 * 2**number, 2 / 3), rel=0.1)
 
 
 def test_curves_keep_their_shape_at_every_level():

@@ -1,64 +1,148 @@
-"""How far it is across the domain from places on its boundary."""
+"""How far it is from lines of a domain to those that face them: across necks, thin walls, layers and strips."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.geometry.boundary import Boundary, Polyline
+from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.domain import Domain
 
-__all__ = ["Gaps", "gaps", "opposite"]
+__all__ = ["Gaps", "Walls", "kept_within"]
 
-OFF_THE_WALL = 1e-6  # of a ray's length
+BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
+ROUNDING = 1e-9  # of a line's length
+WEDGE = 2.0  # widths: lines that meet are no walls of a gap so near to where they do
+PARALLEL = np.cos(np.radians(15))  # neither are they if they enclose a larger angle
 
 
 class Gaps(NamedTuple):
-    """Places (k, 2) on the boundary, distances (k,) to another wall, and the nearest points (k, 2) there."""
+    """Ways from places on lines, or from points, to others that face them.
 
-    places: Floats
-    widths: Floats
-    feet: Floats
-
-
-def gaps(domain: Domain, piece: Integers, s: Floats, reach: Floats) -> Gaps:
-    """Places (k, 2) on the boundary with another wall within reach, and the distances (k,) to it.
-
-    Parameters
+    Attributes
     ----------
-    domain : Domain
-    piece, s : (m,)
-        Boundary pieces and arc lengths of the places.
-    reach : (m,)
-        How far to look, square to the boundary.
-
-    Returns
-    -------
-    Gaps
-        On both sides of each gap, once for each wall that a ray from the place meets, with the shortest way to it.
+    number : (k,)
+        Of the place among those that were looked at.
+    places, feet : (k, 2)
+        The place, and the nearest point of what faces it.
+    widths : (k,)
+        Their distances.
+    inner : (k,)
+        Whether a line or point inside the domain is at one end.
     """
-    line, boundary = domain.polyline, domain.boundary
-    points, (tx, ty) = boundary.points(piece, s), boundary.tangents(piece, s).T
-    normal = reach[:, None] * np.column_stack([-ty, tx])
-    rays = shapely.linestrings(np.stack([points + OFF_THE_WALL * normal, points + normal], axis=1))
-    chords = shapely.linestrings(np.stack([line.points, line.points[line.successor]], axis=1))
-    ray, chord = shapely.STRtree(chords).query(rays, predicate="intersects")
-    apart = opposite(boundary, line, piece[ray], s[ray], chord, reach[ray])
-    ray, chord = ray[apart], chord[apart]
-    ways = shapely.get_coordinates(shapely.shortest_line(shapely.points(points[ray]), chords[chord]))
-    feet = ways.reshape(-1, 2, 2)[:, 1]
-    return Gaps(points[ray], np.hypot(*(feet - points[ray]).T), feet)
+
+    number: Integers
+    places: Floats
+    feet: Floats
+    widths: Floats
+    inner: Booleans
+
+    def kept(self, which: Integers | Booleans) -> "Gaps":
+        """Those of them."""
+        return Gaps(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
-def opposite(
-    boundary: Boundary, line: Polyline, piece: Integers, s: Floats, chord: Integers, reach: Floats
-) -> Booleans:
-    """Whether the chords (m,) belong to another wall than the places (m,), not to its bend or next corner."""
-    joints = np.column_stack([boundary.start, boundary.end])
-    other = line.piece[chord]
-    mine, theirs = joints[piece][:, :, None], joints[other][:, None, :]
-    joined = ((mine == theirs) & (mine >= 0)).any(axis=(1, 2))  # -1 is no corner
-    apart = np.abs(np.clip(s, line.s[chord], line.s[chord] + line.step[chord]) - s)
-    apart = np.where(boundary.closed[piece], np.minimum(apart, boundary.lengths[piece] - apart), apart)
-    return np.where(piece == other, apart > np.pi / 2 * reach, ~joined)
+@dataclass(frozen=True)
+class Walls:
+    """All lines of a domain, its rings and those inside, as chords among which to look for gaps."""
+
+    domain: Domain
+
+    @cached_property
+    def chords(self) -> Chords:
+        """The chords."""
+        return self.domain.boundary.chords()
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """The chords in space."""
+        return shapely.STRtree(shapely.linestrings(np.stack([self.chords.start, self.chords.end], axis=1)))
+
+    def facing(self, piece: Integers, s: Floats, reach: Floats, room: Floats) -> Gaps:
+        """What faces places on the lines: on the left of rings, on both sides of lines inside the domain.
+
+        Parameters
+        ----------
+        piece, s : (m,)
+            Pieces and arc lengths of the places.
+        reach : (m,)
+            How far to look, square to the lines.
+        room : (m,)
+            Two lines that join at both ends are walls of a gap only farther than that from these.
+
+        Returns
+        -------
+        Gaps
+            The nearest one for each place and side that has any.
+        """
+        boundary, chords = self.domain.boundary, self.chords
+        both = np.flatnonzero(boundary.inner[piece])
+        number, side = np.append(np.arange(len(piece)), both), np.repeat([1.0, -1.0], [len(piece), len(both)])
+        piece, s, reach, room = piece[number], s[number], reach[number], room[number]
+        points, tangents = boundary.points(piece, s), boundary.tangents(piece, s)
+        normals = side[:, None] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+        rays = np.stack([points, points + reach[:, None] * normals], axis=1)
+        ray, chord = self.tree.query(shapely.linestrings(rays), predicate="intersects")
+        at, leaves = self._crossings(points[ray], normals[ray], chord)
+        beyond = np.full(len(points), np.inf)
+        np.minimum.at(beyond, ray[leaves], at[leaves])
+        seen = at <= beyond[ray]
+        ray, chord, at = ray[seen], chord[seen], at[seen]
+        foot = self._feet(points[ray], chord)
+        feet = boundary.points(chords.piece[chord], foot)
+        widths = np.hypot(*(feet - points[ray]).T)
+        apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, foot, widths, room[ray])
+        inner = boundary.inner[piece[ray]] | boundary.inner[chords.piece[chord]]
+        found = Gaps(number[ray], points[ray], feet, widths, inner).kept(apart)
+        nearest = np.lexsort((at[apart], ray[apart]))
+        nearest = nearest[np.diff(ray[apart][nearest], prepend=-1) != 0]
+        return kept_within(self.domain, found.kept(nearest))
+
+    def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
+        """How far (m,) along rays from ``points`` (m, 2) their chords are, and which rays leave the domain there."""
+        (dx, dy), (ax, ay) = directions.T, (self.chords.start[chord] - points).T
+        cx, cy = (self.chords.end[chord] - self.chords.start[chord]).T
+        sine = dx * cy - dy * cx
+        ring = ~self.domain.boundary.inner[self.chords.piece[chord]]
+        with np.errstate(divide="ignore", invalid="ignore"):  # along the ray: no number, and nothing that it meets
+            return (ax * cy - ay * cx) / sine, ring & (sine > 0)
+
+    def _feet(self, points: Floats, chord: Integers) -> Floats:
+        """Arc lengths (m,) of the points of the curves beside the nearest points of their chords."""
+        chords = self.chords
+        start, delta = chords.start[chord], chords.end[chord] - chords.start[chord]
+        share = np.clip(((points - start) * delta).sum(axis=1) / (delta**2).sum(axis=1), 0, 1)
+        return np.asarray(chords.s[chord] + share * chords.step[chord])
+
+    def _opposite(
+        self,
+        piece: Integers,
+        s: Floats,
+        tangents: Floats,
+        chord: Integers,
+        foot: Floats,
+        widths: Floats,
+        room: Floats,
+    ) -> Booleans:
+        """Whether feet (m,) on the chords belong to another wall than the places, not to its bend or next corner."""
+        boundary, chords = self.domain.boundary, self.chords
+        other, length, along = chords.piece[chord], boundary.lengths[piece], np.abs(foot - s)
+        along = np.where(boundary.closed[piece], np.minimum(along, length - along), along)
+        start, end = boundary.start[piece], boundary.end[piece]
+        ends = np.stack([boundary.start[other], boundary.end[other]])
+        at_start, at_end = ((mine == ends).any(axis=0) & (mine >= 0) for mine in (start, end))  # -1 is no corner
+        dx, dy = (chords.end[chord] - chords.start[chord]).T
+        cosine = np.abs(tangents[:, 0] * dx + tangents[:, 1] * dy) / np.hypot(dx, dy)
+        slender = (cosine > PARALLEL) & (np.minimum(s, length - s) > np.maximum(room, WEDGE * widths))
+        bent = (along > BEND * widths + ROUNDING * length) & ((start != end) | boundary.closed[piece] | slender)
+        return np.where(piece == other, bent, ~(at_start | at_end) | (at_start & at_end & slender))
+
+
+def kept_within(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
+    """Those gaps of which some parts of the way are in the domain, not across what is outside of it."""
+    between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
+    return gaps.kept(np.all(between, axis=0))

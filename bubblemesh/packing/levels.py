@@ -12,10 +12,10 @@ from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.connection import Net
 from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
-from bubblemesh.spacing.grading import GROWTH
+from bubblemesh.spacing.grading import GROWTH, graded
+from bubblemesh.spacing.narrows import Filling
 from bubblemesh.spacing.quadtree import Leaves, leaves
 from bubblemesh.spacing.refinement import coarse_curves, short_pieces
-from bubblemesh.spacing.rules import resolving_gaps
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
@@ -91,7 +91,8 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
 
     loose = Spacing(enlarged, factor * spacing.floor)
     limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
-    limited = resolving_gaps(domain, loose, GROWTH, ACROSS, limits).spacing
+    narrow = Filling(ACROSS, GROWTH, spacing)(domain, loose)
+    limited = graded(domain, loose, GROWTH, limits.joined(narrow)).spacing
     if limited is loose:
         return loose
     return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)

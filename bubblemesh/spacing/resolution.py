@@ -7,13 +7,12 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.background import Background
-from bubblemesh.spacing.refinement import Sources
+from bubblemesh.spacing.refinement import FINEST, Sources
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["CELL", "FINEST", "PAIRS", "Sampled", "places", "reaching", "resolved", "whole"]
 
 CELL = 2.0  # spacings: largest side of a cell
-FINEST = 0.25  # spacings: largest side of a cell from which a limit starts
 COARSEST = 1 / 32  # of the domain's size: spots as large as that are not passed over
 SPLITS = 1000
 SAMPLES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of a cell, from its centre
@@ -32,7 +31,7 @@ class Sampled:
     d : (n, 5)
         Spacing at the centres and corners, whether or not they lie in the domain.
     finest : (n,)
-        Size of the finest source in each cell, infinite where there is none.
+        Largest side that its sources allow for each cell, infinite where there is none.
     """
 
     grid: Background
@@ -42,7 +41,7 @@ class Sampled:
 
     def largest(self, coarsest: float) -> Floats:
         """Largest sides (n,) of cells that resolve the spacing and the sources."""
-        wanted = np.minimum(CELL * self.d.min(axis=1), FINEST * self.finest)
+        wanted = np.minimum(CELL * self.d.min(axis=1), self.finest)
         return np.where(self.inside & self.grid.divisible, np.minimum(wanted, coarsest), np.inf)
 
     def slopes(self) -> Floats:
@@ -78,9 +77,9 @@ def resolved(sampled: Sampled, domain: Domain, spacing: Spacing, sources: Source
 
 
 def _finest(grid: Background, sources: Sources) -> Floats:
-    """Size (n,) of the finest source in each cell, infinite where there is none."""
+    """Largest side (n,) that its sources allow for each cell, infinite where there is none."""
     finest = np.full(len(grid), np.inf)
-    np.minimum.at(finest, grid.located(sources.points), sources.sizes)
+    np.minimum.at(finest, grid.located(sources.points), sources.cells)
     return finest
 
 

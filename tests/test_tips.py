@@ -5,8 +5,9 @@ import pytest
 import shapely
 from partitions import domain_of
 
-from bubblemesh.compromises import narrow_strips, sharp_angles
-from bubblemesh.geometry.strips import beside, inner_samples, tips
+from bubblemesh.compromises import narrow_parts, sharp_angles
+from bubblemesh.geometry.gaps import Walls
+from bubblemesh.geometry.tips import ahead, tips
 from bubblemesh.spacing.spacing import Spacing
 
 UNIT = "domain: {outer: {rectangle: [0, 0, 1, 1]}, "
@@ -58,14 +59,14 @@ NARROW = {
 @pytest.mark.parametrize(("text", "width", "place"), NARROW.values(), ids=NARROW)
 def test_what_leaves_a_narrow_strip_is_told_with_its_width_and_place(text, width, place):
     domain = domain_of(UNIT + text)
-    (warning,) = narrow_strips(domain, uniform(0.1))
+    (warning,) = narrow_parts(domain, uniform(0.1))
     assert warning.startswith("what is inside the domain leaves a strip of 0.0")
     found, at = width_and_place(warning)
     assert found == pytest.approx(width, rel=0.05)
     assert "narrower than the spacing there (0.1)" in warning
     if place is not None:
         assert np.hypot(*np.subtract(at, place)) < 0.035
-    assert narrow_strips(domain, uniform(0.95 * width)) == []
+    assert narrow_parts(domain, uniform(0.95 * width)) == []
 
 
 WIDE = {
@@ -84,7 +85,7 @@ WIDE = {
 
 @pytest.mark.parametrize("text", WIDE.values(), ids=WIDE)
 def test_no_false_alarm(text):
-    assert narrow_strips(domain_of(UNIT + text), uniform(0.1)) == []
+    assert narrow_parts(domain_of(UNIT + text), uniform(0.1)) == []
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -101,22 +102,27 @@ def test_the_width_is_the_least_distance_of_all(seed):
     domain = domain_of(UNIT + text + lines(*(one.coords for one in made[1:])))
     made += [shapely.Point(p) for p in points]
     least = min(shapely.distance(a, b) for k, a in enumerate(made) for b in made[:k])
-    (warning,) = narrow_strips(domain, uniform(2 * least))
+    (warning,) = narrow_parts(domain, uniform(2 * least))
     assert width_and_place(warning)[0] == pytest.approx(least, rel=1e-2)
 
 
-def test_samples_are_as_near_to_each_other_as_asked_for():
-    b = domain_of(UNIT + "holes: [{circle: {center: [0.92, 0.9], radius: 0.05}}], " + lines(HORIZONTAL)).boundary
-    piece, s = inner_samples(b, 0.07)
-    assert set(b.inner[piece].tolist()) == {True}
-    np.testing.assert_allclose(s, (np.arange(9) + 0.5) / 15)
-    assert len(beside(b, piece, s, np.full(9, 0.49)).widths) == 0
-    np.testing.assert_allclose(beside(b, piece, s, np.full(9, 0.51)).widths, 0.5)
-
-
-def test_tips_are_the_inner_corners():
-    b = domain_of(UNIT + "points: [{at: [0.5, 0.9]}, {at: [1, 0.5]}], " + lines([(0.5, 0), (0.5, 0.5)])).boundary
-    assert sorted(map(tuple, b.corners[tips(b)].tolist())) == [(0.5, 0.5), (0.5, 0.9)]
+def test_tips_are_ends_and_sharp_bends_and_points():
+    text = (
+        "points: [{at: [0.5, 0.9]}, {at: [1, 0.5]}], "
+        "holes: [{polygon: [[0.7, 0.7], [0.8, 0.7], [0.9, 0.8], [0.8, 0.8]]}], "
+        + lines([(0.5, 0), (0.5, 0.5)], [(0.1, 0.1), (0.2, 0.2), (0.3, 0.2), (0.1, 0.3)])
+    )
+    domain = domain_of(UNIT + text)
+    found = tips(domain)
+    assert sorted(map(tuple, domain.boundary.corners[found.corner].tolist())) == [
+        (0.1, 0.1),
+        (0.1, 0.3),
+        (0.3, 0.2),
+        (0.5, 0.5),
+        (0.5, 0.9),
+        (0.7, 0.7),
+        (0.9, 0.8),
+    ]
 
 
 @pytest.mark.parametrize("turn", range(0, 360, 30))
@@ -137,3 +143,27 @@ def test_of_many_sharp_angles_the_worst_are_told():
     warnings = sharp_angles(domain_of(UNIT + lines(teeth)))
     assert len(warnings) == 6
     assert warnings[-1] == "12 more angles are below 5 degrees"
+
+
+def test_the_nearest_thing_ahead_of_a_tip_is_found():
+    text = "holes: [{rectangle: [0.4, 0.6, 0.6, 0.61]}], " + lines([(0.5, 0.2), (0.5, 0.5)])
+    domain = domain_of(UNIT + text)
+    walls, found = Walls(domain), tips(domain)
+    gaps = ahead(walls, found, np.full(len(found.corner), 0.25))
+    places, feet = (map(tuple, ends.tolist()) for ends in (gaps.places, gaps.feet))
+    seen = dict(zip(places, zip(feet, gaps.widths, gaps.inner, strict=True), strict=True))
+    assert seen[0.5, 0.5] == ((0.5, 0.6), pytest.approx(0.1), True)
+    assert seen[0.5, 0.2] == ((0.5, 0), pytest.approx(0.2), True)
+    # The other side of the hole is near as well, but not within the domain.
+    assert seen[0.4, 0.6] == ((0.5, 0.5), pytest.approx(0.1 * np.sqrt(2)), True)
+    assert (0.4, 0.61) not in seen
+
+
+def test_tips_do_not_see_the_lines_that_they_belong_to():
+    """However short the pieces of a line are: what follows it is behind its end."""
+    angle = np.linspace(0, np.pi / 2, 60)
+    arc = [(0.2 + 0.5 * float(np.sin(a)), 0.2 + 0.5 * float(1 - np.cos(a))) for a in angle]
+    domain = domain_of(UNIT + lines(arc))
+    found = tips(domain)
+    assert len(found.corner) == 2
+    assert len(ahead(Walls(domain), found, np.full(2, 0.19)).widths) == 0
