@@ -7,7 +7,8 @@ from lattices import uniform
 from bubblemesh.case import load_case
 from bubblemesh.pipeline import mesh_case
 from bubblemesh.problem import prepared
-from bubblemesh.spacing.grading import Graded
+from bubblemesh.spacing import sides
+from bubblemesh.spacing.grading import Graded, graded
 from bubblemesh.spacing.refinement import Sources
 from bubblemesh.spacing.sides import across_sides, finest, packable_across
 from bubblemesh.spacing.spacing import Spacing
@@ -115,3 +116,16 @@ def test_a_limit_of_growth_is_no_compromise():
     case = "{value: 0.2, near: {point: [0.5, 0.5], size: 0.004, growth: 1}, growth: 0.4}"
     assert problem_of(case).warnings == ()
     assert "it is held to 0.4" in problem_of(case.replace(", growth: 0.4", "")).warnings[0]
+
+
+def test_grading_across_the_sides_ends(monkeypatch):
+    graded_times = []
+
+    def counted(*arguments):
+        graded_times.append(arguments)
+        return graded(*arguments)
+
+    monkeypatch.setattr(sides, "graded", counted)
+    problem = problem_of("{value: 0.2, near: {point: [0.02, 0.03], size: 0.004}}", BOTH)
+    assert len(graded_times) <= 4
+    assert problem.spacing is problem.tied.spacing

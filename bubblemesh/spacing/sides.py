@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["across_sides", "finest", "packable_across"]
 
-ALIKE = 0.05  # relative difference of the spacings of both sides that is none: grading is no more exact
+ALIKE = 0.1  # relative difference of the spacings of both sides that is none: grading is no more exact
 PASSES = 10  # across the sides: what comes in through one of them may leave through another one
 
 
@@ -33,24 +34,24 @@ def across_sides(domain: Domain, ruled: Graded) -> Graded:
     if len(sources) == 0:
         return ruled
     growth = GROWTH if ruled.growth is None else ruled.growth
-    tied = _settled(domain, sources, lambda sources: graded(domain, ruled.spacing, growth, sources))
+    tied = _settled(domain, ruled, sources, lambda ruled, sources: graded(domain, ruled.spacing, growth, sources))
     return tied if ruled.growth is None else replace(tied, steepest=ruled.steepest)
 
 
 def packable_across(domain: Domain, ruled: Graded, sources: Sources) -> Graded:
     """The spacing, made `packable`, also across periodic sides."""
-    return _settled(domain, sources, lambda sources: packable(domain, ruled, sources))
+    return _settled(domain, ruled, sources, partial(packable, domain))
 
 
-def _settled(domain: Domain, sources: Sources, grade: Callable[[Sources], Graded]) -> Graded:
+def _settled(domain: Domain, ruled: Graded, sources: Sources, grade: Callable[[Graded, Sources], Graded]) -> Graded:
     """What grading leads to from the sources, and from what they make fine across the sides."""
-    result = grade(sources)
-    for _ in range(PASSES):
+    result, before = grade(ruled, sources), Sources.none()
+    for _ in range(PASSES if result is not ruled else 0):
         more = _finer_opposite(domain, result.spacing)
-        if len(more) == 0:
+        if len(more) == 0 or np.array_equal(more.points, before.points):  # told in vain
             break
-        sources = sources.joined(more)
-        result = grade(sources)
+        sources, before = sources.joined(more), more
+        result = grade(ruled, sources)
     return result
 
 
