@@ -124,9 +124,10 @@ def _posed(
     field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
+    spots = field.spots
 
     def at(scale: float | None) -> Spacing:
-        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)))
+        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)), spots=spots)
 
     task, rules = task_of(case), rules_of(case)
     rules = replace(rules, growth=rules.growth or GROWTH)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import shapely
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
@@ -29,6 +30,7 @@ __all__ = ["Wanted", "limits_of", "nodes_of", "rules_of", "wanted_of"]
 
 UNLIMITED = (0.0, np.inf)
 NO_RULES = Rules()
+APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
     terms, value = _mapping(case), _value(case, domain)
     limits, near, sampled = _limits_within(terms, case, domain), _near(terms, domain), sampled_terms(terms)
     found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in sampled.items())
-    spots = np.array([*_spots(terms, domain)], float).reshape(-1, 2)
+    spots = np.vstack([*_spots(terms, domain), *(data.spots for data in sampled.values())])
     astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in sampled.items()))
 
     def at(scale: float | None) -> Spacing:
@@ -146,15 +148,18 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
         yield Near(distance, size, growth)
 
 
-def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[tuple[float, float]]:
-    """Points near which the spacing is fine."""
+def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
+    """Points (k, 2) near which the spacing is fine; the boundary and what is embedded are looked at anyhow."""
     labels, models = set(terms.labels), tuple[NearModel, ...](several(terms.near))
     for near in models:
         if isinstance(near, NearLabel):
             labels.add(near.label)
+        elif isinstance(near, NearPoint):
+            yield np.array([near.point])
         else:
-            yield from [near.point] if isinstance(near, NearPoint) else near.line
-    yield from (at for at, label in domain.parts.points if label in labels)
+            line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
+            yield shapely.get_coordinates(line)
+    yield np.array([at for at, label in domain.parts.points if label in labels]).reshape(-1, 2)
 
 
 def _distance(near: NearModel, domain: Domain) -> Distance:

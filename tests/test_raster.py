@@ -73,3 +73,11 @@ def test_values_that_are_none_are_named_with_row_column_and_place():
 def test_shapes_and_coordinates_must_fit(x, y, values, message):
     with pytest.raises(CaseError, match=message):
         Raster.of(np.asarray(x, float), np.asarray(y, float), values)
+
+
+def test_spots_are_fine_pixels_with_coarse_ones_around():
+    values = np.full((5, 7), 0.3)
+    values[2, 3] = values[2, 4] = 0.1
+    values[4, 0] = 0.29
+    spots = Raster.within((0, 0, 7, 5), values).spots
+    assert sorted(map(tuple, spots)) == [(3.5, 2.5), (4.5, 2.5)]

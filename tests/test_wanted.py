@@ -179,7 +179,9 @@ def test_the_term_that_is_no_spacing_is_named(spacing, own, message):
 
 def test_places_where_it_may_be_fine_are_known():
     terms = "{near: [{point: [1, 0.2], size: 0.1}, {line: [[0, 0.5], [4, 0.5]], size: 0.05}], labels: {well: 0.1}}"
-    assert wanted(terms).spots.tolist() == [[1, 0.2], [0, 0.5], [4, 0.5], [3.5, 1.5]]
+    found = wanted(terms).spots.tolist()
+    assert [found[k] for k in (0, 1, -2, -1)] == [[1, 0.2], [0, 0.5], [4, 0.5], [3.5, 1.5]]
+    assert {y for _, y in found[1:-1]} == {0.5}
     assert len(wanted("0.1").spots) == 0
 
 
@@ -201,3 +203,22 @@ SCALED = [
 @pytest.mark.parametrize(("spacing", "expected"), SCALED, ids=[spacing for spacing, _ in SCALED])
 def test_without_a_value_the_maximum_is_scaled_like_one(spacing, expected):
     np.testing.assert_allclose(values(spacing), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("terms", "at", "size"),
+    [
+        ("near: {point: [0.71, 0.43], size: 0.001, growth: 20}", (0.71, 0.43), 0.001),
+        ("near: {line: [[0.61, 0.83], [1.31, 0.83]], size: 0.002, growth: 20}", (1.111, 0.83), 0.002),
+        ("scattered: {points: [[0, 0, 0.2], [2, 0, 0.2], [2, 1, 0.2], [0, 1, 0.2], %s]}", (1.31, 0.62), 0.003),
+    ],
+)
+def test_small_spots_of_terms_are_not_passed_over(terms, at, size):
+    x, y = at
+    ring = ", ".join(f"[{x + u}, {y + v}, 0.2]" for u, v in ((0.01, 0), (-0.01, 0), (0, 0.01), (0, -0.01)))
+    points = f"[{x}, {y}, {size}], {ring}"
+    text = "domain: {outer: {rectangle: [0, 0, 2, 1]}}\nspacing: {maximum: 0.2, growth: 0.2, %s}"
+    problem = prepared(load_case("-", text=text % (terms % points if "%s" in terms else terms)))
+    away = np.add(at, [[0, 0], [0, 0.01], [0, 0.1]])
+    np.testing.assert_allclose(problem.spacing(away), size + 0.2 * np.array([0, 0.01, 0.1]), rtol=0.05)
+    assert problem.survey.minimum == pytest.approx(size, rel=0.01)

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.location import Locator
 from bubblemesh.spacing.rim import Rim
-from bubblemesh.spacing.samples import require_positive
+from bubblemesh.spacing.samples import require_positive, spots
 from bubblemesh.triangulation import doubled_areas
 from bubblemesh.wording import place
 
@@ -94,6 +94,11 @@ class Field:
         corners = self.points[self.triangles.ravel()]
         (x0, y0), (x1, y1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
         return x0, y0, x1, y1
+
+    @property
+    def spots(self) -> Floats:
+        """Nodes (k, 2) at which it is fine over a short distance."""
+        return spots(self.points, self.triangles.ravel(), np.roll(self.triangles, -1, axis=1).ravel(), self.values)
 
     def scaled(self, factor: float) -> Self:
         """The field with all values multiplied."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.spacing.samples import require_positive
+from bubblemesh.spacing.samples import require_positive, spots
 from bubblemesh.wording import place
 
 __all__ = ["Raster"]
@@ -84,6 +84,15 @@ class Raster:
         """Box (x0, y0, x1, y1) of the pixels; without an end where there is only one, whose size nothing tells."""
         (x0, x1), (y0, y1) = _reach(self.x), _reach(self.y)
         return x0, y0, x1, y1
+
+    @property
+    def spots(self) -> Floats:
+        """Centres (k, 2) of pixels at which it is fine over a short distance."""
+        x, y = np.meshgrid(self.x, self.y)
+        number = np.arange(x.size).reshape(x.shape)
+        first = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
+        last = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
+        return spots(np.column_stack([x.ravel(), y.ravel()]), first, last, self.values.ravel())
 
     def scaled(self, factor: float) -> Self:
         """The raster with all values multiplied."""

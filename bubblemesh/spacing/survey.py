@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.triangulation import triangulated
+from bubblemesh.triangulation import doubled_areas, triangulated
 from bubblemesh.wording import place
 
 __all__ = ["Extremes", "Survey", "extremes", "ideal_nodes", "rough_nodes", "surveyed"]
@@ -60,10 +60,10 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     triangles = _resolved(domain)
     found = _extremes(triangles, domain, spacing)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
-        raise CaseError(
-            f"{spacing.key(np.array(found.minimum_at))}: falls to {found.minimum:.3g} at {place(found.minimum_at)}: it "
-            "has to be positive in the whole domain"
-        )
+        with at_key(*spacing.key(np.array(found.minimum_at))):
+            raise CaseError(
+                f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
+            )
     return Survey(*found, _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE))
 
 
@@ -99,7 +99,7 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     triangles, intervals = _resolved(domain), _intervals(domain)
     middles, piece = triangles.mean(axis=1), intervals[:, 0].astype(np.int64)
     sides = domain.boundary.points(piece, intervals[:, 1:].mean(axis=1))
-    weight, lengths = _doubled_areas(triangles) / np.sqrt(3), intervals[:, 2] - intervals[:, 1]
+    weight, lengths = np.abs(doubled_areas(triangles)) / np.sqrt(3), intervals[:, 2] - intervals[:, 1]
 
     def count(spacing: Spacing) -> float:
         inverse = 1 / spacing(np.vstack([middles, sides]))
@@ -231,13 +231,7 @@ def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
     middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
     d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
     with np.errstate(over="ignore", divide="ignore"):  # no nodes, or more than any limit
-        return _doubled_areas(triangles) / np.sqrt(3) * (1 / d**2).mean(axis=1)
-
-
-def _doubled_areas(triangles: Floats) -> Floats:
-    """Twice the areas (t,) of triangles (t, 3, 2)."""
-    (ux, uy), (vx, vy) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
-    return np.abs(ux * vy - uy * vx)
+        return np.abs(doubled_areas(triangles)) / np.sqrt(3) * (1 / d**2).mean(axis=1)
 
 
 def _halved_intervals(intervals: Floats) -> Floats:
