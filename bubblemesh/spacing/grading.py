@@ -88,7 +88,7 @@ def graded(domain: Domain, spacing: Spacing, growth: float, sources: Sources) ->
     # The vertices beside the boundary may all lie outside.
     rim = _on_boundary(domain, spacing)
     walls, sides = thin_walls(domain, spacing)
-    small = fine.joined(Sources(walls, sides / FINEST))
+    small = fine.joined(Sources(walls, np.full(len(walls), np.inf), sides))
     sampled = resolved(sampled, domain, spacing, small, np.inf)
     grid, values = sampled.grid, np.full(len(sampled.grid.vertices.key), np.inf)
     for _ in range(ROUNDS):
