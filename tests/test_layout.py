@@ -1,6 +1,8 @@
 """Who imports whom: data flows one way, and each library has one place."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -108,3 +110,20 @@ def test_every_room_of_the_package_is_known():
         "problem",
     }
     assert rooms == set(MAY_IMPORT) | top | {"resources", "streams", "summary"}
+
+
+def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path):
+    code = (
+        "import sys\n"
+        "from bubblemesh.cli import app\n"
+        "app(['run', sys.argv[1], '-q', '-o', 'out'], standalone_mode=False)\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}))\n"
+    )
+    case = tmp_path / "case.yaml"
+    case.write_text("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: {value: 0.2, growth: 0.2}\n")
+    run = subprocess.run(
+        [sys.executable, "-c", code, str(case)], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    loaded = set(run.stdout.split())
+    assert "meshio" in loaded
+    assert not loaded & {"scipy", "matplotlib", "PIL", "distributed", "ezdxf", "pyogrio", "svgelements"}

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
@@ -59,6 +58,9 @@ class Scales:
 
     def at(self, aim: float) -> float:
         """The scale for a number of nodes between the ends."""
+        # Imported here since it takes longer than meshing a small case, and most cases have no wanted number.
+        from scipy.optimize import brentq
+
         guess = (self.rough(0.0) - aim) / 2  # where the number goes with the inverse square of the scale
         reach = 1.0
         while reach < 2 * WIDEST and not self.rough(guess + reach) <= aim <= self.rough(guess - reach):

@@ -1,7 +1,6 @@
 """A spacing given by values at scattered points."""
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
@@ -25,6 +24,9 @@ def scattered(points: Floats, values: Floats) -> Field:
         If a coordinate is no number, a value is not positive and finite, points at one place have different values, or
         all lie on a line; the text names the point, from 0, and its place.
     """
+    # Imported here since it takes as long as meshing a small case, and other spacings do without.
+    from scipy.spatial import Delaunay, QhullError
+
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(bad):
         raise CaseError(f"point {bad[0]} (from 0), {place(points[bad[0]])}, has a coordinate that is no number")
