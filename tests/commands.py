@@ -1,5 +1,8 @@
 """The command line run inside the tests, and what it may not do to the files around it."""
 
+from contextlib import chdir
+from types import SimpleNamespace
+
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app
@@ -16,6 +19,13 @@ def command(*arguments, stdin=None):
     assert "Traceback" not in result.stderr, result.stderr
     assert result.exit_code != 1, result.stderr
     return result.exit_code, result.stdout, result.stderr
+
+
+def within(*arguments, folder):
+    """Run a command in ``folder``, as a process of its own would, its streams as bytes; this is sooner done."""
+    with chdir(folder):
+        result = CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
+    return SimpleNamespace(returncode=result.exit_code, stdout=result.stdout_bytes, stderr=result.stderr_bytes)
 
 
 def refused(folder, text, exit_code, *options, check=True):

@@ -9,6 +9,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from commands import within
 from invariants import check_mesh
 from scipy.spatial import KDTree
 
@@ -198,13 +199,9 @@ def test_too_few_nodes_for_the_domain_are_refused(plate):
 
 
 def command(*arguments, folder):
-    return subprocess.run(
-        [sys.executable, "-m", "bubblemesh", *map(str, arguments)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    done = within(*arguments, folder=folder)
+    done.stdout, done.stderr = done.stdout.decode(), done.stderr.decode()
+    return done
 
 
 @pytest.fixture(scope="module")

@@ -4,18 +4,15 @@ import json
 import os
 import subprocess
 import sys
-from contextlib import chdir
 from pathlib import Path
-from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
 from commands import command
-from typer.testing import CliRunner
+from commands import within as bubblemesh
 
 from bubblemesh import __version__
-from bubblemesh.cli import app
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 QUICKSTART = CONFIGS / "quickstart.yaml"
@@ -48,13 +45,6 @@ def separately(*arguments, folder, stdin=None):
         env=environment,
         timeout=120,
     )
-
-
-def bubblemesh(*arguments, folder):
-    """The same within this process, which is sooner done."""
-    with chdir(folder):
-        result = CliRunner().invoke(app, [*map(str, arguments)], env={"COLUMNS": "200"})
-    return SimpleNamespace(returncode=result.exit_code, stdout=result.stdout_bytes, stderr=result.stderr_bytes)
 
 
 def failed(process, exit_code):

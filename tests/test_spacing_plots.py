@@ -1,8 +1,6 @@
 """Pictures of the wanted spacing, and what an estimate tells."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+from commands import within
 from invariants import check_mesh
 from matplotlib.colors import LogNorm, Normalize
 
@@ -152,13 +151,9 @@ def folder(tmp_path):
 
 
 def command(*arguments, folder):
-    return subprocess.run(
-        [sys.executable, "-m", "bubblemesh", *map(str, arguments)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    done = within(*arguments, folder=folder)
+    done.stdout, done.stderr = done.stdout.decode(), done.stderr.decode()
+    return done
 
 
 @pytest.mark.parametrize("start", [["check", "wide.yaml"], ["run", "wide.yaml", "--dry-run"]], ids=["check", "dry run"])
