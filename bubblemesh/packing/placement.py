@@ -143,8 +143,10 @@ def _corners(cells: Integers) -> Integers:
 
 def _distinct(cells: Integers) -> Integers:
     """The cells (k, 2) in order, each once."""
-    ordered = cells[np.lexsort(cells.T[::-1])]
-    return ordered[np.append(True, (np.diff(ordered, axis=0) != 0).any(axis=1))]
+    # As complex numbers, which hold such integers exactly, pairs are sorted several times faster.
+    ordered = np.sort(cells.astype(float).view(complex).ravel())
+    ordered = ordered[np.append(True, ordered[1:] != ordered[:-1])]
+    return np.column_stack([ordered.real, ordered.imag]).astype(np.int64)
 
 
 def _children(cells: Integers) -> Integers:
