@@ -226,7 +226,6 @@ def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], 
         wanted, rules = asked.at(scale), asked.rules
         survey = surveyed(domain, wanted, max_nodes)
         ruled = rules(domain, wanted.floored(survey.minimum / 2), max_nodes)
-        wanted = ruled.spacing
         tied = across_sides(domain, ruled)
         wanted = tied.spacing
         if max(ruled.ratio, tied.ratio) > 1:

@@ -13,6 +13,17 @@ from bubblemesh.problem import prepared
 from bubblemesh.quality import signed_areas
 from bubblemesh.triangulation import regions
 
+# Outline whose left and right sides are arcs, one the other moved.
+MOONS = """
+  outer:
+    path:
+      - [0, 0]
+      - {to: [2, 0], label: bottom}
+      - {arc: {to: [2, 1], center: [2, 0.5], turn: left}, label: right}
+      - {to: [0, 1], label: top}
+      - {arc: {to: [0, 0], center: [0, 0.5], turn: right}, label: left}
+"""
+
 
 def domain_of(text):
     """The checked domain of a case text without a spacing."""

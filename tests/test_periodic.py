@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from partitions import check_net, domain_of, packed
+from partitions import MOONS, check_net, domain_of, packed
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
@@ -16,16 +16,6 @@ domain:
       - {spline: {through: [[2.2, 0.3], [1.9, 0.7], [2, 1]]}, label: right}
       - {to: [0, 1], label: top}
       - {spline: {through: [[-0.1, 0.7], [0.2, 0.3], [0, 0]]}, label: left}
-"""
-MOONS = """
-domain:
-  outer:
-    path:
-      - [0, 0]
-      - {to: [2, 0], label: bottom}
-      - {arc: {to: [2, 1], center: [2, 0.5], turn: left}, label: right}
-      - {to: [0, 1], label: top}
-      - {arc: {to: [0, 0], center: [0, 0.5], turn: right}, label: left}
 """
 DISCS = """  regions:
     - {name: a, ring: {circle: {center: [1, 0.5], radius: 0.3}}}
@@ -61,7 +51,7 @@ LEFT_RIGHT, BOTTOM_TOP = ("left", "right", (2, 0)), ("bottom", "top", (0, 1))
         pytest.param(SQUARE, [LEFT_RIGHT], id="straight"),
         pytest.param(SQUARE, [LEFT_RIGHT, BOTTOM_TOP], id="two directions"),
         pytest.param(SQUARE + DISCS, [LEFT_RIGHT, BOTTOM_TOP], id="regions on the sides"),
-        pytest.param(MOONS, [LEFT_RIGHT, BOTTOM_TOP], id="arcs"),
+        pytest.param("domain:" + MOONS, [LEFT_RIGHT, BOTTOM_TOP], id="arcs"),
         pytest.param(WAVES, [LEFT_RIGHT, BOTTOM_TOP], id="splines"),
         pytest.param(
             SQUARE + "  lines:\n    - {path: [[0.4, 0.5], [2, 0.7]]}\n    - {path: [[0, 0.7], [0.2, 0.6]]}\n",
@@ -69,7 +59,7 @@ LEFT_RIGHT, BOTTOM_TOP = ("left", "right", (2, 0)), ("bottom", "top", (0, 1))
             id="lines end at the sides",
         ),
         pytest.param(
-            MOONS + "  holes:\n    - {circle: {center: [0.82, 0.5], radius: 0.3}}\n",
+            "domain:" + MOONS + "  holes:\n    - {circle: {center: [0.82, 0.5], radius: 0.3}}\n",
             [LEFT_RIGHT],
             id="narrow beside one",
         ),

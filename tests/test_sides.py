@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from lattices import uniform
+from partitions import MOONS
 
 from bubblemesh.case import load_case
 from bubblemesh.pipeline import mesh_case
@@ -16,15 +17,6 @@ from bubblemesh.summary import estimate
 
 SQUARE = "outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}"
 ONE, BOTH = "[[left, right]]", "[[left, right], [bottom, top]]"
-MOONS = """
-  outer:
-    path:
-      - [0, 0]
-      - {to: [2, 0], label: bottom}
-      - {arc: {to: [2, 1], center: [2, 0.5], turn: left}, label: right}
-      - {to: [0, 1], label: top}
-      - {arc: {to: [0, 0], center: [0, 0.5], turn: right}, label: left}
-"""
 POINTS = np.random.default_rng(3).uniform([0, 0], [2, 1], (2000, 2))
 
 
