@@ -12,7 +12,7 @@ from time import process_time
 from typing import Any
 
 from bubblemesh.case import load_case
-from bubblemesh.pipeline import mesh_case
+from bubblemesh.run.pipeline import mesh_case
 
 __all__ = ["VARIANTS", "renewed", "tables"]
 

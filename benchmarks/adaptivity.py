@@ -16,7 +16,7 @@ from skfem.models.poisson import laplace
 
 import bubblemesh
 from benchmarks.ablation import renewed
-from bubblemesh.adaptivity.exact import true_error
+from bubblemesh.adaptivity.estimate import true_error
 from bubblemesh.arrays import Floats
 
 __all__ = ["CASE", "Step", "adaptive", "order", "singular", "solved", "uniform"]

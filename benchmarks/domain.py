@@ -10,8 +10,8 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import circle, polygon, rectangle
-from bubblemesh.packing.chords import enclosed
-from bubblemesh.packing.placement import HierarchicalSubdivision
+from bubblemesh.packing.boundary_edges import enclosed
+from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 from bubblemesh.spacing.spacing import Spacing
 
 VERTICES = 20_000

@@ -12,7 +12,7 @@ from typing import Any
 from benchmarks.ablation import ROOT
 from bubblemesh.case import Case, load_case
 from bubblemesh.case.spacing import SpacingTerms
-from bubblemesh.pipeline import mesh_case
+from bubblemesh.run.pipeline import mesh_case
 
 __all__ = ["CASES", "limited", "table"]
 

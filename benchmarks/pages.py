@@ -21,14 +21,14 @@ from selenium import webdriver
 from selenium.webdriver.support.ui import WebDriverWait
 
 from bubblemesh.case import load_case
-from bubblemesh.meshes import Mesh
-from bubblemesh.output.html.index import index_page
-from bubblemesh.output.html.report import report_page
-from bubblemesh.output.plots import PlotOptions, draw_mesh, small_png
-from bubblemesh.pipeline import Result, mesh_case
-from bubblemesh.quality import radius_ratios
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.pages.index import index_page
+from bubblemesh.pages.report import report_page
+from bubblemesh.pictures.plots import PlotOptions, draw_mesh, small_png
+from bubblemesh.run.pipeline import Result, mesh_case
+from bubblemesh.run.report import mesh_figures
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.summary import mesh_figures
 
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "figures"

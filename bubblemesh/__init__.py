@@ -4,8 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bubblemesh.adaptation import Solution, adapt
-    from bubblemesh.api import Case, Domain, Mesh, Result, load_case, mesh, mesh_case
+    from bubblemesh.api import Case, Domain, Mesh, Result, Solution, adapt, load_case, mesh, mesh_case
 
 __all__ = [
     "Case",
@@ -23,13 +22,10 @@ __all__ = [
 __version__ = "0.1.0"
 
 
-OF_ADAPTATION = ("Solution", "adapt")
-
-
 def __getattr__(name: str) -> Any:
     """Load the programming interface when it is first used: the command line starts faster without."""
     if name in __all__:
-        return getattr(import_module("bubblemesh.adaptation" if name in OF_ADAPTATION else "bubblemesh.api"), name)
+        return getattr(import_module("bubblemesh.api"), name)
     raise AttributeError(f"module 'bubblemesh' has no attribute {name!r}")
 
 

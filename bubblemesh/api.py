@@ -9,21 +9,25 @@ from typing import Any, Self
 import numpy as np
 import shapely
 
-from bubblemesh import meshes, pipeline
-from bubblemesh.arguments import domain_of, spacing_of
+from bubblemesh.adaptivity import adapt as adapting
+from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.output import write_file
-from bubblemesh.output.gmsh import as_meshio
-from bubblemesh.packing.options import OptionError, configured, options
-from bubblemesh.pipeline import Result
-from bubblemesh.problem import Task, posed_for
-from bubblemesh.quality import Shape, radius_ratios, shape_quality
-from bubblemesh.summary import RoundRow
+from bubblemesh.meshes import mesh as meshes
+from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
+from bubblemesh.meshfiles import write_file
+from bubblemesh.meshfiles.solutions import read_nodal_field
+from bubblemesh.meshfiles.write.gmsh import as_meshio
+from bubblemesh.packing.configure import OptionError, configured, options
+from bubblemesh.problem.problem import Task, posed_for
+from bubblemesh.problem.python_input import domain_of, spacing_of
+from bubblemesh.run import pipeline
+from bubblemesh.run.pipeline import Result
+from bubblemesh.run.report import RoundRow
 
-__all__ = ["Case", "Domain", "Mesh", "Result", "load_case", "mesh", "mesh_case", "public"]
+__all__ = ["Case", "Domain", "Mesh", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
 
 MAX_NODES = 2_000_000
 
@@ -91,7 +95,9 @@ class Mesh(meshes.Mesh):
         FileError
             If the picture cannot be written.
         """
-        from bubblemesh.output.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
+        from bubblemesh.pictures.colouring import MeshData
+        from bubblemesh.pictures.plots import draw_mesh, mesh_figure
+        from bubblemesh.pictures.styles import PlotOptions
 
         shown = PlotOptions(color=color, title=title, style=style, **options)
         if path is not None:
@@ -188,3 +194,51 @@ def mesh(
 def public(result: Result[meshes.Mesh]) -> Result[Mesh]:
     """The result of a run with the mesh that programs use."""
     return Result(Mesh.of(result.mesh), result.fields, result.report, result.speeds)
+
+
+def adapt(
+    case: Case,
+    solution: Solution | Path | str,
+    field: str | None = None,
+    *,
+    error: float | None = None,
+    nodes: int | None = None,
+    exact: str | None = None,
+    on_round: Callable[[RoundRow], None] = lambda row: None,
+) -> Result[Mesh]:
+    """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where it is small.
+
+    Parameters
+    ----------
+    case : Case
+        Its domain, and the limits and rules of its spacing.
+    solution : Solution or path
+        A solution on a mesh of the case's domain, or a file that holds one at the nodes.
+    field : str, optional
+        Name of the solution in the file, needed if it has more data at its nodes.
+    error : float, optional
+        Wanted error of the gradient in terms of its norm, as 0.05 for 5 %.
+    nodes : int, optional
+        Wanted number of nodes. Without it and an error it is that of the case's spacing, or else that of the present
+        mesh.
+    exact : str, optional
+        The exact solution as an expression in x and y: then the report tells how good the estimate is.
+    on_round : callable
+        Is told of each round as it ends.
+
+    Returns
+    -------
+    Result
+        ``mesh``, ``report`` with the estimated error under ``adaptation``, and data for each triangle in ``fields``.
+
+    Raises
+    ------
+    BubblemeshError
+        One of its subclasses for a mistake of the user's, with the place and what to do.
+    """
+    if isinstance(solution, Path | str):
+        read = read_nodal_field(Path(solution), field)
+        solution = Solution.of(read.points, read.triangles, read.values, read.name)
+    elif field is not None:
+        raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")
+    return public(adapting.adapted(case, solution, adapting.Target(error, nodes), exact, on_round))

@@ -3,21 +3,6 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = [
-    "OUT_OF_MEMORY",
-    "BubblemeshError",
-    "CaseError",
-    "FileError",
-    "GeometryError",
-    "Key",
-    "LimitError",
-    "RequirementError",
-    "at_key",
-    "located",
-    "outcome",
-    "prefixed",
-]
-
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
 
 

@@ -1,7 +1,5 @@
 """Which names boundaries, regions and points may have, so that every mesh file can hold them."""
 
-__all__ = ["FORBIDDEN", "LONGEST", "is_writable"]
-
 LONGEST = 127  # characters
 LARGEST = 253  # bytes that Gmsh reads of a name
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"

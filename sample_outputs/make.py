@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from bubblemesh.case import load_case
-from bubblemesh.output import write_files
-from bubblemesh.output.plots import draw_mesh
-from bubblemesh.pipeline import mesh_case
+from bubblemesh.meshfiles import write_files
+from bubblemesh.pictures.plots import draw_mesh
+from bubblemesh.run.pipeline import mesh_case
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs"

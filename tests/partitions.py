@@ -7,11 +7,11 @@ import numpy as np
 import shapely
 
 from bubblemesh.case import load_case
+from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshes.triangulation import regions
 from bubblemesh.packing.rounds import rounds
-from bubblemesh.pipeline import mesh_case
-from bubblemesh.problem import prepared
-from bubblemesh.quality import signed_areas
-from bubblemesh.triangulation import regions
+from bubblemesh.problem.problem import prepared
+from bubblemesh.run.pipeline import mesh_case
 
 # Outline whose left and right sides are arcs, one the other moved.
 MOONS = """

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from bubblemesh.meshes import Mesh
+from bubblemesh.meshes.mesh import Mesh
 
 
 def holed_square(cells=9, labels=("bottom", "right", "top", "left", "hole")):

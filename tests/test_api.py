@@ -4,7 +4,6 @@ import math
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import meshio
 import numpy as np
@@ -12,13 +11,14 @@ import pytest
 import shapely
 import skfem
 from invariants import check_mesh
+from paths import ROOT
 from skfem.io.meshio import from_meshio
 
 import bubblemesh
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.geometry import rings
 
-PAGE = Path(__file__).parent.parent / "docs" / "api.md"
+PAGE = ROOT / "docs" / "api.md"
 with np.errstate(invalid="ignore"):
     BROKEN = shapely.Polygon([(0, 0), (1, math.nan), (1, 1)])
 PLATE = shapely.box(0, 0, 2, 1).difference(shapely.box(0.5, 0.25, 1, 0.75))

@@ -19,10 +19,10 @@ import pytest
 from commands import command, contents, refused
 from invariants import check_mesh
 
-from bubblemesh import pipeline
 from bubblemesh.case import load_case
-from bubblemesh.pipeline import mesh_case
-from bubblemesh.problem import prepared
+from bubblemesh.problem.problem import prepared
+from bubblemesh.run import pipeline
+from bubblemesh.run.pipeline import mesh_case
 
 UNIT = {"rectangle": [0, 0, 1, 1]}
 BOW = {"polygon": [[0.2, 0.2], [0.8, 0.8], [0.8, 0.2], [0.2, 0.8]]}
@@ -430,7 +430,7 @@ def test_a_case_that_cannot_be_read(here, name):
 
 
 def test_an_endless_case_is_not_read_to_its_end(here, monkeypatch):
-    from bubblemesh.case import document
+    from bubblemesh.case import yaml as document
 
     monkeypatch.setattr(document, "MOST_BYTES", 1000)
     code, _, message = command("run", "/dev/zero")

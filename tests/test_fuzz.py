@@ -13,7 +13,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
 from bubblemesh.case import load_case
-from bubblemesh.pipeline import mesh_case
+from bubblemesh.run.pipeline import mesh_case
 
 QUICK = {
     "accelerated": {"schedule": {"rounds": 2, "iterations": 60}},

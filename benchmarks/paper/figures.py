@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.paper.runs import Runs
 from bubblemesh.packing.viscosity import OddBubbles, SawTooth
-from bubblemesh.problem import prepared
+from bubblemesh.problem.problem import prepared
 
 __all__ = ["CAPTIONS", "draw"]
 

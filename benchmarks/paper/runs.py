@@ -10,8 +10,8 @@ from time import process_time
 from typing import Any
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.output import dump
-from bubblemesh.pipeline import Result, mesh_case
+from bubblemesh.meshfiles import dump
+from bubblemesh.run.pipeline import Result, mesh_case
 
 __all__ = ["CONFIGS", "SEEDS", "Runs", "measured", "profiled"]
 

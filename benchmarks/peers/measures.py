@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.problem import Problem
-from bubblemesh.quality import edges, shape_quality, signed_areas, spacing_fit
+from bubblemesh.meshes.quality import edges, shape_quality, signed_areas, spacing_fit
+from bubblemesh.problem.problem import Problem
 
 __all__ = ["Figures", "FlawError", "measured"]
 

@@ -14,8 +14,8 @@ from benchmarks.peers.clock import Clock, peak_mb
 from benchmarks.peers.tools import TOOLS
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import load_case
-from bubblemesh.quality import edges
-from bubblemesh.triangulation import triangulated
+from bubblemesh.meshes.quality import edges
+from bubblemesh.meshes.triangulation import triangulated
 
 __all__ = ["main"]
 

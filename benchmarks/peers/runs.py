@@ -18,7 +18,7 @@ from benchmarks.peers.measures import Figures, FlawError, measured
 from benchmarks.peers.tools import OURS, TOOLS
 from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
-from bubblemesh.problem import Problem, prepared
+from bubblemesh.problem.problem import Problem, prepared
 
 __all__ = ["CASES", "SIZES", "WHOLE", "CaseRuns", "Run", "problems", "ran"]
 

@@ -3,7 +3,7 @@
 from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
-from bubblemesh.pipeline import mesh_case
+from bubblemesh.run.pipeline import mesh_case
 
 __all__ = ["mesh"]
 

@@ -10,8 +10,8 @@ from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem import Problem, prepared
-from bubblemesh.quality import edges, signed_areas
+from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.problem.problem import Problem, prepared
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["STEPS", "distmesh", "mesh"]

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
-from bubblemesh.problem import Problem, prepared
+from bubblemesh.problem.problem import Problem, prepared
 
 __all__ = ["COMMAND", "installed", "mesh", "read_mesh"]
 

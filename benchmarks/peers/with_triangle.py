@@ -6,7 +6,7 @@ from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.problem import Problem, prepared
+from bubblemesh.problem.problem import Problem, prepared
 from bubblemesh.spacing.spacing import Spacing
 
 __all__ = ["boundary_nodes", "mesh"]

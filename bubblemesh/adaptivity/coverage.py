@@ -6,10 +6,8 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.quality import edges, signed_areas
-from bubblemesh.wording import place
-
-__all__ = ["require_coverage"]
+from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.messages import place
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
 MISMATCH = 0.15  # area beside a boundary edge in terms of its length's square: more than under an arc of 90 degrees

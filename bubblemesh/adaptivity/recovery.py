@@ -3,9 +3,7 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.quality import edges, signed_areas
-
-__all__ = ["gradients", "recovered_gradients", "split_nodes"]
+from bubblemesh.meshes.quality import edges, signed_areas
 
 SINGULAR = 1e-6  # least determinant of a patch whose linear fit is trusted, in terms of a regular hexagon's
 

@@ -4,9 +4,7 @@ import numpy as np
 
 from bubblemesh.adaptivity.estimate import Estimate
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.quality import edges, signed_areas
-
-__all__ = ["equivalent_sizes", "predicted_error", "sizes_for_error", "sizes_for_nodes", "smooth_sizes"]
+from bubblemesh.meshes.quality import edges, signed_areas
 
 FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate tells little about sizes far from it
 TRIANGLES_PER_NODE = 2

@@ -6,10 +6,8 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.quality import signed_areas
-from bubblemesh.wording import place
-
-__all__ = ["Solution"]
+from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.messages import place
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,6 @@ from bubblemesh.batch.jobs import Note, Outcome
 from bubblemesh.batch.workers import Workers
 from bubblemesh.errors import CaseError, FileError, LimitError
 
-__all__ = ["cluster_workers", "require_address"]
-
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d{1,5}")
 PATIENCE = 5.0  # seconds that the scheduler has for its first answer
 SILENCE = 30.0  # seconds that it has later, when there may be much else to do

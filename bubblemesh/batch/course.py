@@ -17,8 +17,6 @@ from bubblemesh.batch.staging import Staging
 from bubblemesh.batch.summary import recorded, summary
 from bubblemesh.batch.workers import Workers
 
-__all__ = ["course"]
-
 
 def course(
     entries: Iterable[Entry],

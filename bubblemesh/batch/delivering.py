@@ -11,9 +11,7 @@ from bubblemesh.batch.rows import Row, figures_of
 from bubblemesh.batch.space import MAKE_ROOM, is_full
 from bubblemesh.batch.staging import Staging
 from bubblemesh.errors import FileError
-from bubblemesh.output.atomic import transaction
-
-__all__ = ["delivered"]
+from bubblemesh.meshfiles.transaction import transaction
 
 
 def delivered(ended: Ended, staging: Staging) -> Row:

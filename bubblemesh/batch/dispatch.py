@@ -13,8 +13,6 @@ from bubblemesh.batch.worker import mesh_job
 from bubblemesh.batch.workers import WorkerDied, Workers
 from bubblemesh.errors import BubblemeshError, FileError
 
-__all__ = ["Ended", "dispatched"]
-
 ATTEMPTS = 3  # of a case whose worker process dies
 TICK = 0.2  # seconds between looks at the notes of running jobs
 

@@ -7,8 +7,6 @@ from bubblemesh.batch.jobs import Note
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import Row
 
-__all__ = ["Begun", "Event", "Finished", "Waiting"]
-
 
 @dataclass(frozen=True)
 class Begun:

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from bubblemesh.errors import CaseError, FileError
 
-__all__ = ["case_files"]
-
 ENDINGS = (".yaml", ".yml")
 PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those of bases
 

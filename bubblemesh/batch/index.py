@@ -10,10 +10,8 @@ from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import Row
 from bubblemesh.batch.shards import Shard
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.output import PAGE_FILE
-from bubblemesh.output.atomic import transaction
-
-__all__ = ["indexed", "require_no_index"]
+from bubblemesh.meshfiles import PAGE_FILE
+from bubblemesh.meshfiles.transaction import transaction
 
 
 def require_no_index(entries: Iterable[Entry], folder: Path, shard: Shard) -> None:
@@ -53,7 +51,7 @@ def _page_in(folder: Path, shard: Shard) -> Path:
 
 
 def _write(rows: Sequence[Row], page: Path) -> None:
-    from bubblemesh.output.html.index import index_page
+    from bubblemesh.pages.index import index_page
 
     with transaction(page.parent) as staging:
         text = index_page([_shown(row, page.parent) for row in rows])

@@ -9,9 +9,7 @@ from typing import Any
 
 from bubblemesh import __version__
 from bubblemesh.case import Case
-from bubblemesh.delivery import Destination
-
-__all__ = ["Job", "Note", "Outcome", "Tell"]
+from bubblemesh.run.destination import Destination
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,6 @@ from bubblemesh.batch.jobs import Note, Outcome
 from bubblemesh.batch.workers import WorkerDied, Workers
 from bubblemesh.errors import FileError, LimitError
 
-__all__ = ["LocalExecutor", "local_workers"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -7,14 +7,13 @@ from pathlib import Path
 
 from bubblemesh.batch.shards import WHOLE, Shard
 from bubblemesh.errors import FileError
-from bubblemesh.output.atomic import reason
+from bubblemesh.meshfiles.transaction import reason
 
 try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["reserved"]
 
 LOCK = ".bubblemesh-lock"
 ATTEMPTS = 10  # at a lock file that others remove as they end

@@ -8,10 +8,8 @@ from typing import Any
 
 from bubblemesh.batch.jobs import Job
 from bubblemesh.case import Case, Variant, case_variants, load_case, named_files, parsed
-from bubblemesh.delivery import Destination, destination
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
-
-__all__ = ["Entry", "Settings", "job_of", "planned"]
+from bubblemesh.run.destination import Destination, destination
 
 
 @dataclass(frozen=True)

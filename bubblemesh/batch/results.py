@@ -7,8 +7,6 @@ from typing import Any, Self
 from bubblemesh.batch.events import Event, Finished
 from bubblemesh.batch.rows import Row
 
-__all__ = ["Results"]
-
 
 @dataclass(frozen=True)
 class Results:

@@ -8,9 +8,7 @@ from pathlib import Path
 from bubblemesh.batch.plan import Entry, Settings, job_of
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError
-from bubblemesh.output import HISTORY_FILES, PAGE_FILE
-
-__all__ = ["key_of", "of_others", "place_in", "unchanged"]
+from bubblemesh.meshfiles import HISTORY_FILES, PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
 DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way

@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from bubblemesh.output import plain
-
-__all__ = ["FIGURES", "HEAD", "Row", "figures_of"]
+from bubblemesh.meshfiles import plain
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {

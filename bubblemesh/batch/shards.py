@@ -7,8 +7,6 @@ from typing import Self, TypeVar
 
 from bubblemesh.errors import CaseError
 
-__all__ = ["WHOLE", "Shard"]
-
 T = TypeVar("T")
 
 

@@ -3,8 +3,6 @@
 import errno
 import re
 
-__all__ = ["MAKE_ROOM", "is_full"]
-
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
 

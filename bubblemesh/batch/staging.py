@@ -11,8 +11,6 @@ from pathlib import Path
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.shards import Shard
 
-__all__ = ["Staging"]
-
 
 @dataclass(frozen=True)
 class Staging:

@@ -7,9 +7,7 @@ from pathlib import Path
 
 from bubblemesh.batch.rows import HEAD, Row
 from bubblemesh.errors import FileError
-from bubblemesh.output.atomic import reason, transaction
-
-__all__ = ["Summary", "recorded", "summary"]
+from bubblemesh.meshfiles.transaction import reason, transaction
 
 STEM = "summary"
 

@@ -11,16 +11,14 @@ from typing import Any
 from bubblemesh import __version__
 from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
 from bubblemesh.batch.space import is_full
-from bubblemesh.delivery import require_finished, require_quality
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
-from bubblemesh.meshes import Mesh
-from bubblemesh.output.atomic import reason
-from bubblemesh.pipeline import Result, meshed
-from bubblemesh.problem import prepared
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.problem.problem import prepared
 from bubblemesh.readers.carried import carried
-from bubblemesh.resources import forget_peak_memory
-
-__all__ = ["mesh_job"]
+from bubblemesh.run.destination import require_finished, require_quality
+from bubblemesh.run.pipeline import Result, meshed
+from bubblemesh.run.resources import forget_peak_memory
 
 
 def mesh_job(job: Job, tell: Tell) -> Outcome:

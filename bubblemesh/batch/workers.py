@@ -7,8 +7,6 @@ from queue import SimpleQueue
 
 from bubblemesh.batch.jobs import Note, Outcome, Tell
 
-__all__ = ["WorkerDied", "Workers"]
-
 
 class WorkerDied(BrokenExecutor):
     """A worker process has ended without being asked to."""

@@ -1,7 +1,7 @@
 """The case file: reading, overriding and checking it."""
 
 from bubblemesh.case.files import named_files
-from bubblemesh.case.loading import case_variants, load_case
+from bubblemesh.case.load import case_variants, load_case
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import parsed
 from bubblemesh.case.sweep import Variant

@@ -11,26 +11,6 @@ from bubblemesh.errors import CaseError
 from bubblemesh.labels import LONGEST, is_writable
 from bubblemesh.spacing.expression import constant
 
-__all__ = [
-    "LARGEST",
-    "TAG",
-    "Choice",
-    "Constant",
-    "Count",
-    "FileName",
-    "Fraction",
-    "Label",
-    "Number",
-    "OneLabel",
-    "Point",
-    "Positive",
-    "Strict",
-    "described",
-    "filled",
-    "is_number",
-    "listed",
-]
-
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
 LARGEST = 1e70
 

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
 from bubblemesh.case.fields import OneLabel, Positive, Strict
-from bubblemesh.case.tabulated import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
-from bubblemesh.case.tracing import Traced
+from bubblemesh.case.followed import Traced
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
-    from bubblemesh.readers.files import Selection
+    from bubblemesh.readers.formats import Selection
 
-__all__ = ["FileDomain", "FileRing", "named_files"]
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
 
@@ -57,7 +56,7 @@ class InFile(Traced, Strict):
 
     def selection(self) -> "Selection":
         """What to take of the file."""
-        from bubblemesh.readers.files import Selection
+        from bubblemesh.readers.formats import Selection
 
         return Selection(self.layer, self.feature, self.scale or 1.0, self.units, self.join)
 
@@ -67,7 +66,7 @@ class FileRing(InFile):
 
     def rings(self) -> "list[rings.Ring]":
         """The rings' geometry."""
-        from bubblemesh.readers.files import read_rings
+        from bubblemesh.readers.formats import read_rings
 
         found = read_rings(Path(self.file), self.selection())
         return [self.traced(ring.labelled(self.label)) for ring in found]
@@ -80,7 +79,7 @@ class FileDomain(InFile):
 
     def rings(self) -> "tuple[rings.Ring, list[rings.Ring]]":
         """Geometry of the outer ring and of the holes."""
-        from bubblemesh.readers.files import read_area
+        from bubblemesh.readers.formats import read_area
 
         outer, *holes = read_area(Path(self.file), self.selection())
         return (
@@ -91,7 +90,7 @@ class FileDomain(InFile):
 
 def named_files(model: BaseModel) -> Iterator[Path]:
     """The files that a case, or a part of it, names, with those that belong to them."""
-    from bubblemesh.readers.files import files_of
+    from bubblemesh.readers.formats import files_of
 
     if isinstance(model, InFile):
         yield from files_of(Path(model.file))

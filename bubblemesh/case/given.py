@@ -5,15 +5,13 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
+from bubblemesh.case.domain import Parts, Region
+from bubblemesh.case.faults import problems
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.models import Case
-from bubblemesh.case.parts import Parts, Region
-from bubblemesh.case.problems import problems
 from bubblemesh.case.spacing import SpacingTerms, expressions
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
-
-__all__ = ["spacing_case"]
 
 
 class Given(Strict):

@@ -15,21 +15,19 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.case.domain import Parts
+from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import Choice, Constant, Count, FileName, Fraction, Positive, Strict
 from bubblemesh.case.files import FileDomain
-from bubblemesh.case.origin import Origin
-from bubblemesh.case.parts import Parts
 from bubblemesh.case.rings import Ring, rings_of
 from bubblemesh.case.spacing import WantedSpacing, expressions
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
-from bubblemesh.solvers import FORMATS_FOR, FormatName, Solver
+from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName, Solver
+from bubblemesh.messages import ring_name
 from bubblemesh.spacing.expression import check_parameter_name
-from bubblemesh.wording import ring_name
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
-
-__all__ = ["Case", "Domain", "Limits", "Output", "Requirements"]
 
 
 def _parameter_name(name: str) -> str:

@@ -4,11 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from bubblemesh.case.document import read_value
+from bubblemesh.case.yaml import read_value
 from bubblemesh.errors import CaseError
-
-__all__ = ["Override", "applied", "parsed"]
-
 
 # Keys whose plain value is short for a mapping with one key.
 SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}

@@ -10,8 +10,6 @@ from bubblemesh.case.fields import Choice, OneLabel, Point, Strict, described, f
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
 
-__all__ = ["PathLine", "PathRing"]
-
 
 class LinePiece(Strict):
     """A straight line of a path."""

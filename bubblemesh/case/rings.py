@@ -3,19 +3,24 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+)
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, Label, Number, OneLabel, Point, Positive, Strict, listed
 from bubblemesh.case.files import FileRing
+from bubblemesh.case.followed import Traced
 from bubblemesh.case.paths import PathRing
-from bubblemesh.case.tracing import Traced
 from bubblemesh.errors import GeometryError
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
-
-__all__ = ["Ring", "rings_of"]
 
 # Each method imports the geometry by itself: it needs SciPy, which `bubblemesh schema` should not wait for.
 

@@ -4,14 +4,12 @@ from typing import Any
 
 from bubblemesh.case.models import Case
 
-__all__ = ["case_schema"]
-
 
 def case_schema() -> dict[str, Any]:
     """The schema of the models, with the methods and all keys that a method may use."""
     # Imported here since the methods need SciPy, for which reading a case should not wait.
+    from bubblemesh.packing.configure import option_schemas
     from bubblemesh.packing.methods import METHODS
-    from bubblemesh.packing.options import option_schemas
 
     schema = Case.model_json_schema()
     properties = schema["properties"]

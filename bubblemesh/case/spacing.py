@@ -1,16 +1,60 @@
-"""The wanted spacing of a case file: one value, or several terms of which the smallest counts."""
+"""The spacing request of a case file: one value, or several terms of which the smallest counts."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Count, Label, Positive, Strict
-from bubblemesh.case.near import Near
-from bubblemesh.case.tabulated import FieldTerm, ImageTerm, OneOrMore, RasterTerm, ScatteredTerm
+from bubblemesh.case.data_terms import FieldTerm, ImageTerm, OneOrMore, RasterTerm, ScatteredTerm
+from bubblemesh.case.fields import LARGEST, Choice, Count, Label, Point, Positive, Strict
 
-__all__ = ["SpacingTerms", "SpacingValue", "WantedSpacing", "expressions"]
+
+class Growing(Strict):
+    """Spacing near something."""
+
+    size: Positive = Field(description="Spacing there.")
+    growth: Positive | None = Field(
+        default=None, description="Growth per length away from it: by default that of the mapping, else 0.2."
+    )
+    until: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST)] = Field(
+        default=0.0, description="Distance up to which the spacing stays at its size."
+    )
+
+
+class NearLabel(Growing):
+    """Spacing near all that has a label."""
+
+    label: Label = Field(description="Label of sides, interfaces, embedded lines or points.")
+
+
+class NearPoint(Growing):
+    """Spacing near a point, which need be no node."""
+
+    point: Point = Field(description="The point [x, y].")
+
+
+def _long(line: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    if len(set(line)) < 2:
+        raise PydanticCustomError("line", "must have two different points at least")
+    return line
+
+
+class NearLine(Growing):
+    """Spacing near a line, which edges of the mesh need not follow."""
+
+    line: Annotated[tuple[Point, ...], AfterValidator(_long)] = Field(
+        description="Points [x, y] with straight lines between them."
+    )
+
+
+PLACES = Choice("a mapping", ("label", "point", "line"))
+
+Near = Annotated[
+    Annotated[NearLabel, Tag("<label>")] | Annotated[NearPoint, Tag("<point>")] | Annotated[NearLine, Tag("<line>")],
+    Discriminator(PLACES.tag),
+    BeforeValidator(PLACES.checked),
+]
 
 
 def _one_of(*types: type, wording: str) -> BeforeValidator:

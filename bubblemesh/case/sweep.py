@@ -10,8 +10,6 @@ from typing import Any
 from bubblemesh.case.fields import described
 from bubblemesh.errors import CaseError
 
-__all__ = ["ALONE", "Variant", "path_of", "variants_of"]
-
 MAX_CASES = 100_000
 OWN_KEYS = ("base", "name", "sweep")  # that no value can be set for
 

@@ -1,7 +1,5 @@
 """The case file that ``bubblemesh init`` writes."""
 
-__all__ = ["TEMPLATE"]
-
 TEMPLATE = """\
 # A square plate with a round hole, meshed finer near the hole.
 # Run it with: bubblemesh run FILE

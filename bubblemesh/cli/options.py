@@ -5,20 +5,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = [
-    "AsJson",
-    "CaseFile",
-    "FormatNamed",
-    "MethodName",
-    "Output",
-    "Picture",
-    "Quiet",
-    "Seed",
-    "Settings",
-    "SolverNamed",
-    "TimeLimit",
-]
-
 CaseFile = Annotated[str, typer.Argument(metavar="CASE", help="Case file, or - for the standard input.")]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:  # an error must be shown even where NumPy cannot be loaded
-    from bubblemesh.problem import Problem
+    from bubblemesh.problem.problem import Problem
     from bubblemesh.spacing.survey import Extremes, Survey
 
 __all__ = ["counted", "fail", "show_files", "show_problem", "show_quality", "warn"]

@@ -16,8 +16,6 @@ from bubblemesh.batch import Begun, Event, Finished, Note, Waiting
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError, outcome
 
-__all__ = ["BatchProgress"]
-
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
 

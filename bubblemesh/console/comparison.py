@@ -7,9 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.histograms import Histogram
-
-__all__ = ["show_comparison"]
+from bubblemesh.meshes.histograms import Histogram
 
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most

@@ -11,8 +11,6 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.rings import Curve, Ring, Strand, family
 
-__all__ = ["Boundary", "Chords", "Polyline", "outline"]
-
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
 ROUNDING = 1e-9  # relative

@@ -6,8 +6,6 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 
-__all__ = ["Boxes"]
-
 FINEST = 256  # cells along each side of the grid
 PER_BOX = 2  # cells along each side for each box along it
 

@@ -15,7 +15,6 @@ from bubblemesh.arrays import Floats, Integers
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-__all__ = ["Arcs", "Ellipses", "Family", "Lines", "Splines", "interpolated", "turning"]
 
 CHORDS_PER_TURN = 256
 FEWEST_CHORDS = 8  # of an arc

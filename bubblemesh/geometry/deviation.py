@@ -8,8 +8,6 @@ import shapely
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 
-__all__ = ["Deviation", "deviation"]
-
 
 class Deviation(NamedTuple):
     """Largest distance between a ring as given and the mesh's boundary, and the point (x, y) where it is."""

@@ -8,19 +8,17 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.arrangement.contacts import joined
+from bubblemesh.geometry.arrangement.partition import partitioned
+from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary, Polyline, outline
-from bubblemesh.geometry.contacts import joined
-from bubblemesh.geometry.cusps import require_room
+from bubblemesh.geometry.corners import require_room
+from bubblemesh.geometry.distance.projection import Nearest, Projection
 from bubblemesh.geometry.labelled import known_labels, onto
-from bubblemesh.geometry.partition import partitioned
 from bubblemesh.geometry.periodic import paired
-from bubblemesh.geometry.projection import Nearest, Projection
-from bubblemesh.geometry.regions import Parts
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.geometry.validity import require_domain, simple_polygon
-from bubblemesh.wording import ring_name
-
-__all__ = ["Domain", "Nearest"]
+from bubblemesh.messages import ring_name
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,6 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 
-__all__ = ["along_hilbert_curve", "hilbert_index"]
-
 BITS = 20  # per coordinate: cells of a millionth of the extent
 
 

@@ -5,12 +5,10 @@ from collections.abc import Collection
 import numpy as np
 
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary, Chords
-from bubblemesh.geometry.projection import Projection
-from bubblemesh.geometry.regions import Parts
-from bubblemesh.wording import meant
-
-__all__ = ["known_labels", "onto"]
+from bubblemesh.geometry.distance.projection import Projection
+from bubblemesh.messages import meant
 
 
 def known_labels(boundary: Boundary, parts: Parts) -> tuple[str, ...]:

@@ -8,9 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.wording import meant, place
-
-__all__ = ["matching_edges", "paired"]
+from bubblemesh.messages import meant, place
 
 SAME = 1e-9  # of the domain's size
 SAMPLES = 9

@@ -10,22 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import curves
 from bubblemesh.geometry.traces import Traces
-from bubblemesh.wording import place
-
-__all__ = [
-    "ArcTo",
-    "LineTo",
-    "Ring",
-    "Side",
-    "SplineTo",
-    "Strand",
-    "circle",
-    "ellipse",
-    "path",
-    "polygon",
-    "rectangle",
-    "strand",
-]
+from bubblemesh.messages import place
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3

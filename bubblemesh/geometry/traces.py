@@ -8,8 +8,6 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 
-__all__ = ["Traces"]
-
 
 @dataclass(frozen=True)
 class Traces:

@@ -8,9 +8,7 @@ from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.wording import place
-
-__all__ = ["require_domain", "simple_polygon"]
+from bubblemesh.messages import place
 
 SMALLEST = 1e-70  # extent whose fourth power is still a number
 SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over

@@ -6,8 +6,6 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
-__all__ = ["Bubbles"]
-
 
 @dataclass(frozen=True)
 class Bubbles:

@@ -8,9 +8,7 @@ import numpy as np
 from annotated_types import Gt, Le
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.packing.adjacency import Neighbours
-
-__all__ = ["CUTOFF", "BoundForce", "VanDerWaals", "pair_force"]
+from bubblemesh.packing.neighbours import Neighbours
 
 CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
 

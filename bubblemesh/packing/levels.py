@@ -10,15 +10,13 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import Net
-from bubblemesh.packing.diffusion import distance_to_facets, on_boundary
-from bubblemesh.spacing.grading import GROWTH, graded
-from bubblemesh.spacing.narrows import Filling
-from bubblemesh.spacing.quadtree import Leaves, leaves
-from bubblemesh.spacing.refinement import coarse_curves, short_pieces
+from bubblemesh.packing.net import Net
+from bubblemesh.packing.placement.diffusion import distance_to_facets, on_boundary
+from bubblemesh.spacing.grid.leaves import Leaves, leaves
+from bubblemesh.spacing.rules.gap_sources import Filling
+from bubblemesh.spacing.rules.grading import GROWTH, graded
+from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
-
-__all__ = ["Doubling", "Levels", "SingleLevel", "refined"]
 
 SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
 STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level

@@ -10,12 +10,10 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import Net, enmeshed, reconnected
-from bubblemesh.packing.perturbation import displacements
-from bubblemesh.packing.polish import ShapeSteps, eta
+from bubblemesh.packing.net import Net, enmeshed, reconnected
+from bubblemesh.packing.placement.perturbation import displacements
+from bubblemesh.packing.smoothing import ShapeSteps, eta
 from bubblemesh.spacing.spacing import Spacing
-
-__all__ = ["Mending"]
 
 MOST_PATCHES = 16
 DISPLACED = 1  # rings around a triangle

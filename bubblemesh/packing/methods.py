@@ -4,22 +4,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bubblemesh.packing.defects import Defects
-from bubblemesh.packing.diffusion import ErrorDiffusion
+from bubblemesh.packing.annealing import Shaking
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
 from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
-from bubblemesh.packing.perturbation import Perturbation
-from bubblemesh.packing.placement import HierarchicalSubdivision, Placement
-from bubblemesh.packing.polish import ShapeSteps
-from bubblemesh.packing.population import Population, Thresholds
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.packing.placement.perturbation import Perturbation
+from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision, Placement
+from bubblemesh.packing.population.defects import Defects
+from bubblemesh.packing.population.thresholds import Population, Thresholds
 from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
-from bubblemesh.packing.shaking import Shaking
+from bubblemesh.packing.smoothing import ShapeSteps
 from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled
 from bubblemesh.packing.viscosity import Constant, OddBubbles, SawTooth, Viscosity
-
-__all__ = ["METHODS", "SCHEMES", "Method"]
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,6 @@ from annotated_types import Gt, Le
 
 from bubblemesh.arrays import Floats
 
-__all__ = ["ClassicalRungeKutta", "Force", "Motion", "RungeKutta", "SecondOrderEuler", "SemiImplicitEuler"]
-
 MOST_DAMPING = 1.5  # of c * dt
 
 Force = Callable[[Floats], Floats]

@@ -9,16 +9,14 @@ from annotated_types import Gt
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.adjacency import Neighbours
+from bubblemesh.packing.boundary_edges import enclosed, parted
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.chords import enclosed, parted
-from bubblemesh.packing.connection import Net, enmeshed
+from bubblemesh.packing.confinement import Clearance, Rails
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import Motion
-from bubblemesh.packing.rails import Clearance, Rails
+from bubblemesh.packing.neighbours import Neighbours
+from bubblemesh.packing.net import Net, enmeshed
 from bubblemesh.spacing.spacing import Spacing
-
-__all__ = ["Connected", "Damping", "Dynamics", "Nearby", "Relaxation", "Relaxed"]
 
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
 REFRESH_STEPS = 10

@@ -8,15 +8,13 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.connection import Net, connected, enmeshed
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.population import Change
+from bubblemesh.packing.net import Net, connected, enmeshed
+from bubblemesh.packing.population.thresholds import Change
+from bubblemesh.packing.progress import CONNECTING, POLISHING, Stage, TimeUp, Watch, Workload, stages_of
 from bubblemesh.packing.relaxation import Dynamics, Relaxed
-from bubblemesh.packing.workload import CONNECTING, POLISHING, Stage, TimeUp, Watch, Workload, stages_of
 from bubblemesh.spacing.spacing import Spacing
-
-__all__ = ["Round", "rounds"]
 
 CLOSING_REPEATS = 3
 

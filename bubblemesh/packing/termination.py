@@ -6,8 +6,6 @@ from typing import Annotated
 
 from annotated_types import Ge, Gt
 
-__all__ = ["FixedRounds", "SelfAdaptive", "Settled"]
-
 
 @dataclass(frozen=True)
 class FixedRounds:

@@ -8,8 +8,6 @@ from annotated_types import Ge, Gt
 
 from bubblemesh.arrays import Booleans, Floats
 
-__all__ = ["Constant", "OddBubbles", "SawTooth", "Viscosity"]
-
 
 class Viscosity(Protocol):
     """The viscosity of a normal bubble as a function of time."""

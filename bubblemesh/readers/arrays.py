@@ -9,8 +9,6 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.readers.text import unreadable
 
-__all__ = ["Gridded", "read_gridded"]
-
 COORDINATES = ("x", "y")
 NUMBERS = "iuf"  # kinds of arrays
 

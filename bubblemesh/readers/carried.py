@@ -6,8 +6,6 @@ from contextvars import ContextVar
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-__all__ = ["at_hand", "carried"]
-
 _copies: ContextVar[Mapping[Path, Path] | None] = ContextVar("copies", default=None)
 
 

@@ -10,10 +10,8 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
+from bubblemesh.messages import place
 from bubblemesh.readers.features import Piece, Point, Stroke, end_of
-from bubblemesh.wording import place
-
-__all__ = ["chained"]
 
 JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
 MOST_NAMED = 5

@@ -10,21 +10,7 @@ import numpy as np
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
 from bubblemesh.labels import FORBIDDEN, is_writable
-from bubblemesh.wording import place
-
-__all__ = [
-    "Content",
-    "Feature",
-    "Piece",
-    "Point",
-    "Stroke",
-    "checked",
-    "end_of",
-    "feature_name",
-    "fitting",
-    "label_of",
-    "line",
-]
+from bubblemesh.messages import place
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
 LARGEST = 1e70

@@ -8,11 +8,9 @@ import pyogrio
 import shapely
 
 from bubblemesh.errors import CaseError
+from bubblemesh.messages import meant, shown
 from bubblemesh.readers.features import Content, feature_name
 from bubblemesh.readers.shapes import feature_of
-from bubblemesh.wording import meant, shown
-
-__all__ = ["read_gis"]
 
 KINDS = {".shp": "shapefile", ".gpkg": "GeoPackage"}
 

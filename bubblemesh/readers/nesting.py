@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import outline
 from bubblemesh.geometry.rings import Ring
+from bubblemesh.messages import place
 from bubblemesh.readers.features import Point
-from bubblemesh.wording import place
-
-__all__ = ["nested"]
 
 
 def nested(rings: Sequence[Ring], marks: Sequence[Point] | None) -> tuple[Ring, list[Ring]]:

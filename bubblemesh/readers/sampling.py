@@ -7,8 +7,6 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.curves import Splines, turning
 
-__all__ = ["ACCURACY", "splines"]
-
 SEAM = 1e-4  # of a closed curve's parameter, beside its start
 SMOOTH_TURN = 0.01  # radians over the seam
 ACCURACY = 1e-6  # of the curve's extent: how far the spline may be from it

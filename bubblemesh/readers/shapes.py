@@ -11,8 +11,6 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.readers.features import Feature, Stroke, checked, fitting, label_of, line
 
-__all__ = ["feature_of"]
-
 
 def feature_of(
     shape: shapely.Geometry, name: str, layer: str | None = None, properties: Mapping[str, Any] | None = None

@@ -11,12 +11,10 @@ import svgelements
 
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
+from bubblemesh.messages import shown
 from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.svg_source import require_valid
-from bubblemesh.wording import shown
-
-__all__ = ["read_svg"]
 
 ROUND = 1e-9  # relative difference of an arc's radii that is rounding
 MOST_NAMED = 5

@@ -7,10 +7,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from bubblemesh.errors import CaseError
+from bubblemesh.messages import shown
 from bubblemesh.readers.text import unreadable
-from bubblemesh.wording import shown
-
-__all__ = ["require_valid"]
 
 SVG = "http://www.w3.org/2000/svg"
 HREFS = ("href", "http://www.w3.org/1999/xlink href")

@@ -13,11 +13,9 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
+from bubblemesh.messages import shown
 from bubblemesh.readers.features import Content, Feature, Point, checked
 from bubblemesh.readers.text import read_text
-from bubblemesh.wording import shown
-
-__all__ = ["read_columns", "read_table"]
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")

@@ -4,8 +4,6 @@ from pathlib import Path
 
 from bubblemesh.errors import CaseError, FileError
 
-__all__ = ["read_text", "unreadable"]
-
 
 def read_text(path: Path) -> str:
     """Text of a UTF-8 file.

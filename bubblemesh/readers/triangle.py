@@ -5,11 +5,9 @@ from pathlib import Path
 
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.geometry.rings import LineTo
+from bubblemesh.messages import shown
 from bubblemesh.readers.features import Content, Feature, Point, Stroke, checked
 from bubblemesh.readers.text import read_text
-from bubblemesh.wording import shown
-
-__all__ = ["read_poly"]
 
 
 class Rows:

@@ -12,14 +12,13 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
+from bubblemesh.messages import meant
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
-from bubblemesh.wording import meant
 
 if TYPE_CHECKING:
-    from bubblemesh.geometry.distance import Distance  # with which a case that is wrong should not wait
+    from bubblemesh.geometry.distance.to_labels import Distance  # with which a case that is wrong should not wait
 
-__all__ = ["Expression", "check_parameter_name", "constant"]
 
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.
 MAX_DEPTH = 200

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["FUNCTIONS", "OPERATORS", "Function", "chained", "folded", "select"]
-
 
 class Function(NamedTuple):
     """What a name in an expression calls, and with how many arguments."""

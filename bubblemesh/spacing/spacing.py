@@ -7,9 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import CaseError, Key, at_key
-from bubblemesh.wording import place
-
-__all__ = ["Spacing"]
+from bubblemesh.messages import place
 
 
 def _whole(point: Floats) -> Key:

@@ -9,11 +9,9 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.triangulation import doubled_areas, triangulated
+from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.triangulation import doubled_areas, triangulated
-from bubblemesh.wording import place
-
-__all__ = ["Extremes", "Survey", "extremes", "ideal_nodes", "rough_nodes", "surveyed"]
 
 COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral

@@ -6,8 +6,6 @@ from textwrap import shorten
 
 from bubblemesh.errors import CaseError
 
-__all__ = ["FORBIDDEN", "HINTS", "error_at", "parsed", "shown"]
-
 MAX_CHARACTERS = 10_000
 
 # What people write who come from other languages, and what is meant here.

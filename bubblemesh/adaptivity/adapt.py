@@ -1,0 +1,177 @@
+"""From a case and a solution on its mesh to the next mesh: sizes by the estimated error, the present nodes as start."""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from bubblemesh.adaptivity.coverage import require_coverage
+from bubblemesh.adaptivity.estimate import Estimate, estimated, true_error
+from bubblemesh.adaptivity.sizes import (
+    equivalent_sizes,
+    predicted_error,
+    sizes_for_error,
+    sizes_for_nodes,
+    smooth_sizes,
+)
+from bubblemesh.adaptivity.solution import Solution
+from bubblemesh.arrays import Integers
+from bubblemesh.case import Case
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import rim_nodes
+from bubblemesh.packing.placement.warm_start import Present, starting_from
+from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.problem import Problem, posed_for, task_of
+from bubblemesh.problem.spacing import Wanted, limits_of, nodes_of, rules_of
+from bubblemesh.run.pipeline import OnRound, OnShare, Result, meshed
+from bubblemesh.run.resources import timed
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Combination
+from bubblemesh.spacing.terms.field import Field
+
+GROWTH = 0.3  # of the sizes per length, if the case does not say
+FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
+SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
+TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True)
+class Target:
+    """What to adapt to: a relative error, or a number of nodes; without both, the number of nodes that there are."""
+
+    error: float | None = None
+    nodes: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.error is not None and self.nodes is not None:
+            raise CaseError("error and nodes exclude each other: give one of them")
+        if self.error is not None and not 0 < self.error < 1:
+            raise CaseError(
+                f"the wanted error must be a part of the solution's norm, between 0 and 1 (found {self.error:g})"
+            )
+        if self.nodes is not None and self.nodes < 3:
+            raise CaseError(f"the wanted number of nodes must be at least 3 (found {self.nodes})")
+
+
+def adapted(
+    case: Case,
+    solution: Solution,
+    target: Target,
+    exact: str | None = None,
+    on_round: OnRound = lambda row: None,
+    on_share: OnShare = lambda share: None,
+) -> Result[Mesh]:
+    """Mesh a case's domain anew, as its solution asks for.
+
+    The sizes follow from the estimated error; of the case's spacing the limits and rules hold.
+
+    Parameters
+    ----------
+    case : Case
+    solution : Solution
+        On a mesh of the case's domain.
+    target : Target
+    exact : str, optional
+        The exact solution as an expression in x and y, to compare the estimate with.
+
+    Raises
+    ------
+    BubblemeshError
+        One of its subclasses for a mistake of the user's, with the place and what to do.
+    """
+    seconds: dict[str, float] = {}
+    with timed(seconds, "geometry"):
+        domain = domain_of(case)
+    with timed(seconds, "estimate"):
+        require_coverage(domain, solution.points, solution.triangles)
+        values = solution.values / solution.unit
+        estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
+        figures = _figures(solution, estimate, exact)
+    problem, start = _posed(case, domain, solution, estimate, target, seconds)
+    result = meshed(problem, on_round, on_share)
+    expected = predicted_error(
+        estimate,
+        equivalent_sizes(solution.points, solution.triangles),
+        problem.wanted.between(solution.points[solution.triangles]),
+    )
+    adaptation = figures | {
+        "wanted": asdict(target),
+        "expected_error": solution.unit * expected,
+        "expected_relative_error": expected / max(estimate.solution, TINY),
+        **start,
+    }
+    return replace(result, report=result.report | {"adaptation": adaptation})
+
+
+def _posed(
+    case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, seconds: dict[str, float]
+) -> tuple[Problem, dict[str, Any]]:
+    """The next mesh as a problem, and how it starts."""
+    mesh = solution.points, solution.triangles
+    sizes = equivalent_sizes(*mesh)
+    if target.error is not None:
+        nodes, wanted = None, sizes_for_error(estimate, sizes, target.error * estimate.solution)
+    else:
+        nodes = target.nodes or nodes_of(case) or len(solution.points)
+        wanted = sizes_for_nodes(estimate, sizes, nodes)
+    field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
+    same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
+    field = replace(field, values=np.where(same, now, field.values))
+    spots = field.spots
+
+    def at(scale: float | None) -> Spacing:
+        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)), spots=spots)
+
+    task, rules = task_of(case), rules_of(case)
+    rules = replace(rules, growth=rules.growth or GROWTH)
+    inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
+    present = Present(solution.points[inner], now[inner])
+    share = present.share_kept(domain, at(None))
+    if share >= FEWEST_KEPT:
+        task = replace(task, method=starting_from(task.method, present))
+    start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
+    return posed_for(domain, Wanted(at, rules, nodes), task, seconds, "nodes"), start
+
+
+def _parts(domain: Domain, solution: Solution) -> Integers | None:
+    """Number of the region that each triangle (t,) lies in, if there are several."""
+    polygons = sorted((region.polygon for region in domain.parts.regions), key=shapely.area, reverse=True)
+    if not polygons:
+        return None
+    middles = shapely.points(solution.points[solution.triangles].mean(axis=1))
+    region, triangle = shapely.STRtree(middles).query(polygons, predicate="contains")
+    part = np.zeros(len(middles), np.int64)
+    np.maximum.at(part, triangle, region + 1)  # of nested regions the innermost, which comes last
+    return part
+
+
+def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[str, Any]:
+    """What is known of the solution's error; the estimate is one in terms of the solution's unit."""
+    unit = solution.unit
+    figures = {
+        "field": solution.name,
+        "components": solution.values.shape[1],
+        "nodes_before": len(solution.points),
+        "triangles_before": len(solution.triangles),
+        "error": unit * estimate.error,
+        "relative_error": estimate.relative,
+    }
+    if exact is None:
+        return figures
+    if solution.values.shape[1] > 1:
+        raise CaseError(f"the exact solution is one expression, but {solution.name} has several components")
+    known = _expression(exact)
+    values = solution.values[:, 0] / unit
+    error = true_error(solution.points, solution.triangles, values, lambda x, y: known(x, y) / unit)
+    return figures | {"true_error": unit * error, "effectivity": estimate.error / error if error > 0 else None}
+
+
+def _expression(text: str) -> Expression:
+    try:
+        return Expression.parse(text)
+    except CaseError as error:
+        raise CaseError(f"the exact solution: {error}") from None

@@ -1,0 +1,102 @@
+"""A case file that extends another one: ``base: other.yaml``."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from os.path import realpath
+from pathlib import Path
+from typing import Any
+
+from bubblemesh.case.yaml import Document, read_document, read_text
+from bubblemesh.errors import CaseError, FileError
+
+# The cases of a sweep are read one by one from the same files.
+document_of = lru_cache(maxsize=4)(read_document)
+
+OWN_KEYS = ("base", "name", "sweep")  # that a case does not take over from its base
+DATA_TERMS = ("field", "raster", "image", "scattered")  # of a spacing, which may name other files
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One file of a case, with what messages call it."""
+
+    source: str
+    document: Document
+    folder: Path = Path()
+
+
+def layers_of(path: Path, source: str, text: str) -> list[Layer]:
+    """The files of a case, from the one that has no base to the case itself.
+
+    Parameters
+    ----------
+    path : Path
+        Place of the case; a base is relative to its folder.
+    source : str
+        What messages call the case.
+    text : str
+        Its content.
+
+    Raises
+    ------
+    CaseError
+        If a base is no text, or extends itself; the message names the line.
+    FileError
+        If a base cannot be read.
+    """
+    layers = [Layer(source, document_of(text, source), path.parent)]
+    seen = [realpath(path)]
+    while (base := layers[0].document.data.get("base")) is not None:
+        place = f"{layers[0].source}:{layers[0].document.line(('base',))}: base"
+        if not isinstance(base, str) or not base:
+            raise CaseError(f"{place}: must be the name of a case file (found {base!r})")
+        path = path.parent / base
+        if realpath(path) in seen:
+            raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
+        seen.append(realpath(path))
+        try:
+            text = read_text(path)
+        except FileError as error:
+            raise FileError(f"{place}: {error}") from None
+        layers.insert(0, Layer(str(path), document_of(text, str(path)), path.parent))
+    return layers
+
+
+def merged(layers: Sequence[Layer]) -> dict[str, Any]:
+    """The data of all layers: a key of a later one replaces that of an earlier one, and mappings join their keys.
+
+    That goes one level deep: ``packing: {w2: 0.7}`` keeps the base's ``w1``, but a ring is replaced as a whole.
+    """
+    data: dict[str, Any] = {}
+    for layer in layers:
+        data = {key: value for key, value in data.items() if key not in OWN_KEYS}
+        for key, given in layer.document.data.items():
+            value = _at_home(key, given, layer.folder)
+            present = data.get(key)
+            data[key] = {**present, **value} if isinstance(present, dict) and isinstance(value, dict) else value
+    data.pop("base", None)
+    return data
+
+
+def _at_home(key: str, value: Any, folder: Path) -> Any:
+    """The value of a key of the case, with the folder before the names of files where it may have some."""
+    if key == "spacing" and isinstance(value, dict):
+        return value | {name: _with_files_found(value[name], folder) for name in DATA_TERMS if name in value}
+    return _with_files_found(value, folder) if key == "domain" else value
+
+
+def _with_files_found(value: Any, folder: Path) -> Any:
+    """The same data, with the folder before the names of files in it."""
+    if isinstance(value, list):
+        return [_with_files_found(entry, folder) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    found = {"file": str(folder / value["file"])} if value.get("file") and isinstance(value["file"], str) else {}
+    return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
+
+
+def place_of(layers: Sequence[Layer], path: Sequence[str | int]) -> str:
+    """File and line of the value at a key path, or of what comes nearest to it."""
+    known = max(reversed(layers), key=lambda layer: layer.document.depth(path))
+    return f"{known.source}:{known.document.line(path) or 1}"

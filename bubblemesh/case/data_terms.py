@@ -1,0 +1,101 @@
+"""Terms of a spacing that are given as values: on a mesh, on a grid, by a picture, at points."""
+
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
+
+from bubblemesh.case.fields import Number, Positive, Strict, filled, listed
+
+Model = TypeVar("Model")
+
+OneOrMore = Annotated[
+    Annotated[Model, Tag("<one>")] | Annotated[tuple[Model, ...], BeforeValidator(filled), Tag("<several>")],
+    Discriminator(lambda value: "<several>" if isinstance(value, list | tuple) else "<one>"),
+]
+
+Corners = tuple[float, float, float, float]
+
+
+def _ordered(bounds: Corners) -> Corners:
+    x0, y0, x1, y1 = bounds
+    if not (x0 < x1 and y0 < y1):
+        raise PydanticCustomError("bounds", "must be [x0, y0, x1, y1] with x0 below x1 and y0 below y1")
+    return bounds
+
+
+Bounds = Annotated[
+    tuple[Number, Number, Number, Number],
+    listed(4, "the numbers [x0, y0, x1, y1] of the lower left and upper right corners"),
+    AfterValidator(_ordered),
+]
+Sample = Annotated[tuple[Number, Number, Positive], listed(3, "a point with its spacing, [x, y, d]")]
+
+
+class Tabulated(Strict):
+    """Values, and what they are multiplied by."""
+
+    scale: Positive = Field(default=1.0, description="Factor from the values to the spacing.")
+
+
+class InFile(Tabulated):
+    """Values in a file."""
+
+    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
+
+
+class FieldTerm(InFile):
+    """Data of a triangle mesh."""
+
+    name: str | None = Field(default=None, description="Name of the data at nodes or of cells; needed if it has more.")
+
+
+class RasterTerm(InFile):
+    """An array over a rectangle."""
+
+    name: str | None = Field(default=None, description="Name of the array in an .npz file; needed if it has more.")
+    bounds: Bounds | None = Field(
+        default=None, description="Rectangle [x0, y0, x1, y1] that the pixels fill; else the file's arrays x and y."
+    )
+    origin: Literal["lower", "upper"] = Field(
+        default="lower", description="Whether the first row is the lowest or the highest one within the bounds."
+    )
+
+
+class ImageTerm(Strict):
+    """A picture over a rectangle: the darker, the finer."""
+
+    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the picture, relative to the case file.")
+    bounds: Bounds = Field(description="Rectangle [x0, y0, x1, y1] that the picture fills, its first row on top.")
+    finest: Positive = Field(description="Spacing where the picture is black.")
+    coarsest: Positive = Field(description="Spacing where the picture is white.")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "ImageTerm":
+        if self.finest > self.coarsest:
+            raise PydanticCustomError("spacing_range", "finest must not be above coarsest")
+        return self
+
+
+class ScatteredTerm(Tabulated):
+    """Values at points."""
+
+    file: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None, description="Name of a table with the columns x, y and d, relative to the case file."
+    )
+    points: Annotated[tuple[Sample, ...], BeforeValidator(filled)] | None = Field(
+        default=None, description="Points with their spacings, [x, y, d]."
+    )
+
+    @model_validator(mode="after")
+    def _either(self) -> "ScatteredTerm":
+        if (self.file is None) == (self.points is None):
+            raise PydanticCustomError("scattered", "must have one of the keys file and points")
+        return self
+
+
+def several(terms: Model | tuple[Model, ...] | None) -> tuple[Model, ...]:
+    """All terms of a kind, however many there are."""
+    if terms is None:
+        return ()
+    return terms if isinstance(terms, tuple) else (terms,)

@@ -1,0 +1,193 @@
+"""From a case file and the command line's options to a checked `Case`."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from bubblemesh.case.bases import Layer, layers_of, merged, place_of
+from bubblemesh.case.faults import Origin, problems
+from bubblemesh.case.models import Case
+from bubblemesh.case.overrides import Override, applied, parsed
+from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
+from bubblemesh.case.yaml import read_text
+from bubblemesh.errors import CaseError
+from bubblemesh.spacing.expression import Expression
+
+
+def load_case(
+    path: Path | str,
+    *,
+    overrides: Sequence[str] = (),
+    method: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
+    text: str | None = None,
+    variant: Variant | None = None,
+) -> Case:
+    """Read and check a case.
+
+    Parameters
+    ----------
+    path : path
+        The case file; also the name in messages if ``text`` is given, where ``-`` is the standard input.
+    overrides : sequence of str
+        Settings such as ``domain.holes.0.circle.radius=0.3``, later ones over earlier ones.
+    method, seed, time_limit
+        Set over ``method``, ``packing.seed`` and ``limits.seconds``, and over ``overrides``.
+    text : str, optional
+        The case as YAML, in place of the file's content.
+    variant : Variant, optional
+        Which of the cases of a sweep; without it, a file with a sweep is an error.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
+    """
+    path = Path(path)
+    data, places = _read(path, text, [*map(parsed, overrides), *_options(method, seed, time_limit)])
+    sweep = data.pop("sweep", None)
+    if variant is None and sweep is not None:
+        raise CaseError(
+            places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
+        )
+    for key, value in (variant or ALONE).values:
+        change = Override(path_of(key), value, places(["sweep", key]), f"sweep.{key}")
+        data, places = applied(data, change), replace(places, changes=[*places.changes, change])
+    if data.get("name") is None:
+        data["name"] = "mesh" if str(path) == "-" else path.stem
+    if variant is not None and isinstance(data["name"], str):
+        data["name"] += variant.label
+    return _checked(data, places)
+
+
+def case_variants(
+    path: Path | str,
+    *,
+    overrides: Sequence[str] = (),
+    method: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
+) -> list[Variant]:
+    """The cases that a file stands for: one, or those of its sweep; else as `load_case`.
+
+    Raises
+    ------
+    FileError, CaseError
+        As `load_case`, but with no check of the cases; and if an option sets what is swept.
+    """
+    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, time_limit)])
+    variants = variants_of(data.get("sweep"), places)
+    for key, _ in variants[0].values:
+        for change in places.changes:
+            if change.covers(path_of(key)) or change.leads_through(path_of(key)):
+                raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
+    return variants
+
+
+def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
+    """The data of a case's files with the changes over it, and where it comes from."""
+    source = "<stdin>" if str(path) == "-" else str(path)
+    for change in changes:
+        if change.path[0] == "base":
+            raise CaseError(f"{change.source}: the base is what the case file names: write it there")
+    layers = layers_of(path, source, read_text(path) if text is None else text)
+    data: Any = merged(layers)
+    for change in changes:
+        data = applied(data, change)
+    return data, _Places(layers, changes)
+
+
+def _options(method: str | None, seed: int | None, time_limit: float | None) -> Iterable[Override]:
+    if method is not None:
+        yield Override(("method",), method, "--method")
+    if seed is not None:
+        yield Override(("packing", "seed"), seed, "--seed")
+    if time_limit is not None:
+        yield Override(("limits", "seconds"), time_limit, "--time-limit")
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the values of a case come from."""
+
+    layers: Sequence[Layer]
+    changes: Sequence[Override]
+
+    def __call__(self, path: Sequence[str | int]) -> str:
+        """Option that set or made the value at the key path, else the file and the line of its nearest known key."""
+        for change in reversed(self.changes):
+            if change.covers(path):
+                return change.source
+        in_file = any(layer.document.depth(path) == len(path) for layer in self.layers)
+        for change in () if in_file else reversed(self.changes):
+            if change.leads_through(path):
+                return f"{change.source}: {change.key}" if change.key else change.source
+        return place_of(self.layers, path)
+
+    def message(self, path: Sequence[str | int], problem: object) -> str:
+        """A problem with its place and key."""
+        return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
+
+
+def _checked(data: dict[str, Any], places: _Places) -> Case:
+    """The case of ``data``, with everything checked that needs no geometry."""
+    try:
+        case = Case.model_validate(data, context=_parameters(data))
+    except ValidationError as error:
+        raise CaseError("\n".join(problems(error, Case, places))) from None
+    _check_spacing(case, places)
+    _check_names(case, places)
+    _check_method(case, places)
+    late = dict.fromkeys([*_paths(data["spacing"], "spacing"), *(path for path, _ in case.expressions())])
+    return case.coming_from(Origin({path: places(path) for path in late}))
+
+
+def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
+    """Paths of a key and of all keys below it."""
+    yield path
+    for key, entry in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+        if isinstance(value, dict) or isinstance(entry, dict):
+            yield from _paths(entry, *path, key)
+
+
+def _parameters(data: dict[str, Any]) -> dict[str, float]:
+    """Those parameters that are numbers: the others are reported where they stand."""
+    found = data.get("parameters")
+    values = found.items() if isinstance(found, dict) else ()
+    return {str(name): value for name, value in values if type(value) in (int, float)}
+
+
+def _check_spacing(case: Case, places: _Places) -> None:
+    for path, text in case.expressions():
+        try:
+            Expression.parse(text, case.parameters)
+        except CaseError as error:
+            raise CaseError(places.message(path, error)) from None
+
+
+def _check_names(case: Case, places: _Places) -> None:
+    """Every region needs a name of its own."""
+    seen = {case.domain.region: "domain.region"}
+    for number, region in enumerate(case.domain.regions):
+        path = ("domain", "regions", number, "name")
+        if region.name in seen:
+            problem = f"{region.name!r} is the name at {seen[region.name]} too: give every region a name of its own"
+            raise CaseError(places.message(path, problem))
+        seen[region.name] = ".".join(map(str, path))
+
+
+def _check_method(case: Case, places: _Places) -> None:
+    # Imported here since the methods need SciPy, for which a wrong case should not wait.
+    from bubblemesh.packing.configure import OptionError, configured
+
+    try:
+        configured(case.method, case.packing, case.schedule)
+    except OptionError as error:
+        path = [error.section] if error.key is None else [error.section, error.key]
+        raise CaseError(places.message(path, error.message)) from None

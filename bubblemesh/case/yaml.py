@@ -1,0 +1,292 @@
+"""YAML 1.2 text as plain data, with the line of every key."""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from bubblemesh.errors import CaseError, FileError, LimitError
+
+KeyPath = Sequence[str | int]
+
+MAX_VALUES = 5_000_000
+MAX_DEPTH = 100
+MOST_BYTES = 500_000_000
+
+# Events, not `yaml.compose`: composing is recursive in C, and a hundred thousand brackets overflow its stack.
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+TAG_PREFIX = "tag:yaml.org,2002:"
+
+
+class Node(NamedTuple):
+    """A value with what is needed to find places in it; aliases share it."""
+
+    value: Any
+    places: "dict[str, Place] | list[Place]"
+    size: int = 1
+    height: int = 0
+
+
+class Place(NamedTuple):
+    """Where a mapping has a key or a list an entry, and what is there."""
+
+    line: int
+    node: Node
+
+
+@dataclass(frozen=True)
+class Document:
+    """The data of a case file.
+
+    Attributes
+    ----------
+    data : dict
+        Nested mappings, lists, text, numbers, booleans and None; every key is text. Aliases share their objects.
+    """
+
+    data: dict[str, Any]
+    _root: Node
+
+    def line(self, path: KeyPath) -> int | None:
+        """Line, from 1, of the longest part of ``path`` that the file has; None if it has nothing of it."""
+        found = self._known(path)
+        return found[-1].line if found else None
+
+    def depth(self, path: KeyPath) -> int:
+        """Number of parts of ``path`` that the file has."""
+        return len(self._known(path))
+
+    def _known(self, path: KeyPath) -> list[Place]:
+        """Places of the longest part of ``path`` that the file has."""
+        found: list[Place] = []
+        places = self._root.places
+        for part in path:
+            place = _place(places, part)
+            if place is None:
+                break
+            found.append(place)
+            places = place.node.places
+        return found
+
+
+def _place(places: "dict[str, Place] | list[Place]", part: str | int) -> Place | None:
+    if isinstance(places, dict):
+        return places.get(str(part))
+    return places[part] if isinstance(part, int) and 0 <= part < len(places) else None
+
+
+def read_text(path: Path) -> str:
+    """Text of a UTF-8 file.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or it cannot be read.
+    CaseError
+        If its bytes are not UTF-8.
+    LimitError
+        If it is too large.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(f"{path}: the case file cannot be read: {reason}") from None
+    if len(content) > MOST_BYTES:
+        raise LimitError(f"{path}: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        found = f"byte 0x{content[error.start]:02x}"
+        raise CaseError(f"{path}:{line}: not UTF-8 text (found {found}): save the file as UTF-8") from None
+
+
+def read_document(text: str, source: str) -> Document:
+    """Read a case file's text; ``source`` is its name in messages.
+
+    Raises
+    ------
+    CaseError
+        If the text is not one YAML 1.2 mapping of plain data; the message starts with ``source:line:``.
+    """
+    reader = _Reader(text, lambda line: f"{source}:{line}")
+    root = reader.read()
+    if root is None:
+        raise CaseError(f"{source}:1: the file is empty: give at least domain and spacing")
+    if not isinstance(root.value, dict):
+        raise CaseError(f"{source}:1: a case must be a mapping of keys to values, such as 'spacing: 0.1'")
+    return Document(root.value, root)
+
+
+def read_value(text: str, source: str) -> Any:
+    """Value of one line of YAML, such as that of an option; None if empty.
+
+    Raises
+    ------
+    CaseError
+        As `read_document`, with ``source`` alone as the place.
+    """
+    root = _Reader(text, lambda line: source).read()
+    return None if root is None else root.value
+
+
+class _Reader:
+    """Builds the nodes of one document from the parser's events."""
+
+    def __init__(self, text: str, place: Callable[[int], str]) -> None:
+        self.text = text
+        self.place = place
+        self.anchors: dict[str, Node | None] = {}
+
+    def read(self) -> Node | None:
+        try:
+            return self._document(yaml.parse(self.text, Loader=LOADER))
+        except yaml.MarkedYAMLError as error:
+            raise self._syntax_error(error) from None
+        except yaml.reader.ReaderError as error:
+            line = self.text.count("\n", 0, self.text.find(chr(error.character))) + 1
+            found = f"character U+{error.character:04X}"
+            raise CaseError(f"{self.place(line)}: not plain text (found {found}): remove the character") from None
+        except UnicodeEncodeError as error:
+            line = self.text.count("\n", 0, error.start) + 1
+            raise CaseError(f"{self.place(line)}: not UTF-8 text: save it as UTF-8") from None
+
+    def _document(self, events: Iterator[Any]) -> Node | None:
+        root = None
+        documents = 0
+        for event in events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                documents += 1
+                if documents > 1:
+                    raise self._error(event, "a second document starts here: give one document, without '---'")
+                root = self._node(next(events), events, 0)
+        return root
+
+    def _node(self, event: Any, events: Iterator[Any], depth: int) -> Node:
+        if isinstance(event, yaml.AliasEvent):
+            return self._shared(event, depth)
+        if depth > MAX_DEPTH:
+            raise self._error(event, f"nested more than {MAX_DEPTH} deep: a case needs far less")
+        if event.anchor:
+            self.anchors[event.anchor] = None
+        if isinstance(event, yaml.ScalarEvent):
+            node = Node(self._scalar(event), [])
+        elif isinstance(event, yaml.SequenceStartEvent):
+            node = self._sequence(event, events, depth)
+        else:
+            node = self._mapping(event, events, depth)
+        if node.size > MAX_VALUES:
+            raise self._error(event, f"more than {MAX_VALUES:,} values, each alias counted in full: use fewer")
+        if event.anchor:
+            self.anchors[event.anchor] = node
+        return node
+
+    def _shared(self, event: Any, depth: int) -> Node:
+        if event.anchor not in self.anchors:
+            raise self._error(event, f"the alias *{event.anchor} has no anchor &{event.anchor} before it")
+        node = self.anchors[event.anchor]
+        if node is None:
+            raise self._error(event, f"the alias *{event.anchor} is inside its own anchor: write the values out")
+        if depth + node.height > MAX_DEPTH:
+            raise self._error(event, f"nested more than {MAX_DEPTH} deep through aliases: a case needs far less")
+        return node
+
+    def _sequence(self, start: Any, events: Iterator[Any], depth: int) -> Node:
+        self._check_tag(start, "seq")
+        places = []
+        while not isinstance(event := next(events), yaml.SequenceEndEvent):
+            places.append(Place(event.start_mark.line + 1, self._node(event, events, depth + 1)))
+        return _collection([place.node.value for place in places], places)
+
+    def _mapping(self, start: Any, events: Iterator[Any], depth: int) -> Node:
+        self._check_tag(start, "map")
+        places: dict[str, Place] = {}
+        while not isinstance(event := next(events), yaml.MappingEndEvent):
+            key = self._key(event)
+            if key in places:
+                raise self._error(event, f"the key {key!r} is given twice (first in line {places[key].line})")
+            places[key] = Place(event.start_mark.line + 1, self._node(next(events), events, depth + 1))
+        return _collection({key: place.node.value for key, place in places.items()}, places)
+
+    def _key(self, event: Any) -> str:
+        if not isinstance(event, yaml.ScalarEvent):
+            raise self._error(event, "a key must be a word: found a list, mapping or alias as the key")
+        self._check_text(event)
+        self._check_tag(event, "str")
+        return str(event.value)
+
+    def _scalar(self, event: Any) -> Any:
+        tag = event.tag
+        self._check_text(event)
+        if tag is None and event.style:  # Quoted, or a block of text.
+            return event.value
+        if tag is None:
+            return plain(event.value)[1]
+        if tag in ("!", TAG_PREFIX + "str"):
+            return event.value
+        found, value = plain(event.value)
+        self._check_tag(event, found, *(["float"] if found == "int" else []))
+        return float(value) if tag == TAG_PREFIX + "float" else value
+
+    def _check_text(self, event: Any) -> None:
+        if "\0" in event.value:
+            raise self._error(event, "a null character in a text: remove it")
+
+    def _check_tag(self, event: Any, *allowed: str) -> None:
+        if event.tag in (None, "!", *(TAG_PREFIX + kind for kind in allowed)):
+            return
+        tag = event.tag.replace(TAG_PREFIX, "!!")
+        raise self._error(event, f"the tag {tag} does not fit here: remove it; a case is plain data")
+
+    def _error(self, event: Any, problem: str) -> CaseError:
+        return CaseError(f"{self.place(event.start_mark.line + 1)}: {problem}")
+
+    def _syntax_error(self, error: yaml.MarkedYAMLError) -> CaseError:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        context = ""
+        if error.context and error.context_mark:
+            context = f", {error.context} that starts in line {error.context_mark.line + 1}"
+        advice = "check the indentation (spaces, no tabs), brackets, colons and quotes"
+        return CaseError(f"{self.place(line)}: not valid YAML: {error.problem}{context}: {advice}")
+
+
+def _collection(value: Any, places: "dict[str, Place] | list[Place]") -> Node:
+    nodes = [place.node for place in (places.values() if isinstance(places, dict) else places)]
+    height = 1 + max((node.height for node in nodes), default=0)
+    return Node(value, places, 1 + sum(node.size for node in nodes), height)
+
+
+# Longer integers exceed the floats, and Python refuses to read thousands of digits.
+MAX_DIGITS = 300
+
+
+def _integer(text: str) -> int | float:
+    return int(text) if len(text) <= MAX_DIGITS else float(text)
+
+
+# Unlike YAML 1.1: on, yes and no are words, 1e-3 is a number, 010 is ten, 1:30 and 2001-01-01 are text.
+PLAIN: tuple[tuple[str, re.Pattern[str], Callable[[str], Any]], ...] = (
+    ("null", re.compile(r"|~|null|Null|NULL"), lambda text: None),
+    ("bool", re.compile(r"true|True|TRUE"), lambda text: True),
+    ("bool", re.compile(r"false|False|FALSE"), lambda text: False),
+    ("int", re.compile(r"[-+]?[0-9]+"), _integer),
+    ("int", re.compile(r"0o[0-7]+"), lambda text: int(text[2:], 8)),
+    ("int", re.compile(r"0x[0-9a-fA-F]+"), lambda text: int(text[2:], 16)),
+    ("float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"), float),
+    ("float", re.compile(r"[-+]?\.(inf|Inf|INF)"), lambda text: float(text.replace(".", ""))),
+    ("float", re.compile(r"\.(nan|NaN|NAN)"), lambda text: float("nan")),
+)
+
+
+def plain(text: str) -> tuple[str, Any]:
+    """Kind and value of an unquoted scalar."""
+    for kind, pattern, convert in PLAIN:
+        if pattern.fullmatch(text):
+            return kind, convert(text)
+    return "str", text

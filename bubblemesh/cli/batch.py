@@ -1,0 +1,52 @@
+"""The command that meshes many cases."""
+
+from contextlib import closing
+from typing import Annotated
+
+import typer
+
+from bubblemesh.cli.exits import reported
+from bubblemesh.cli.options import MethodName, Quiet, Seed, Settings, TimeLimit
+from bubblemesh.cli.stdio import write_output
+
+
+def batch(
+    paths: Annotated[list[str], typer.Argument(metavar="PATH...", help="Case files, folders or patterns of them.")],
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder of all results and the summary.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; else one for each core.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep results whose inputs have not changed.")] = False,
+    shard: Annotated[str, typer.Option("--shard", metavar="I/N", help="Mesh part I of N, for job arrays.")] = "1/1",
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
+    ] = None,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    time_limit: TimeLimit = None,
+    page: Annotated[
+        bool | None,
+        typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh many cases; one that fails is a row of the summary."""
+    with reported():
+        from bubblemesh import batch as many
+        from bubblemesh.console.batch import BatchProgress
+        from bubblemesh.meshfiles import dump
+
+        part = many.Shard.parsed(shard)
+        workers = many.workers_at(jobs, cluster)
+        common = many.Settings(tuple(settings or ()), method, seed, output, page, time_limit)
+        entries = many.planned(many.case_files(paths), common)
+        events = many.course(entries, common, workers, shard=part, resume=resume)
+        with closing(events), BatchProgress(quiet) as progress:
+            results = many.Results.of(progress.shown(events))
+        if as_json:
+            write_output(dump(results.data()))
+    raise typer.Exit(results.exit_code)

@@ -1,0 +1,34 @@
+"""Commands that help to write case files."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bubblemesh.cli.exits import reported
+from bubblemesh.cli.stdio import write_new, write_output
+
+
+def schema() -> None:
+    """Print the JSON Schema of the case file."""
+    with reported():
+        from bubblemesh.case.schema import case_schema
+        from bubblemesh.meshfiles import dump
+
+        write_output(dump(case_schema()))
+
+
+def init(
+    path: Annotated[str, typer.Argument(metavar="[CASE]", help="File to write, or - for the standard output.")] = (
+        "case.yaml"
+    ),
+) -> None:
+    """Write a commented case file to start from."""
+    with reported():
+        from bubblemesh.case.template import TEMPLATE
+
+        if path == "-":
+            write_output(TEMPLATE)
+            return
+        write_new(Path(path), TEMPLATE)
+        typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)

@@ -1,0 +1,79 @@
+"""How a command ends: errors and signals become a message and an exit code."""
+
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+import typer
+
+from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
+
+INTERRUPTED = 130
+SIGNALS = signal.SIGINT, signal.SIGTERM
+
+received: list[int] = []  # signals that ask to end
+
+
+class Interrupted(BaseException):
+    """A signal asks to end.
+
+    Python itself ends a process by its signal, whatever the exit code, once a KeyboardInterrupt has met compiled code.
+    """
+
+
+@contextmanager
+def signals_obeyed() -> Iterator[None]:
+    """Ctrl-C, or a request to terminate, ends what runs inside with exit code 130 and no half files."""
+    for number in SIGNALS:
+        signal.signal(number, interrupt)
+    try:
+        yield
+    except Interrupted:  # before a command has begun
+        typer.echo("error: interrupted", err=True)
+        sys.exit(INTERRUPTED)
+    finally:
+        # What was asked for is done or given up: the exit code is not to change while Python shuts down.
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+
+
+def interrupt(number: int, frame: FrameType | None) -> None:
+    """Note the signal, and leave whatever is running."""
+    received.append(number)
+    raise Interrupted
+
+
+@contextmanager
+def reported() -> Iterator[None]:
+    """Turn errors into a message and the exit code of their class; only an error of the program has a traceback."""
+    try:
+        yield
+    except typer.Exit:
+        raise
+    except BubblemeshError as error:
+        raise failed(str(error), error.exit_code) from None
+    except (Interrupted, KeyboardInterrupt):
+        raise failed("interrupted", INTERRUPTED) from None
+    except MemoryError:
+        raise failed(OUT_OF_MEMORY, LimitError.exit_code) from None
+    except BrokenPipeError:  # of the standard output: the error stream gives up by itself
+        # Whatever is still buffered cannot be delivered; closing the real stream would complain again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise failed("the reader of the standard output has gone", FileError.exit_code) from None
+    except Exception:
+        if received:  # a library that was being loaded may turn the interrupt into any other error
+            raise failed("interrupted", INTERRUPTED) from None
+        traceback.print_exc()
+        raise failed("this is an error of bubblemesh, not of the case: please report it", 1) from None
+
+
+def failed(message: str, exit_code: int) -> typer.Exit:
+    """Say why the command ends, and give the exception that ends it."""
+    from bubblemesh import console
+
+    console.fail(message)
+    return typer.Exit(exit_code)

@@ -1,0 +1,157 @@
+"""Commands that look at meshes of any origin."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bubblemesh.cli.exits import reported
+from bubblemesh.cli.options import AsJson
+from bubblemesh.cli.stdio import write_output
+from bubblemesh.errors import CaseError, located
+
+if TYPE_CHECKING:
+    from bubblemesh.arrays import Floats, Integers
+    from bubblemesh.spacing.spacing import Spacing
+
+
+OF_PICTURES = ("color", "colormap", "range", "view", "style", "width", "dpi")  # options that errors may name
+
+
+def quality(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    other: Annotated[
+        Path | None, typer.Argument(metavar="[OTHER]", help="Another mesh, to compare the first with.")
+    ] = None,
+    spacing: Annotated[
+        str | None, typer.Option("--spacing", metavar="EXPR", help="Wanted spacing in x and y, to compare edges with.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Report the quality of a triangle mesh, or compare two."""
+    with reported():
+        from bubblemesh import console
+        from bubblemesh.meshfiles import dump
+        from bubblemesh.meshfiles.read import read_triangles
+        from bubblemesh.run.report import mesh_figures
+        from bubblemesh.spacing.expression import Expression
+        from bubblemesh.spacing.spacing import Spacing
+
+        with located("--spacing"):
+            wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
+        if other is not None:
+            compare(mesh, other, wanted, as_json)
+            return
+        points, triangles, others = read_triangles(mesh)
+        console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
+        with located("--spacing"):
+            figures = mesh_figures(points, triangles, wanted)
+        if as_json:
+            write_output(dump(figures))
+        else:
+            console.show_quality(figures)
+
+
+def plot(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Picture: .png, .svg or .pdf.")
+    ] = None,
+    color: Annotated[
+        str, typer.Option("--color", help="quality, spacing, label, material, none, or a field of the file.")
+    ] = "quality",
+    colormap: Annotated[str | None, typer.Option("--colormap", help="One of matplotlib's colour maps.")] = None,
+    limits: Annotated[
+        tuple[float, float] | None, typer.Option("--range", help="Values at the ends of the colour map.")
+    ] = None,
+    edges: Annotated[bool | None, typer.Option("--edges/--no-edges", help="Draw the triangles' edges.")] = None,
+    nodes: Annotated[bool, typer.Option("--nodes", help="Draw the nodes.")] = False,
+    labels: Annotated[bool | None, typer.Option("--labels/--no-labels", help="Colour the boundary by label.")] = None,
+    view: Annotated[
+        tuple[float, float, float, float] | None, typer.Option("--view", help="Part to show: X0 Y0 X1 Y1.")
+    ] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Text above the picture.")] = None,
+    style: Annotated[str, typer.Option("--style", help="screen, or paper: a column wide, thin lines.")] = "screen",
+    width: Annotated[float | None, typer.Option("--width", metavar="MM", help="Width of the picture.")] = None,
+    dpi: Annotated[float | None, typer.Option("--dpi", help="Resolution of bitmaps.")] = None,
+) -> None:
+    """Draw a triangle mesh as a picture."""
+    with reported():
+        from bubblemesh import console
+        from bubblemesh.meshfiles.foreign import read_foreign
+        from bubblemesh.pictures.colouring import MeshData
+        from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
+        from bubblemesh.pictures.styles import PlotOptions
+
+        path = output or Path(f"{mesh.stem}.png")
+        require_picture(path)
+        shown = PlotOptions(
+            color=color,
+            colormap=colormap,
+            limits=limits,
+            edges=edges,
+            nodes=nodes,
+            labels=labels,
+            view=view,
+            title=title,
+            style=style,
+            width=width,
+            dpi=dpi,
+        )
+        read = read_foreign(mesh)
+        console.warn(left_out(mesh, read.left_out))
+        with options_named(mesh):
+            figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
+        save_figure(figure, path, shown)
+        console.show_files(str(path.parent), [path.name])
+
+
+def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) -> None:
+    """Two meshes side by side."""
+    from bubblemesh import console
+    from bubblemesh.console.comparison import show_comparison
+    from bubblemesh.meshes import comparison
+    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.foreign import read_foreign
+
+    read = {path: read_foreign(path) for path in (first, second)}
+    for path, each in read.items():
+        console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
+    with nullcontext() if wanted is None else located("--spacing"):
+        a, b = (comparison.measured(path, read[path], wanted) for path in (first, second))
+    if as_json:
+        write_output(dump(comparison.report(a, b)))
+    else:
+        rows = comparison.rows(a.figures, b.figures)
+        show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))
+
+
+def left_out(mesh: Path, kinds: Sequence[str]) -> list[str]:
+    """What to say of a mesh's cells that are no triangles."""
+    return [f"{mesh}: cells that are no triangles are left out: {', '.join(kinds)}"] if kinds else []
+
+
+def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
+    """What to say of a mesh whose triangles do not all turn the same way."""
+    from bubblemesh.meshes.quality import inverted
+    from bubblemesh.messages import place
+
+    found = inverted(points, triangles)
+    if len(found) == 0:
+        return []
+    count = "1 triangle turns" if len(found) == 1 else f"{len(found)} triangles turn"
+    where = place(points[triangles[found[0]]].mean(axis=0))
+    return [f"{mesh}: {count} the other way than the rest, the first at {where}: the mesh may lie upon itself there"]
+
+
+@contextmanager
+def options_named(mesh: Path) -> Iterator[None]:
+    """Errors of a picture name the option that they are about, or else the mesh."""
+    try:
+        yield
+    except CaseError as error:
+        option, _, _ = str(error).partition(":")
+        error.args = (f"--{error}" if option in OF_PICTURES else f"{mesh}: {error}",)
+        raise

@@ -1,0 +1,204 @@
+"""Commands that mesh one case, or tell what that would take."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bubblemesh.cli.exits import reported
+from bubblemesh.cli.options import (
+    AsJson,
+    CaseFile,
+    FormatNamed,
+    MethodName,
+    Output,
+    Picture,
+    Quiet,
+    Seed,
+    Settings,
+    SolverNamed,
+    TimeLimit,
+)
+from bubblemesh.cli.stdio import read_input, write_output
+from bubblemesh.errors import CaseError, located
+
+if TYPE_CHECKING:
+    from bubblemesh.case import Case
+    from bubblemesh.meshes.mesh import Mesh
+    from bubblemesh.problem.problem import Problem
+    from bubblemesh.run.destination import Destination
+    from bubblemesh.run.pipeline import Result
+
+
+def run(
+    case: CaseFile,
+    output: Output = None,
+    format_name: FormatNamed = None,
+    solver: SolverNamed = None,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: AsJson = False,
+    history: Annotated[
+        bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
+    ] = False,
+    time_limit: TimeLimit = None,
+    page: Annotated[
+        bool | None, typer.Option("--report/--no-report", help="Write a page to look at, NAME.html, over the case's.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
+    picture: Picture = None,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh a case and write the mesh files and a report."""
+    with reported():
+        from bubblemesh.console.run import PackingProgress
+        from bubblemesh.run import destination as destinations
+        from bubblemesh.run import pipeline
+
+        loaded = read_case(case, settings, method, seed, time_limit)
+        require_distinct(as_json, output)
+        place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
+        if dry_run:
+            show_estimate(loaded, case, picture, as_json, quiet)
+            return
+        if picture is not None:
+            raise CaseError(
+                "--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot"
+            )
+        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
+            result = pipeline.mesh_case(loaded, progress.show, progress.advance)
+        hand_over(result, loaded, place, as_json, quiet)
+
+
+def adapt(
+    case: CaseFile,
+    solution: Annotated[
+        Path, typer.Option("--solution", metavar="FILE", help="Mesh of the case with the solution at its nodes.")
+    ],
+    field: Annotated[
+        str | None, typer.Option("--field", metavar="NAME", help="Name of the solution, if the file has more data.")
+    ] = None,
+    error: Annotated[
+        float | None, typer.Option("--error", metavar="E", help="Wanted error of the gradient, relative: 0.05 is 5 %.")
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option("--nodes", metavar="N", help="Wanted number of nodes; by default as many as now.")
+    ] = None,
+    exact: Annotated[
+        str | None, typer.Option("--exact", metavar="EXPR", help="Exact solution in x and y, to check the estimate.")
+    ] = None,
+    output: Output = None,
+    format_name: FormatNamed = None,
+    solver: SolverNamed = None,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: AsJson = False,
+    time_limit: TimeLimit = None,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
+    with reported():
+        from bubblemesh.adaptivity import adapt as adapting
+        from bubblemesh.adaptivity.solution import Solution
+        from bubblemesh.console.run import PackingProgress
+        from bubblemesh.meshfiles.solutions import read_nodal_field
+        from bubblemesh.run import destination as destinations
+
+        loaded = read_case(case, settings, method, seed, time_limit)
+        target = adapting.Target(error, nodes)
+        place = destinations.destination(loaded, case, output, format_name, solver)
+        require_distinct(as_json, output)
+        place.require_apart(solution)
+        read = read_nodal_field(solution, field)
+        with located(str(solution)):
+            present = Solution.of(read.points, read.triangles, read.values, read.name)
+        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
+            result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
+        hand_over(result, loaded, place, as_json, quiet)
+
+
+def check(
+    case: CaseFile,
+    settings: Settings = None,
+    method: MethodName = None,
+    seed: Seed = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    picture: Picture = None,
+) -> None:
+    """Check a case: its geometry, its spacing, and how many nodes it needs."""
+    with reported():
+        loaded = read_case(case, settings, method, seed)
+        show_estimate(loaded, case, picture, as_json, quiet)
+
+
+def read_case(
+    case: str,
+    settings: list[str] | None,
+    method: str | None,
+    seed: int | None,
+    time_limit: float | None = None,
+) -> "Case":
+    """The case of a file or the standard input, with the options over it."""
+    from bubblemesh.case import load_case
+
+    text = read_input() if case == "-" else None
+    return load_case(case, overrides=settings or (), method=method, seed=seed, time_limit=time_limit, text=text)
+
+
+def require_distinct(as_json: bool, output: str | None) -> None:
+    """Check that report and mesh do not both go to the standard output."""
+    if as_json and output == "-":
+        raise CaseError("--json and -o - would both write to the standard output: drop one of them")
+
+
+def hand_over(result: "Result[Mesh]", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
+    """Write what a run has made, tell of it, and check it against what the case requires."""
+    from bubblemesh import console
+    from bubblemesh.meshfiles import dump
+    from bubblemesh.run import destination as destinations
+
+    report = place.deliver(result)
+    if as_json:
+        write_output(dump(report))
+    if not quiet:
+        console.show_quality(report)
+        if place.folder is not None:
+            console.show_files(str(place.folder), report["files"])
+    console.warn(report["warnings"])
+    destinations.require_finished(report)
+    destinations.require_quality(case, report)
+
+
+def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
+    """What meshing the case would take, and a picture of its spacing if one is named."""
+    from bubblemesh import console
+    from bubblemesh.meshfiles import dump
+    from bubblemesh.problem.problem import prepared
+    from bubblemesh.run.report import estimate
+
+    with located(source, case.origin):
+        problem = prepared(case)
+    if picture is not None:
+        draw_spacing(problem, picture)
+    if as_json:
+        write_output(dump(estimate(problem) | ({} if picture is None else {"plot": picture})))
+    if not quiet:
+        console.show_problem(problem)
+        if picture is not None:
+            console.show_files(str(picture.parent), [picture.name])
+    console.warn(problem.warnings)
+
+
+def draw_spacing(problem: "Problem", picture: Path) -> None:
+    """Draw the spacing of a problem."""
+    from bubblemesh.pictures import spacing_plots
+    from bubblemesh.pictures.plots import require_picture
+    from bubblemesh.run.preview import previewed
+
+    require_picture(picture)
+    shown = previewed(problem)
+    least, largest = shown.extremes[:2], shown.extremes[2:]
+    spacing_plots.draw_spacing(shown.mesh, shown.spacing, (least, largest), picture, problem.task.name)

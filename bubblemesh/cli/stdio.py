@@ -1,0 +1,127 @@
+"""The standard input and output, as bytes: the locale of the terminal does not matter to data; the error stream."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any, BinaryIO, TextIO, cast
+
+from bubblemesh.errors import CaseError, FileError, LimitError
+
+MOST_BYTES = 500_000_000
+
+
+def read_input() -> str:
+    """All of the standard input.
+
+    Raises
+    ------
+    FileError
+        If it is closed.
+    CaseError
+        If it is not UTF-8 text.
+    LimitError
+        If it is too large.
+    """
+    if sys.stdin is None:
+        raise FileError("the standard input is closed")
+    try:
+        content = sys.stdin.buffer.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise LimitError(f"<stdin>: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CaseError(
+            f"<stdin>: is not UTF-8 text ({error.reason} at byte {error.start}): save it as UTF-8"
+        ) from error
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write text to a file that must not be there yet, whole or not at all.
+
+    Raises
+    ------
+    FileError
+        If there is one, or it cannot be written.
+    """
+    made = False
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            made = True
+            file.write(text)
+    except FileExistsError as error:
+        raise FileError(f"{path}: exists already: give another name") from error
+    except BaseException as error:
+        if made:
+            path.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+        raise
+
+
+def output_stream() -> BinaryIO:
+    """The standard output; a closed one is a FileError."""
+    if sys.stdout is None:
+        raise FileError("the standard output is closed")
+    return sys.stdout.buffer
+
+
+def write_output(text: str) -> None:
+    """Write text to the standard output, and see that it arrives.
+
+    Raises
+    ------
+    FileError
+        If it cannot be written.
+    BrokenPipeError
+        If its reader has gone.
+    """
+    stream = output_stream()
+    try:
+        stream.write(text.encode("utf-8"))
+        stream.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FileError(f"cannot write to the standard output: {error.strerror}") from error
+
+
+class Expendable:
+    """A stream whose text is given up once it cannot be written: no message is worth the work it tells of.
+
+    Parameters
+    ----------
+    stream : TextIO
+        With a file descriptor, which leads nowhere from then on: for what is still buffered, and for other writers.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write text, or give it up."""
+        try:
+            return self._stream.write(text)
+        except OSError:
+            self._give_up()
+            return len(text)
+
+    def flush(self) -> None:
+        """Bring what is buffered on its way, or give it up."""
+        try:
+            self._stream.flush()
+        except OSError:
+            self._give_up()
+
+    def _give_up(self) -> None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self._stream.fileno())
+        os.close(nowhere)
+
+
+def expendable_messages() -> None:
+    """From now on the process goes on where its error stream fails: on a full disk, without a reader."""
+    if sys.stderr is not None:
+        sys.stderr = cast(TextIO, Expendable(sys.stderr))

@@ -1,0 +1,131 @@
+"""A packing on the terminal: a table that grows by a line for each round, and how far it is; plain lines elsewhere."""
+
+from collections.abc import Sequence
+from math import inf
+from time import monotonic
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from rich.console import Group
+from rich.live import Live
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
+
+from bubblemesh import console
+from bubblemesh.messages import duration, shown
+
+if TYPE_CHECKING:
+    from bubblemesh.run.report import RoundRow
+
+
+COLUMNS = {
+    "round": 5,
+    "nodes": 8,
+    "deleted": 8,
+    "inserted": 8,
+    "mean q": 7,
+    "least q": 7,
+    "mean speed": 10,
+    "time": 8,
+}  # and their widths
+DISPENSABLE = ("mean speed", "inserted", "deleted")  # where a terminal is narrow, the first of them first
+REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and elsewhere
+TOLD_FROM = 0.02  # share of the packing before which its speed is not known
+
+
+class PackingProgress:
+    """Shows each round as it ends, what share of the packing is done, and about how long the rest takes."""
+
+    def __init__(self, title: str, quiet: bool) -> None:
+        self.quiet = quiet
+        self.rows: list[tuple[str, ...]] = []
+        self.title = title
+        self.told = monotonic()
+        self.first = self.told, inf  # time and share when the packing began
+        self.spinner = Spinner("dots", Text(title))
+        self.over = False
+        live = Live(get_renderable=self.picture, console=console.terminal, refresh_per_second=8)
+        self.live = live if console.terminal.is_terminal and not quiet else None
+
+    def __enter__(self) -> "PackingProgress":
+        if self.live is not None:
+            self.live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.live is not None:
+            self.over = True
+            self.live.stop()
+
+    def show(self, row: "RoundRow") -> None:
+        """Add a finished round."""
+        cells = (
+            f"{row.round}",
+            f"{row.nodes_after}",
+            f"{row.deleted}",
+            f"{row.inserted}",
+            f"{row.quality_mean:.4f}",
+            f"{row.quality_min:.3f}",
+            f"{row.mean_speed:.2e}",
+            f"{row.seconds:.2f} s",
+        )
+        self.rows.append(cells)
+        if self.live is None and not self.quiet:
+            if len(self.rows) == 1:
+                _line(list(COLUMNS))
+            _line(cells)
+
+    def advance(self, share: float) -> None:
+        """Tell what share of the packing is done, and about how long the rest takes."""
+        now = monotonic()
+        if share <= self.first[1]:  # it begins, or begins anew; what was before is no packing
+            self.first = now, share
+        if self.quiet or now - self.told < (REDRAWN if self.live is not None else RETOLD):
+            return
+        self.told = now
+        rest = f"{share:.0%}{self._time_left(now, share)}"
+        if self.live is None:
+            console.terminal.print(Text(f"{self.title}: {rest}"))
+            return
+        room = max(console.terminal.width - len(rest) - len("* : "), 8)
+        self.spinner.update(text=Text(f"{shown(self.title, room)}: {rest}"))
+
+    def _time_left(self, now: float, share: float) -> str:
+        begun, before = self.first
+        if share - before < TOLD_FROM:
+            return ""
+        left = (now - begun) * (1 - share) / (share - before)
+        return f", about {duration(max(float(f'{left:.2g}'), 1))} left"
+
+    def picture(self) -> Group:
+        """The latest rounds above the line that tells how far the packing is; at the end all rounds."""
+        most = len(self.rows) if self.over else max(console.terminal.height - 3, 1)
+        parts = [self._table(most)] if self.rows else []
+        return Group(*parts) if self.over else Group(*parts, self.spinner)
+
+    def _table(self, most: int) -> Table:
+        names = _fitting(console.terminal.width)
+        table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1, 0, 0))
+        for name in names:
+            table.add_column(name, justify="right", no_wrap=True, min_width=COLUMNS[name])
+        for cells in self.rows[-most:]:
+            table.add_row(*(cell for name, cell in zip(COLUMNS, cells, strict=True) if name in names))
+        return table
+
+
+def _fitting(width: int) -> list[str]:
+    """The columns that a terminal of some width has room for."""
+    names = list(COLUMNS)
+    for name in DISPENSABLE:
+        if sum(COLUMNS[kept] + 1 for kept in names) - 1 > width:
+            names.remove(name)
+    return names
+
+
+def _line(cells: Sequence[str]) -> None:
+    console.terminal.print(
+        Text(" ".join(f"{cell:>{width}}" for cell, width in zip(cells, COLUMNS.values(), strict=True)))
+    )

@@ -1,0 +1,132 @@
+"""Rings that touch in a point: the point becomes a corner of both, so that the mesh has one node there."""
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.boundary import Boundary, Polyline
+
+TOUCHING = 1e-9  # of the domain's size
+ROUNDINGS = 4  # of coordinates far from the origin, by which places that are meant to be one may differ
+CONTACT_LENGTH = 1e5  # curves of radius R touch over a length of sqrt(8 R tolerance), not in a point
+GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
+SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
+MOST_SPLITS = 4  # of two rings: both at two points. Such rings bound no domain, least of all if a curve is common
+
+
+class Contact(NamedTuple):
+    """Point (2,) at arc length ``s`` of ``piece`` where the two ``rings`` touch."""
+
+    piece: int
+    s: float
+    point: Floats
+    rings: frozenset[int]
+
+
+def joined(boundary: Boundary) -> Boundary:
+    """The boundary with a corner wherever a ring touches another one between its corners."""
+    points = boundary.polyline().points
+    rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
+    tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
+    splits: Counter[frozenset[int]] = Counter()
+    while contacts := _contacts(boundary, tolerance, splits):
+        boundary = boundary.split(*(np.array(column) for column in zip(*(c[:3] for c in contacts), strict=True)))
+        splits.update(contact.rings for contact in contacts)
+    return boundary
+
+
+def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[int]]) -> list[Contact]:
+    """Contacts that are not yet corners of their pieces, between rings that have not been split too often.
+
+    Only one of each two rings, and of several in one place: the next ones have to know that corner.
+    """
+    line, found = boundary.polyline(), list[Contact]()
+    for probe, chord in _candidates(boundary, line, tolerance):
+        rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
+        if splits[rings] >= MOST_SPLITS or any(rings == other.rings for other in found):
+            continue
+        piece = int(line.piece[chord])
+        point = _closest(boundary, line, probe, chord)
+        (s,), (foot,) = _feet(boundary, line, np.array([chord]), point[None])
+        at_end = not boundary.closed[piece] and min(s, boundary.lengths[piece] - s) <= CONTACT_LENGTH * tolerance
+        alone = all(np.hypot(*(point - other.point)) > CONTACT_LENGTH * tolerance for other in found)
+        if np.hypot(*(point - foot)) <= tolerance and not at_end and alone:
+            found.append(Contact(piece, float(s), point, rings))
+    return found
+
+
+def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tuple[int, int]]:
+    """Points of the polyline, and chords of other rings, where curves may touch: the nearest of each two pieces."""
+    start, end = line.points, line.points[line.successor]
+    length = np.hypot(*(end - start).T)
+    curved = boundary.approximated[line.piece]
+    reach = np.maximum(tolerance, GAP_OF_CHORDS * length * curved)
+    probe, chord = _near(line, reach)
+    around = SETTLED * np.maximum(length[probe] * curved[probe], length[chord] * curved[chord])
+    unsettled = _to_shared_corner(boundary, line, probe, chord) > around
+    probe, chord = probe[unsettled], chord[unsettled]
+    gap = np.hypot(*(line.points[probe] - _feet(boundary, line, chord, line.points[probe])[1]).T)
+    order = np.lexsort((gap, line.piece[chord], line.piece[probe]))
+    pairs = np.column_stack([line.piece[probe], line.piece[chord]])[order]
+    nearest = order[np.flatnonzero((np.diff(pairs, axis=0, prepend=-1) != 0).any(axis=1))]
+    return list(zip(probe[nearest].tolist(), chord[nearest].tolist(), strict=True))
+
+
+def _near(line: Polyline, reach: Floats) -> tuple[Integers, Integers]:
+    """Points (k,) and chords (k,) of other rings that are within the reach (m,) of either, in order."""
+    points = shapely.points(line.points)
+    chords = shapely.linestrings(np.stack(line.chords[3:], axis=1))
+    # A search for each of the two: long chords would find far too many points for short ones to look at.
+    probe, chord = shapely.STRtree(chords).query(points, predicate="dwithin", distance=reach)
+    other, found = shapely.STRtree(points).query(chords, predicate="dwithin", distance=reach)
+    probe, chord = np.append(probe, found), np.append(chord, other)
+    apart = line.ring[probe] != line.ring[chord]
+    return np.divmod(np.unique(probe[apart] * len(points) + chord[apart]), len(points))
+
+
+def _to_shared_corner(boundary: Boundary, line: Polyline, probe: Integers, chord: Integers) -> Floats:
+    """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
+    corners_of = [set(boundary.start[boundary.ring == ring].tolist()) - {-1} for ring in range(boundary.ring.max() + 1)]
+    distance = np.full(len(probe), np.inf)
+    rings = line.ring[probe] * len(corners_of) + line.ring[chord]
+    for both in np.unique(rings).tolist():
+        a, b = divmod(both, len(corners_of))
+        shared = sorted(corners_of[a] & corners_of[b])
+        if shared:
+            mine = rings == both
+            offset = line.points[probe[mine]][:, None] - boundary.corners[shared]
+            distance[mine] = np.hypot(offset[..., 0], offset[..., 1]).min(axis=1)
+    return distance
+
+
+def _closest(boundary: Boundary, line: Polyline, probe: int, chord: int) -> Floats:
+    """The point next to ``probe`` on its own piece that is nearest to the curve of ``chord``."""
+    from scipy.optimize import minimize_scalar  # takes longer to load than most cases take to mesh
+
+    piece, s, step = line.piece[probe], line.s[probe], line.step[probe]
+    if boundary.start[piece] >= 0 and s == 0:
+        return line.points[probe]
+
+    def point(at: float) -> Floats:
+        return boundary.points(np.array([piece]), np.array([at % boundary.lengths[piece]]))[0]
+
+    def gap(at: float) -> float:
+        foot = _feet(boundary, line, np.array([chord]), point(at)[None])[1][0]
+        return float(np.hypot(*(point(at) - foot)))
+
+    return point(minimize_scalar(gap, bounds=(s - step, s + step), method="bounded", options={"xatol": 0.0}).x)
+
+
+def _feet(boundary: Boundary, line: Polyline, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
+    """Arc lengths (m,) and places (m, 2) of the points next to ``points`` (m, 2) on the curves of the chords (m,)."""
+    piece, start = line.piece[chord], line.points[chord]
+    along = line.points[line.successor[chord]] - start
+    share = np.einsum("ij,ij->i", points - start, along) / np.einsum("ij,ij->i", along, along)
+    s = line.s[chord] + np.clip(share, 0, 1) * line.step[chord]
+    for _ in range(4):  # the curves are next to each other
+        ahead = np.einsum("ij,ij->i", points - boundary.points(piece, s), boundary.tangents(piece, s))
+        s = boundary.wrapped(piece, s + ahead)
+    return s, boundary.points(piece, s)

@@ -1,0 +1,144 @@
+"""Where curves cross, and where they touch with a common tangent."""
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement.cuts import CONTACT_LENGTH, NEARLY, TOUCHING, Cuts, between_ends
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import turning
+from bubblemesh.messages import place
+
+NEWTON_STEPS = 12
+PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
+SAGITTA = 0.02  # of a chord's length, which its curve stays closer to
+
+
+class Chords(NamedTuple):
+    """Chords of a fine polygonal copy: piece (m,), arc length (m,) and its step (m,), and boxes around the curve."""
+
+    piece: Integers
+    s: Floats
+    step: Floats
+    boxes: shapely.STRtree
+
+
+class Pairs(NamedTuple):
+    """Chords near each other: their pieces p and q (m,), the arc lengths a and b of their middles, their steps."""
+
+    p: Integers
+    q: Integers
+    a: Floats
+    b: Floats
+    step_a: Floats
+    step_b: Floats
+
+    def kept(self, which: Integers | Booleans) -> "Pairs":
+        """Those of them."""
+        return Pairs(*(column[which] for column in self))  # type: ignore[arg-type]
+
+
+def chords_of(boundary: Boundary, size: float) -> Chords:
+    """Chords of all pieces, with boxes that hold the curves and a margin within which others are near."""
+    piece, s, step = boundary.panels()
+    ends = np.stack([boundary.points(piece, s), boundary.points(piece, s + step)], axis=1)
+    around = np.where(boundary.curved[piece], SAGITTA * step, 0) + NEARLY * size
+    low, high = ends.min(axis=1) - around[:, None], ends.max(axis=1) + around[:, None]
+    return Chords(piece, s, step, shapely.STRtree(shapely.box(*low.T, *high.T)))
+
+
+def near_pairs(boundary: Boundary, chords: Chords) -> Pairs:
+    """Chords of inner pieces beside those of others, or of the same piece, where they may cross or touch."""
+    piece, s, step, boxes = chords
+    mine = np.flatnonzero(boundary.inner[piece])
+    i, j = boxes.query(boxes.geometries[mine], predicate="intersects")
+    i = mine[i]
+    i, j = (column[(i < j) | ~boundary.inner[piece[j]]] for column in (i, j))
+    start, end, curved = boundary.start, boundary.end, boundary.curved
+    p, q = piece[i], piece[j]
+    joined = (start[p] == start[q]) | (start[p] == end[q]) | (end[p] == start[q]) | (end[p] == end[q])
+    gap = np.abs(s[i] - s[j])  # neighbours on one curve are no crossing
+    gap = np.where(boundary.closed[p] | (start[p] == end[p]), np.minimum(gap, boundary.lengths[p] - gap), gap)
+    wanted = np.where(p == q, gap > 1.5 * step[i], curved[p] | curved[q] | ~joined)
+    i, j = i[wanted], j[wanted]
+    return Pairs(piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2, step[i], step[j])
+
+
+def limited(ahead: Floats, step: Floats) -> Floats:
+    """Steps (m,) of an iteration, not far beyond a chord."""
+    return np.clip(ahead, -2 * step, 2 * step)
+
+
+def crossings(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
+    """Cuts where the curves of chords cross."""
+    p, q, a, b, step_a, step_b = pairs
+    tolerance = TOUCHING * size
+    for _ in range(NEWTON_STEPS):
+        # Both curves as their tangents: where these meet.
+        (ux, uy), (vx, vy) = boundary.tangents(p, a).T, boundary.tangents(q, b).T
+        gx, gy = (boundary.points(q, b) - boundary.points(p, a)).T
+        across = ux * vy - uy * vx
+        slope = np.where(across == 0, np.inf, across)
+        ahead = limited((gx * vy - gy * vx) / slope, step_a)
+        a = boundary.wrapped(p, a + ahead)
+        b = boundary.wrapped(q, b + limited((gx * uy - gy * ux) / slope, step_b))
+    points = boundary.points(p, a)
+    met = (np.hypot(*(points - boundary.points(q, b)).T) <= tolerance) & (np.abs(across) > PARALLEL)
+    met &= np.abs(ahead) <= tolerance  # where curves touch, the steps halve only
+    met &= between_ends(boundary, p, a, tolerance) & between_ends(boundary, q, b, tolerance)
+    met &= (p != q) | (np.abs(a - b) > CONTACT_LENGTH * tolerance)
+    return Cuts(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
+
+
+SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
+BESIDE = 2e-5  # radians between them; they turn by 0.025 along a chord, of which they may differ by that 1e-3
+
+
+def touches(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
+    """Cuts where the curves of chords touch with a common tangent.
+
+    Raises
+    ------
+    GeometryError
+        If one passes the other next to it.
+    """
+    tolerance = TOUCHING * size
+    curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)
+    p, q, a, b, step_a, step_b = (column[curved] for column in pairs)
+    bends = np.column_stack([_bend(boundary, p, a, step_a), _bend(boundary, q, b, step_b)])
+    for _ in range(NEWTON_STEPS):
+        # Where the tangents are parallel, and each point is opposite of the other.
+        ahead = np.einsum("ij,ij->i", boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b))
+        b = boundary.wrapped(q, b + ahead)
+        t, v = boundary.tangents(p, a), boundary.tangents(q, b)
+        sense = np.where(np.einsum("ij,ij->i", t, v) < 0, -1.0, 1.0)
+        angle, bend = turning(t, sense[:, None] * v), bends[:, 0] - sense * bends[:, 1]
+        alike = np.abs(bend) <= SAME_BEND * np.abs(bends).max(axis=1, initial=0)
+        off = np.where(alike, 0, angle / np.where(alike, 1, bend))
+        a = boundary.wrapped(p, a + limited(off, step_a))
+    offset, v = boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b)
+    distance = np.hypot(*offset.T)
+    opposite = (np.abs(np.einsum("ij,ij->i", offset, v)) <= tolerance) & (np.abs(off) <= tolerance)
+    opposite &= ~alike | (np.abs(angle) <= BESIDE)
+    around = CONTACT_LENGTH * tolerance
+    opposite &= between_ends(boundary, p, a, around) & between_ends(boundary, q, b, around)
+    near = np.flatnonzero(opposite & (alike | (distance > tolerance)) & (distance <= NEARLY * size))
+    if len(near):
+        k = near[0]
+        raise GeometryError(
+            f"two curves pass each other at {place(boundary.points(p[[k]], a[[k]])[0])} at a distance of "
+            f"{distance[k]:.1g}, next to each other but not the same and not touching in a point: let them touch, "
+            "or move them apart"
+        )
+    k = np.flatnonzero(opposite & (distance <= tolerance) & ~alike)
+    points = boundary.points(p[k], a[k])
+    return Cuts(np.concatenate([p[k], q[k]]), np.concatenate([a[k], b[k]]), np.tile(points, (2, 1)))
+
+
+def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> Floats:
+    """Mean curvature (m,) along chords."""
+    before, after = (boundary.tangents(piece, boundary.wrapped(piece, middle + t * step)) for t in (-0.5, 0.5))
+    return np.where(boundary.curved[piece], turning(before, after) / step, 0)

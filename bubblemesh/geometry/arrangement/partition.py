@@ -1,0 +1,168 @@
+"""Regions, interfaces and embedded lines: inner pieces, cut where they meet and named by what lies beside them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement.cuts import TOUCHING
+from bubblemesh.geometry.arrangement.noding import noded
+from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
+from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.rings import Ring, Strand
+from bubblemesh.messages import place
+
+ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
+ROUNDINGS = 4  # of coordinates, by which places that are meant to be one may differ
+COARSEST = 1e-6  # of the domain's size: rounding that regions and lines bear
+NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
+
+
+def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> Boundary:
+    """The boundary with inner pieces, noded, and with the regions on either side of all pieces.
+
+    Rings of regions and embedded lines end at the boundary of the domain; what of them follows it, or another one
+    of them, is one piece: of the ring if it can be, else of an embedded line, else of the first region.
+
+    Parameters
+    ----------
+    boundary : Boundary
+        The rings.
+    parts : Parts
+    polygon : Polygon
+        The domain.
+
+    Raises
+    ------
+    GeometryError
+        If regions overlap or lie outside, if nothing is left of a line or a point is not in the domain, or if a
+        vertex is next to a line but not on it; with the coordinates.
+    """
+    size = _size(polygon)
+    outlines = [region.polygon for region in parts.regions]
+    _require_inside(parts, outlines, polygon)
+    strands = [*parts.strands, *(Strand.around(region.ring, region.label) for region in parts.regions)]
+    whole = boundary.joined_by(strands, [point for point, _ in parts.points])
+    whole = noded(whole, size, fixed=len(boundary.corners))
+    areas = areas_of(whole, len(parts.strands), outlines)
+    require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.strands), outlines, size))
+    whole = _without_doubles(whole, TOUCHING * size)
+    whole = _clipped(whole, parts.points, TOUCHING * size)
+    _require_lines(whole, parts.strands)
+    whole = _sided(whole, areas)
+    _require_seen(whole, parts.regions)
+    return replace(whole, ring=np.maximum(whole.ring, -1))
+
+
+def _size(polygon: shapely.Polygon) -> float:
+    """Size of the domain that tolerances are parts of; far from the origin coordinates are rounded by more than these.
+
+    Raises
+    ------
+    GeometryError
+        If too few digits are left to tell what meets.
+    """
+    x0, y0, x1, y1 = polygon.bounds
+    size = float(max(x1 - x0, y1 - y0))
+    rounding = ROUNDINGS * float(np.spacing(max(abs(x0), abs(y0), abs(x1), abs(y1))))
+    if rounding > COARSEST * size:
+        raise GeometryError(
+            f"the domain, {size:.3g} wide, is so far from the origin, at {place((x0, y0))}, that the rounding of its "
+            "coordinates hides which regions and lines meet: move it nearer to the origin"
+        )
+    return max(size, rounding / TOUCHING)
+
+
+def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:
+    for region, outline in zip(parts.regions, outlines, strict=True):
+        if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
+            where = place(shapely.get_coordinates(outline)[0])
+            raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
+
+
+def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
+    """The boundary without inner pieces that follow another piece, nor such as have no length."""
+    low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
+    numbers = np.arange(len(boundary.kind))
+    middle = boundary.points(numbers, boundary.lengths / 2)
+    keep = ~boundary.inner | (low != high) | (boundary.lengths > 10 * tolerance)
+    rank = np.empty(len(numbers), np.int64)
+    rank[np.lexsort((numbers, np.where(boundary.inner, -boundary.ring, 0)))] = numbers
+    spots = shapely.points(middle)
+    i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
+    double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
+    keep[i[double]] = False
+    return boundary.kept(np.flatnonzero(keep))
+
+
+def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str]], tolerance: float) -> Boundary:
+    """The boundary without inner pieces outside the domain, and without the corners that only these had.
+
+    Raises
+    ------
+    GeometryError
+        If an embedded point is outside, or where another one is.
+    """
+    line = boundary.polyline()
+    rings = [line.points[line.ring == number] for number in range(int(line.ring.max()) + 1)]
+    domain = shapely.Polygon(rings[0], rings[1:])
+    shapely.prepare(domain)
+    middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
+    kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
+    open_ = ~kept.closed
+    used = np.zeros(len(kept.corners), bool)
+    used[kept.start[open_]] = used[kept.end[open_]] = True
+    owner: dict[int, str] = {}
+    for at, label in points:
+        there = np.hypot(*(kept.corners - at).T) <= tolerance
+        corner = int(there.argmax())  # a point inside is one by itself
+        if corner in owner:
+            raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
+        if not (used[there].any() or shapely.contains_xy(domain, *at)):
+            raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
+        used |= there
+        owner[corner] = label
+    number = np.append(np.cumsum(used) - 1, -1)  # -1 stays: no corner
+    ends = [number[end] for end in (kept.start, kept.end)]
+    return replace(kept, start=ends[0], end=ends[1], corners=kept.corners[used])
+
+
+def _require_lines(boundary: Boundary, strands: Sequence[Strand]) -> None:
+    left = set(boundary.ring.tolist())
+    for number, strand in enumerate(strands, start=1):
+        if -number not in left:
+            curve = Boundary.of([Ring(strand.sides, strand.vertices[:-1])])
+            where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
+            raise GeometryError(
+                f"the line {strand.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
+                "move or remove it"
+            )
+
+
+def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
+    """The boundary with the numbers of the regions on both sides of its pieces."""
+    numbers = np.arange(len(boundary.kind))
+    piece, s, step = boundary.panels()
+    # The middle of a chord is in the middle between the corners of the regions' polygons.
+    first = np.searchsorted(piece, numbers)
+    chord = first + np.bincount(piece) // 2
+    at = s[chord] + step[chord] / 2
+    middle = (boundary.points(numbers, s[chord]) + boundary.points(numbers, s[chord] + step[chord])) / 2
+    tx, ty = boundary.tangents(numbers, at).T
+    aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[chord]
+    normal = aside[:, None] * np.column_stack([-ty, tx])
+    left, right = (region_at(points, areas) for points in (middle + normal, middle - normal))
+    return replace(boundary, left=left, right=np.where(boundary.inner, right, -1))
+
+
+def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:
+    seen = {*boundary.left.tolist(), *boundary.right.tolist()}
+    for number, region in enumerate(regions, start=1):
+        if number not in seen:
+            where = place(shapely.get_coordinates(region.polygon)[0])
+            raise GeometryError(
+                f"nothing is left of region {region.name!r} at {where} beside the regions within it: remove one of them"
+            )

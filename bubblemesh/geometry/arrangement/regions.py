@@ -1,0 +1,99 @@
+"""What a domain holds beside its rings: regions, embedded lines and points, sides that match."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Integers
+from bubblemesh.geometry.arrangement.cuts import TOUCHING
+from bubblemesh.geometry.boundary import outline
+from bubblemesh.geometry.rings import Line, Ring, Strand
+from bubblemesh.geometry.validity import simple_polygon
+
+RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the domain: a ring with a name, and a label for those of its sides that have none."""
+
+    ring: Ring
+    name: str
+    label: str
+
+    @cached_property
+    def polygon(self) -> shapely.Polygon:
+        """Fine polygonal copy."""
+        origin = f" ({self.ring.origin})" if self.ring.origin else ""
+        polygon = simple_polygon(outline(self.ring), f"the ring of region {self.name!r}{origin}")
+        shapely.prepare(polygon)
+        return polygon
+
+    @property
+    def core(self) -> shapely.Geometry:
+        """The region without its rim."""
+        return self._bands[0]
+
+    @property
+    def reach(self) -> shapely.Geometry:
+        """The region with its rim."""
+        return self._bands[1]
+
+    @cached_property
+    def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """Both; the rim of a curved region is as wide as its chords are off."""
+        straight = all(isinstance(side.curve, Line) for side in self.ring.sides)
+        x0, y0, x1, y1 = self.polygon.bounds
+        width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
+        bands = self.polygon.buffer(-width, join_style="mitre"), self.polygon.buffer(width, join_style="mitre")
+        for band in bands:
+            shapely.prepare(band)
+        return bands
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a domain holds beside its rings.
+
+    Attributes
+    ----------
+    regions : tuple of Region
+        Numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts. Several
+        may have one name.
+    rest : str
+        Name of region 0.
+    strands : tuple of Strand
+        Embedded lines.
+    points : tuple of ((x, y), label)
+        Embedded points.
+    periodic : tuple of (label, label)
+        Sides whose nodes match.
+    """
+
+    regions: tuple[Region, ...] = ()
+    rest: str = "domain"
+    strands: tuple[Strand, ...] = ()
+    points: tuple[tuple[tuple[float, float], str], ...] = ()
+    periodic: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed on reading."""
+        inside = (*(region.ring.notes for region in self.regions), *(strand.notes for strand in self.strands))
+        return tuple(note for some in inside for note in some)
+
+    def __bool__(self) -> bool:
+        return bool(self.regions or self.strands or self.points)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of region 0 and the others, each once."""
+        return tuple(dict.fromkeys((self.rest, *(region.name for region in self.regions))))
+
+    @property
+    def named(self) -> Integers:
+        """Index (r + 1,) into ``names`` for region 0 and the others."""
+        number = {name: k for k, name in enumerate(self.names)}
+        return np.array([0, *(number[region.name] for region in self.regions)])

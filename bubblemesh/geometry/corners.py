@@ -1,0 +1,109 @@
+"""Corners: how pieces leave them, in order around each, and whether triangles have room between."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.messages import place
+
+GLANCE = 1e-3  # of a chord's length: so far ahead curves with a common tangent are told apart
+
+
+class Departures(NamedTuple):
+    """Ends of pieces, counter-clockwise around their corners.
+
+    Attributes
+    ----------
+    corner : (m,)
+    piece : (m,)
+    forward : (m,)
+        Whether the piece starts here, rather than ends.
+    direction : (m,)
+        In which it leaves the corner, in radians.
+    curvature : (m,)
+        Of the leaving curve, positive where it turns left.
+    following : (m,)
+        Number of the next one at the same corner; its own where there is no other.
+    """
+
+    corner: Integers
+    piece: Integers
+    forward: Booleans
+    direction: Floats
+    curvature: Floats
+    following: Integers
+
+    def angle_to(self, other: Integers) -> Floats:
+        """Angles (m,) in radians, counter-clockwise from each direction to that of the one numbered ``other`` (m,).
+
+        A difference by rounding is none, rather than a full turn.
+        """
+        return np.mod(self.direction[other] - self.direction + ROUNDING, 2 * np.pi) - ROUNDING
+
+
+ROUNDING = 1e-6  # radians
+
+
+def departures(boundary: Boundary) -> Departures:
+    """Both ends of all pieces that are not closed."""
+    of_chord, _, step = boundary.panels()
+    first, last = np.flatnonzero(np.diff(of_chord, prepend=-1)), np.flatnonzero(np.diff(of_chord, append=-1))
+    piece = np.flatnonzero(~boundary.closed)
+    ahead, back = step[first[piece]], step[last[piece]]
+    length, start = boundary.lengths[piece], np.zeros(len(piece))
+    leaving = np.vstack([boundary.tangents(piece, start), -boundary.tangents(piece, length)])
+    later = np.vstack([boundary.tangents(piece, ahead), -boundary.tangents(piece, length - back)])
+    direction = np.arctan2(leaving[:, 1], leaving[:, 0])
+    (ax, ay), (bx, by) = leaving.T, later.T
+    turn = np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
+    corner = np.concatenate([boundary.start[piece], boundary.end[piece]])
+    forward = np.repeat([True, False], len(piece))
+    order = np.lexsort((direction + GLANCE * turn, corner))
+    corner = corner[order]
+    begins = np.diff(corner, prepend=-1) != 0
+    group = np.flatnonzero(begins)[np.cumsum(begins) - 1]
+    following = np.arange(1, len(corner) + 1)
+    ends = np.append(begins[1:], True)[: len(corner)]
+    following[ends] = group[ends]
+    return Departures(
+        corner,
+        np.tile(piece, 2)[order],
+        forward[order],
+        direction[order],
+        (turn / np.concatenate([ahead, back]))[order],
+        following,
+    )
+
+
+TANGENT = 1e-5  # radians between two directions that are the same
+LEAST_BEND = 0.06  # relative difference of the curvatures: the edges of one curve reach across the other below it
+STRAIGHT = 1e-9  # radians over the length of the shorter piece
+
+
+def require_room(boundary: Boundary) -> None:
+    """Check that curves with a common tangent part fast enough for edges to follow both of them.
+
+    Raises
+    ------
+    GeometryError
+        If their curvatures are nearly the same; with the corner and the radii.
+    """
+    ends = departures(boundary)
+    one = np.arange(len(ends.corner))
+    other = ends.following
+    k, m = ends.curvature, ends.curvature[other]
+    sharper = np.maximum(np.abs(k), np.abs(m))
+    length = np.minimum(boundary.lengths[ends.piece], boundary.lengths[ends.piece[other]])
+    tight = (one != other) & (np.abs(ends.angle_to(other)) <= TANGENT)
+    tight &= (np.abs(k - m) <= LEAST_BEND * sharper) & (sharper * length > STRAIGHT)
+    if tight.any():
+        first = np.flatnonzero(tight)[0]
+        radii = 1 / np.abs([k[first], m[first]])
+        raise GeometryError(
+            f"two curves part at {place(boundary.corners[ends.corner[first]])} with a common tangent and with radii "
+            f"of {radii[0]:.4g} and {radii[1]:.4g}, too near to each other for edges between them: let them "
+            "share the curve, or not touch"
+        )

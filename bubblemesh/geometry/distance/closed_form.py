@@ -1,0 +1,101 @@
+"""Distances from a few straight lines, circular arcs and points, each by its formula."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import Arcs, Lines
+
+MOST = 16  # lines and arcs: beyond, looking for the nearest one first is faster
+AT_A_TIME = 1 << 14  # points, so that the arrays stay in the processor's caches
+ANYWHERE = -2.0  # below the cosine of any angle
+
+
+@dataclass(frozen=True)
+class Direct:
+    """Distance from the nearest of some lines and arcs.
+
+    Attributes
+    ----------
+    start, end : (n, 2)
+        Of each line; both are the same for a point.
+    center, middle : (m, 2)
+        Centre of each arc, and unit vector from there to its middle.
+    radius, cosine : (m,)
+        Its radius, and the cosine of half the angle that it spans.
+    """
+
+    start: Floats
+    end: Floats
+    center: Floats
+    middle: Floats
+    radius: Floats
+    cosine: Floats
+
+    costly = False
+
+    @classmethod
+    def of(cls, boundary: Boundary, pieces: Integers, points: Sequence[Sequence[float]] = ()) -> "Direct | None":
+        """Distance from some pieces (p,) of a boundary and from points, if these are few, and no other curves."""
+        kinds = [type(boundary.families[k]) for k in boundary.kind[pieces]]
+        if len(kinds) + len(points) > MOST or not set(kinds) <= {Lines, Arcs}:
+            return None
+        arcs = np.array([kind is Arcs for kind in kinds], bool)
+        lines, rounds = pieces[~arcs], pieces[arcs]
+        center, radius = _circles(boundary, rounds)
+        closed = boundary.closed[rounds]
+        half = np.where(closed, 0, boundary.lengths[rounds] / 2)
+        middle = (boundary.points(rounds, half) - center) / radius[:, None]
+        # The ends of an arc are what is nearest outside the angle that it spans.
+        open_, places = rounds[~closed], np.array(points, float).reshape(-1, 2)
+        ends = [boundary.corners[end[of]] for of in (lines, open_) for end in (boundary.start, boundary.end)]
+        start, end = np.vstack([ends[0], ends[2], ends[3], places]), np.vstack([ends[1], ends[2], ends[3], places])
+        return cls(start, end, center, middle, radius, np.where(closed, ANYWHERE, np.cos(half / radius)))
+
+    @classmethod
+    def through(cls, points: Sequence[tuple[float, float]]) -> "Direct | None":
+        """Distance from the straight lines between consecutive points, or from a single one, if these are few."""
+        places = np.array(points, float)
+        if len(places) > MOST:
+            return None
+        end = places if len(places) == 1 else places[1:]
+        return cls(places[: len(end)], end, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+
+    def __call__(self, points: Floats) -> Floats:
+        """Distances (k,) of points (k, 2)."""
+        distance = np.empty(len(points))
+        for begin in range(0, len(points), AT_A_TIME):
+            part = slice(begin, begin + AT_A_TIME)
+            distance[part] = self._from(*points[part].T)
+        return distance
+
+    def _from(self, x: Floats, y: Floats) -> Floats:
+        squared = np.full(len(x), np.inf)
+        for (ax, ay), (bx, by) in zip(self.start.tolist(), self.end.tolist(), strict=True):
+            ux, uy, dx, dy = bx - ax, by - ay, x - ax, y - ay
+            if ux or uy:
+                along = np.clip((dx * ux + dy * uy) / (ux * ux + uy * uy), 0, 1)
+                dx, dy = dx - along * ux, dy - along * uy
+            squared = np.minimum(squared, dx * dx + dy * dy)
+        arcs = (self.center.tolist(), self.middle.tolist(), self.radius.tolist(), self.cosine.tolist())
+        for (cx, cy), (ux, uy), radius, cosine in zip(*arcs, strict=True):
+            dx, dy = x - cx, y - cy
+            away = np.sqrt(dx * dx + dy * dy)
+            facing = dx * ux + dy * uy >= cosine * away
+            squared = np.where(facing, np.minimum(squared, (away - radius) ** 2), squared)
+        return np.sqrt(squared)
+
+
+def _circles(boundary: Boundary, pieces: Integers) -> tuple[Floats, Floats]:
+    """Centres (p, 2) and radii (p,) of the circles that arcs are parts of."""
+    center, radius = np.zeros((len(pieces), 2)), np.zeros(len(pieces))
+    for k, family in enumerate(boundary.families):
+        mine = boundary.kind[pieces] == k
+        if isinstance(family, Arcs):
+            center[mine], radius[mine] = (
+                column[boundary.index[pieces[mine]]] for column in (family.center, family.radius)
+            )
+    return center, radius

@@ -1,0 +1,98 @@
+"""Nearest points on curves: the nearest chord, then Newton's method on the curve that it follows."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.boundary import Boundary, Chords
+from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.distance.chord_runs import ChordRuns
+from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
+
+STEPS = 8
+REST = 1e-9  # of a piece's length: a shorter step changes the distance by its square
+AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
+FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
+
+
+class Nearest(NamedTuple):
+    """Nearest boundary points of m points: piece (m,), arc length (m,), the point (m, 2) and its distance (m,)."""
+
+    piece: Integers
+    s: Floats
+    foot: Floats
+    distance: Floats
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Projection of points onto pieces of a boundary, and onto points.
+
+    Attributes
+    ----------
+    boundary : Boundary
+    chords : Chords
+        Those that follow the pieces; mere points have the piece -1.
+    """
+
+    boundary: Boundary
+    chords: Chords
+
+    def __call__(self, points: Floats) -> Nearest:
+        """Nearest points of ``points`` (k, 2), on the true curves."""
+        chord = nearest_chord(self._runs, points)
+        share, foot = self._runs.feet(points, chord)
+        piece, s = self.chords.piece[chord], self.chords.s[chord] + share * self.chords.step[chord]
+        curved = np.flatnonzero(self._approximated[chord])
+        for begin in range(0, len(curved), AT_A_TIME):
+            mine = curved[begin : begin + AT_A_TIME]
+            s[mine] = self._projected(points[mine], piece[mine], s[mine], self._curvature[chord[mine]])
+            foot[mine] = self.boundary.points(piece[mine], s[mine])
+        return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
+
+    def at_least(self, points: Floats) -> Floats:
+        """Lower bounds (k,) of the distances of ``points`` (k, 2), much quicker than these; 0 next to the curves."""
+        return np.maximum(distance_at_least(self._runs, points) - self._belly, 0)
+
+    @cached_property
+    def _belly(self) -> float:
+        """More than any curve departs from its chords."""
+        return float((np.abs(self._curvature) * self.chords.step**2).max() / 4)
+
+    @cached_property
+    def _runs(self) -> ChordRuns:
+        return ChordRuns.of(self.chords.start, self.chords.end)
+
+    @cached_property
+    def _approximated(self) -> Booleans:
+        """Which chords (m,) are not the curve itself."""
+        return (self.chords.piece >= 0) & self.boundary.approximated[self.chords.piece]
+
+    @cached_property
+    def _curvature(self) -> Floats:
+        """Mean curvature (m,) of the curve along each chord, positive where it turns left."""
+        curvature = np.zeros(len(self.chords.piece))
+        mine = np.flatnonzero(self._approximated)
+        piece, s, step = self.chords.piece[mine], self.chords.s[mine], self.chords.step[mine]
+        before, after = self.boundary.tangents(piece, s), self.boundary.tangents(piece, s + step)
+        curvature[mine] = turning(before, after) / step
+        return curvature
+
+    def _projected(self, points: Floats, piece: Integers, s: Floats, curvature: Floats) -> Floats:
+        """Arc length (k,) of the nearest point on each curve, from a start close to it.
+
+        Newton's method for a foot where the tangent is square to the way to the point. Without the curvature the
+        steps would diverge for a point farther from a convex curve than its radius.
+        """
+        s, moving = s.copy(), np.arange(len(s))  # most come to rest before the last step
+        for _ in range(STEPS):
+            mine, before = piece[moving], s[moving]
+            here, (tx, ty) = self.boundary.points(mine, before), self.boundary.tangents(mine, before).T
+            rx, ry = (points[moving] - here).T
+            slope = 1 - curvature[moving] * (tx * ry - ty * rx)
+            s[moving] = self.boundary.wrapped(mine, before + (rx * tx + ry * ty) / np.maximum(slope, FLATTEST))
+            moving = moving[np.abs(s[moving] - before) > REST * self.boundary.lengths[mine]]
+        return s

@@ -1,0 +1,166 @@
+"""Rings of many short edges followed as curves: which vertices stay nodes, and what runs between them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.boundary import outline
+from bubblemesh.geometry.curves import interpolated, turning
+from bubblemesh.geometry.rings import Curve, Line, Point, Ring, Side, Spline, Trace
+from bubblemesh.messages import place
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+
+SAMPLES = 8  # of a spline between two of its points, to see how far it departs from the polyline
+
+
+@dataclass(frozen=True)
+class Tracing:
+    """How straight sides are followed.
+
+    Attributes
+    ----------
+    corners : float
+        Vertices that turn by more degrees stay nodes; so do those where the label changes or a curve ends.
+    smooth : bool
+        Whether a spline through the vertices is followed, in place of the straight lines between them.
+    tolerance : float, optional
+        Largest distance of the mesh from the polyline: more vertices stay nodes for it.
+    """
+
+    corners: float
+    smooth: bool = False
+    tolerance: float | None = None
+
+    def __call__(self, ring: Ring) -> Ring:
+        """The ring with its straight sides followed as curves between the vertices that stay nodes.
+
+        Raises
+        ------
+        GeometryError
+            If the spline through the vertices departs from the polyline by more than half the tolerance.
+        """
+        fixed = self._fixed(ring)
+        if fixed.all():
+            return ring
+        if not fixed.any() and self.tolerance is None:
+            points = np.array([*ring.vertices, ring.vertices[0]])
+            return Ring(
+                (Side(Spline(points) if self.smooth else Trace(points), ring.sides[0].label),),
+                (),
+                ring.notes,
+                outline(ring),
+            )
+        cornered = bool(fixed.any())
+        fixed[0] = fixed[0] or not cornered
+        sides, vertices = [], []
+        for begin, end in _spans(fixed):
+            run = [ring.sides[k % len(fixed)] for k in range(begin, end)]
+            points = np.array([ring.vertices[k % len(fixed)] for k in range(begin, end + 1)])
+            for curve in self._curves(points, cornered) if isinstance(run[0].curve, Line) else [run[0].curve]:
+                sides.append(Side(curve, run[0].label))
+                vertices.append(_start(curve, points))
+        return Ring(tuple(sides), tuple(vertices), ring.notes, outline(ring))
+
+    def _fixed(self, ring: Ring) -> Booleans:
+        """Which vertices (n,) stay nodes whatever the tolerance."""
+        straight = np.array([isinstance(side.curve, Line) for side in ring.sides])
+        if len(ring.vertices) < 3 or not straight.any():
+            return np.ones(len(ring.vertices), bool)
+        points = np.array(ring.vertices)
+        ahead = np.roll(points, -1, axis=0) - points
+        turn = np.degrees(np.abs(turning(np.roll(ahead, 1, axis=0), ahead)))
+        labels = np.array([side.label or "" for side in ring.sides])
+        return (turn > self.corners) | (labels != np.roll(labels, 1)) | ~straight | ~np.roll(straight, 1)
+
+    def _curves(self, points: Floats, cornered: bool) -> list[Curve]:
+        """Curves through the points (k, 2) of a run; closed, it has a corner at its start or is smooth there."""
+        spline = interpolated(points, cornered=cornered) if self.smooth and len(points) > 2 else None
+        last = len(points) - 1
+        if self.tolerance is None:
+            return [_part(points, spline, 0, last)]
+        # Both the polyline and what the nodes slide on stay in a tube around the chords of the kept vertices.
+        dense, stride = points, 1
+        if spline is not None:
+            stride = SAMPLES
+            dense = spline(np.interp(np.arange(stride * last + 1) / stride, np.arange(last + 1), spline.x))
+            self._require_near(points, dense)
+        kept = _simplified(dense, stride, self.tolerance / 2)
+        return [_part(points, spline, begin, end) for begin, end in pairwise(kept)]
+
+    def _require_near(self, points: Floats, dense: Floats) -> None:
+        """The spline must not bulge between its points by more than the tolerance allows."""
+        between = dense[:-1].reshape(-1, SAMPLES, 2)
+        away = _from_chord(between, points[:-1, None], points[1:, None]).max(axis=1)
+        if self.tolerance is not None and away.max() > self.tolerance / 2:
+            raise GeometryError(
+                f"the spline at {place(points[away.argmax()])} departs from the polyline by {away.max():.3g}, more "
+                f"than half the tolerance of {self.tolerance:g}: raise the tolerance or leave out smooth"
+            )
+
+
+def _spans(fixed: Booleans) -> Iterator[tuple[int, int]]:
+    """Begin and end of the runs from each fixed vertex to the next, all around."""
+    stops = np.flatnonzero(fixed).tolist()
+    if stops:
+        yield from zip(stops, [*stops[1:], stops[0] + len(fixed)], strict=True)
+
+
+def _start(curve: Curve, points: Floats) -> Point:
+    """Where a curve of a run starts."""
+    match curve:
+        case Line(start=start):
+            return start
+        case Trace(points=own) | Spline(knots=own):
+            x, y = own[0].tolist()
+        case _:
+            x, y = points[0].tolist()
+    return x, y
+
+
+def _part(points: Floats, spline: "CubicSpline | None", begin: int, end: int) -> Curve:
+    """The polyline or the spline from one of its points to another one."""
+    part = points[begin : end + 1]
+    if spline is not None:
+        length = np.hypot(*np.diff(points, axis=0).T).sum()
+        return Spline(part, spline(spline.x[[begin, end]], 1) / length)
+    if len(part) > 2:
+        return Trace(part)
+    (x0, y0), (x1, y1) = part.tolist()
+    return Line((x0, y0), (x1, y1))
+
+
+def _simplified(points: Floats, stride: int, tolerance: float) -> list[int]:
+    """Numbers, divided by ``stride``, of points at multiples of it whose chords are near all of them.
+
+    The algorithm of Ramer, Douglas and Peucker. A closed run starts with a cut at its farthest point.
+    """
+    last = (len(points) - 1) // stride
+    kept, open_ = {0, last}, [(0, last)]
+    while open_:
+        begin, end = open_.pop()
+        if end - begin < 2:
+            continue
+        part = points[stride * begin : stride * end + 1]
+        away = _from_chord(part, part[0], part[-1])
+        if away.max() > tolerance or (part[0] == part[-1]).all():
+            own = away[stride:-stride:stride] if stride > 1 else away[1:-1]
+            middle = begin + 1 + int(own.argmax())
+            kept.add(middle)
+            open_ += [(begin, middle), (middle, end)]
+    return sorted(kept)
+
+
+def _from_chord(points: Floats, a: Floats, b: Floats) -> Floats:
+    """Distances of points (..., 2) from the straight lines from ``a`` to ``b``."""
+    along = b - a
+    length = np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
+    share = np.clip(((points - a) * along).sum(axis=-1) / length, 0, 1)
+    return np.linalg.norm(points - a - share[..., None] * along, axis=-1)

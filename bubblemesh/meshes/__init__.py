@@ -1,0 +1,1 @@
+"""Triangle meshes: the product, its quality and its triangulation."""

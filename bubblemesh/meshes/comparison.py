@@ -1,0 +1,131 @@
+"""Two meshes side by side."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.histograms import Histogram, lowest_shown, quality_histogram, spacing_histogram
+from bubblemesh.meshes.quality import edge_means, edge_ratios, edges, radius_ratios, spacing_fit
+from bubblemesh.meshfiles.foreign import ForeignMesh
+from bubblemesh.run.report import mesh_figures
+from bubblemesh.spacing.spacing import Spacing
+
+BINS = 10
+TARGET = "target_spacing"
+NOTHING = "-"
+ROWS: tuple[tuple[str, tuple[str, ...], str], ...] = (
+    ("nodes", ("nodes",), "d"),
+    ("boundary nodes", ("boundary_nodes",), "d"),
+    ("triangles", ("triangles",), "d"),
+    ("area", ("area",), ".6g"),
+    ("mean q", ("quality", "mean"), ".4f"),
+    ("1 % of q below", ("quality", "p01"), ".3f"),
+    ("least q", ("quality", "min"), ".3f"),
+    ("least angle", ("quality", "angle_min"), ".1f"),
+    ("largest angle", ("quality", "angle_max"), ".1f"),
+    ("irregular nodes", ("quality", "irregular_fraction"), ".1%"),
+    ("mean l/d", ("spacing", "mean"), ".3f"),
+    ("spread of l/d", ("spacing", "std"), ".3f"),
+    ("1 % of l/d below", ("spacing", "p01"), ".2f"),
+    ("1 % of l/d above", ("spacing", "p99"), ".2f"),
+)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A mesh file's figures, and the ratios behind its histograms.
+
+    Attributes
+    ----------
+    path : Path
+    figures : dict
+        As `mesh_figures` gives them.
+    quality : (t,)
+        Radius ratios of the triangles.
+    spacing : (e,) or None
+        Lengths of the edges over the wanted spacing; None where that is not known.
+    """
+
+    path: Path
+    figures: dict[str, Any]
+    quality: Floats
+    spacing: Floats | None
+
+
+def measured(path: Path, foreign: ForeignMesh, wanted: Spacing | None) -> Measured:
+    """Measure a mesh as read from a file; without a wanted spacing that of the file counts, its ``target_spacing``.
+
+    Raises
+    ------
+    CaseError
+        If the spacing is not positive somewhere.
+    """
+    mesh, target = foreign.mesh, foreign.cell_data.get(TARGET)
+    sides, _ = edges(mesh.triangles)
+    figures = mesh_figures(mesh.points, mesh.triangles, wanted)
+    lengths = None
+    if wanted is not None:
+        lengths = wanted.between(mesh.points[sides])
+    elif target is not None and target.ndim == 1:
+        if not (target > 0).all():
+            raise CaseError(f"{path}: {TARGET} is not positive at some triangle: give a spacing")
+        lengths = edge_means(mesh.triangles, target)
+        figures["spacing"] = asdict(spacing_fit(mesh.points, sides, lengths))
+    ratios = None if lengths is None else edge_ratios(mesh.points, sides, lengths)
+    return Measured(path, figures, radius_ratios(mesh.points, mesh.triangles), ratios)
+
+
+def histograms(first: Measured, second: Measured) -> dict[str, list[Histogram | None]]:
+    """Histograms of both meshes in the same bins, ``quality`` and ``spacing``; None where the spacing is not known."""
+    both = first, second
+    low = lowest_shown(np.concatenate([mesh.quality for mesh in both]))
+    return {
+        "quality": [quality_histogram(mesh.quality, BINS, low) for mesh in both],
+        "spacing": [None if mesh.spacing is None else spacing_histogram(mesh.spacing, BINS) for mesh in both],
+    }
+
+
+def report(first: Measured, second: Measured) -> dict[str, Any]:
+    """Figures and histograms of both, and what the second has more than the first."""
+    bins = histograms(first, second)
+    meshes = [
+        {"mesh": mesh.path, **mesh.figures, "histograms": {name: both[k] for name, both in bins.items()}}
+        for k, mesh in enumerate((first, second))
+    ]
+    return {"meshes": meshes, "differences": _differences(first.figures, second.figures)}
+
+
+def _differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """What the second mesh has more than the first, for each figure that is a number in both."""
+    found: dict[str, Any] = {}
+    for key in [key for key in first if key in second]:
+        a, b = first[key], second[key]
+        if isinstance(a, Mapping) and isinstance(b, Mapping):
+            found[key] = _differences(a, b)
+        elif isinstance(a, int | float) and isinstance(b, int | float):
+            found[key] = b - a
+    return found
+
+
+def rows(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+    """Name, text of both values and of their difference, for each figure that either mesh has."""
+    for name, keys, form in ROWS:
+        values = [_figure(figures, keys) for figures in (first, second)]
+        a, b = values
+        if a is None and b is None:
+            continue
+        texts = [NOTHING if value is None else format(value, form) for value in values]
+        difference = NOTHING if a is None or b is None else format(b - a, f"+{form}")
+        yield name, texts[0], texts[1], difference
+
+
+def _figure(figures: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    value: Any = figures
+    for key in keys:
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value

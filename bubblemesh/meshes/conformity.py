@@ -1,0 +1,75 @@
+"""The check that a mesh fills the polygon of its boundary nodes exactly."""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.messages import place
+
+AREA_TOLERANCE = 1e-12
+MATCH = 1e-8  # of the domain's size; periodic sides are the same but for a tenth of that
+ROUNDING = 1e-15  # of the squared extent, which a thin domain's area may be far below
+
+
+def area_error(mesh: Mesh) -> float:
+    """Relative difference between the triangles' area and that of the polygon of the boundary edges."""
+    origin = mesh.points[0]
+    ends = mesh.facets[mesh.outer]
+    (ax, ay), (bx, by) = (mesh.points[ends[:, k]].T - origin[:, None] for k in range(2))
+    polygon = float(np.sum(ax * by - bx * ay)) / 2
+    return float(signed_areas(mesh.points, mesh.triangles).sum()) / polygon - 1
+
+
+def require_conforming(mesh: Mesh) -> None:
+    """Check what every mesh has to hold, whatever the input was.
+
+    Raises
+    ------
+    BubblemeshError
+        If a triangle is not counter-clockwise, a node unused, a boundary edge missing, an edge labelled that is none
+        or labelled twice, the area wrong, or a node of a periodic side away from its counterpart; the text names the
+        first place. It is an error of the program, not of the case.
+    """
+    areas = signed_areas(mesh.points, mesh.triangles)
+    if areas.min() <= 0:
+        raise _fault("a triangle is flat or inverted", mesh.points[mesh.triangles[areas.argmin()]].mean(axis=0))
+    unused = np.bincount(mesh.triangles.ravel(), minlength=len(mesh.points)) == 0
+    if unused.any():
+        raise _fault("a node belongs to no triangle", mesh.points[unused][0])
+    _require_labelled_edges(mesh)
+    _require_matching_nodes(mesh)
+    rounding = ROUNDING * float(np.ptp(mesh.points, axis=0).max()) ** 2 / float(areas.sum())
+    if abs(area_error(mesh)) > AREA_TOLERANCE + rounding:
+        raise _fault(f"the area is off by {area_error(mesh):.1e}", mesh.points[0])
+
+
+def _require_labelled_edges(mesh: Mesh) -> None:
+    """Check that every facet is an edge, and every boundary edge one facet."""
+    sides, count = edges(mesh.triangles)
+    size = np.int64(len(mesh.points))
+    keys = sides[:, 0] * size + sides[:, 1]  # ascending, as the edges are
+    low, high = np.sort(mesh.facets, axis=1).T
+    found = np.minimum(np.searchsorted(keys, low * size + high), len(keys) - 1)
+    labelled = np.bincount(found, minlength=len(keys))
+    stray = mesh.facets[keys[found] != low * size + high]
+    bare = sides[(count == 1) & (labelled == 0)]
+    for pair in (*stray[:1], *bare[:1]):
+        raise _fault("the boundary is not met", mesh.points[pair].mean(axis=0))
+    for pair in sides[labelled > 1][:1]:
+        raise _fault("an edge is labelled twice", mesh.points[pair].mean(axis=0))
+
+
+def _require_matching_nodes(mesh: Mesh) -> None:
+    """Check that periodic sides are the same but for a shift."""
+    tolerance = MATCH * float(np.ptp(mesh.points, axis=0).max())
+    for sides in mesh.periodic_sides:
+        here, there = mesh.points[sides.nodes.T]
+        away = np.abs(there - here - sides.shift).max(axis=1)
+        if away.max() > tolerance:
+            raise _fault("a node of a periodic side has no counterpart", here[away.argmax()])
+
+
+def _fault(what: str, where: Floats) -> BubblemeshError:
+    return BubblemeshError(f"internal error: {what} at {place(where)}; please report this case")

@@ -1,0 +1,183 @@
+"""The product: a triangle mesh with labelled edges, regions and points."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+
+ROUNDING = 1e-9  # of a shift: what is less in one direction is none
+
+
+def _nothing() -> Integers:
+    return np.zeros(0, np.int64)
+
+
+def _no_pairs() -> Integers:
+    return np.zeros((0, 2), np.int64)
+
+
+class PeriodicSides(NamedTuple):
+    """Two sides of which the second is the first one moved to the right, or else upwards.
+
+    Attributes
+    ----------
+    first, second : int
+        Index of each side's label.
+    shift : (2,)
+        From the first side to the second, in the unit of the coordinates.
+    nodes : (k, 2)
+        Nodes of the first side, and their counterparts on the second.
+    """
+
+    first: int
+    second: int
+    shift: Floats
+    nodes: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A conforming triangle mesh of a plane domain.
+
+    Attributes
+    ----------
+    points : (n, 2)
+        Node coordinates, first those of the boundary, of inner lines and of embedded points; every node belongs to a
+        triangle.
+    triangles : (t, 3) or (t, 6)
+        Counter-clockwise node indices; in a mesh of second order also the nodes on edges 0-1, 1-2 and 2-0.
+    facets : (f, 2) or (f, 3)
+        Node indices of labelled edges: all boundary edges, with the domain on their left, and inner ones (interfaces
+        of regions, embedded lines); in a mesh of second order also the node on the edge.
+    facet_labels : (f,)
+        Index into ``labels`` for each facet.
+    labels : tuple of str
+        Names of the facets' labels; each is used by at least one facet.
+    regions : tuple of str
+        Names of the regions; each has at least one triangle.
+    triangle_regions : (t,)
+        Index into ``regions`` for each triangle; all 0 unless given.
+    vertices : (v,)
+        Nodes that have a label of their own; none unless given.
+    vertex_labels : (v,)
+        Index into ``point_labels`` for each of them.
+    point_labels : tuple of str
+        Names of the labelled points.
+    facet_middles : (f, 2)
+        Point halfway along the true curve that each facet follows; the middle of the facet itself unless given.
+    periodic : (p, 2)
+        Facets that match: the second is the first one moved across the domain, and runs the other way.
+    """
+
+    points: Floats
+    triangles: Integers
+    facets: Integers
+    facet_labels: Integers
+    labels: tuple[str, ...]
+    regions: tuple[str, ...] = ("domain",)
+    triangle_regions: Integers = field(default_factory=_nothing)
+    vertices: Integers = field(default_factory=_nothing)
+    vertex_labels: Integers = field(default_factory=_nothing)
+    point_labels: tuple[str, ...] = ()
+    facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    periodic: Integers = field(default_factory=_no_pairs)
+
+    def __post_init__(self) -> None:
+        if len(self.triangle_regions) == 0:
+            object.__setattr__(self, "triangle_regions", np.zeros(len(self.triangles), np.int64))
+        if len(self.facet_middles) == 0:
+            object.__setattr__(self, "facet_middles", self.points[self.facets[:, :2]].mean(axis=1))
+
+    @property
+    def order(self) -> int:
+        """1 for triangles with straight edges, 2 for those with a node on each edge."""
+        return 1 if self.triangles.shape[1] == 3 else 2
+
+    @cached_property
+    def sides(self) -> Integers:
+        """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
+        keys, order = self._side_keys
+        number = order[np.searchsorted(keys, self._keys(self.facets))]
+        return np.column_stack([number % len(self.triangles), number // len(self.triangles)])
+
+    @cached_property
+    def outer(self) -> Booleans:
+        """Which facets (f,) are boundary edges: those with a triangle on one side only."""
+        return self._are_sides(self.facets) != self._are_sides(self.facets[:, 1::-1])
+
+    def _are_sides(self, pairs: Integers) -> Booleans:
+        keys, wanted = self._side_keys[0], self._keys(pairs)
+        return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
+
+    @cached_property
+    def _side_keys(self) -> tuple[Integers, Integers]:
+        """One number (3 t,) for each directed side of the triangles, ascending, and the side's own number."""
+        corners = self.triangles[:, :3]
+        keys = np.concatenate([self._keys(corners[:, [k, (k + 1) % 3]]) for k in range(3)])
+        order = np.argsort(keys)
+        return keys[order], order
+
+    def _keys(self, pairs: Integers) -> Integers:
+        return pairs[:, 0].astype(np.int64) * len(self.points) + pairs[:, 1]
+
+    @cached_property
+    def periodic_sides(self) -> tuple[PeriodicSides, ...]:
+        """Pairs of sides whose nodes match, by their labels."""
+        labels, which = np.unique(self.facet_labels[self.periodic], axis=0, return_inverse=True)
+        return tuple(self._matching(a, b, self.periodic[which == k]) for k, (a, b) in enumerate(labels.tolist()))
+
+    def _matching(self, first: int, second: int, pairs: Integers) -> PeriodicSides:
+        """The sides that pairs (p, 2) of facets make up."""
+        here, there = self.facets[pairs[:, 0]], self.facets[pairs[:, 1]].copy()
+        there[:, :2] = there[:, 1::-1]
+        nodes = np.unique(np.column_stack([here.ravel(), there.ravel()]), axis=0)
+        shift = (self.points[nodes[:, 1]] - self.points[nodes[:, 0]]).mean(axis=0)
+        shift[np.abs(shift) < ROUNDING * np.abs(shift).max()] = 0
+        if tuple(shift) > (0, 0):
+            return PeriodicSides(first, second, shift, nodes)
+        # One order for all pairs: chains of counterparts, as at the corners of a hexagon, then end.
+        return PeriodicSides(second, first, 0 - shift, nodes[:, ::-1])
+
+    def second_order(self) -> tuple[Self, int]:
+        """The mesh with a node on each edge, those of the facets on the true curves; and how many of them are not.
+
+        A curve may bulge farther than a flat triangle can follow without folding over; its facet then stays straight.
+        """
+        corners, n = self.triangles[:, :3], len(self.points)
+        pairs = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+        keys, edge = np.unique(self._keys(pairs), return_inverse=True)
+        middles = self.points[np.stack(np.divmod(keys, n), axis=1)].mean(axis=1)
+        mine = np.searchsorted(keys, self._keys(np.sort(self.facets[:, :2], axis=1)))
+        straight = middles[mine].copy()
+        middles[mine] = self.facet_middles
+        of_triangle = edge.reshape(3, -1).T
+        folded = np.zeros(len(keys), bool)
+        folded[of_triangle[_folded(self.points[corners], middles[of_triangle])]] = True
+        kept_straight = folded[mine]
+        middles[mine[kept_straight]] = straight[kept_straight]
+        curved = replace(
+            self,
+            points=np.vstack([self.points, middles]),
+            triangles=np.hstack([corners, n + of_triangle]),
+            facets=np.column_stack([self.facets[:, :2], n + mine]),
+        )
+        bulging = (self.facet_middles != straight).any(axis=1)
+        return curved, int((kept_straight & bulging).sum())
+
+
+def _folded(corners: Floats, middles: Floats) -> Booleans:
+    """Which curved triangles (t,) with corners (t, 3, 2) and edge nodes (t, 3, 2) do not map one to one.
+
+    The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
+    """
+    # Twice the derivatives along edges 0-1 and 0-2 as linear functions, by their values at the three corners.
+    a, b, c = np.moveaxis(corners, 1, 0)
+    ab, bc, ca = np.moveaxis(middles, 1, 0)
+    u = np.stack([4 * ab - 3 * a - b, a + 3 * b - 4 * ab, 4 * bc - 4 * ca - b + a], axis=1)
+    v = np.stack([4 * ca - 3 * a - c, 4 * bc - 4 * ab - c + a, a + 3 * c - 4 * ca], axis=1)
+    product = u[:, :, None, 0] * v[:, None, :, 1] - u[:, :, None, 1] * v[:, None, :, 0]
+    coefficients = (product + product.swapaxes(1, 2)) / 2
+    return (coefficients <= 0).any(axis=(1, 2))

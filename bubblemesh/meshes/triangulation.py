@@ -1,0 +1,130 @@
+"""Constrained Delaunay triangulation, by pythoncdt (exact predicates)."""
+
+import re
+
+import numpy as np
+import pythoncdt as cdt
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.messages import place
+
+
+def triangulated(points: Floats, constraints: Integers) -> Integers:
+    """Sorted triangles (t, 3) of the constrained Delaunay triangulation; see ``linked``."""
+    return sorted_triangles(linked(points, constraints)[0])
+
+
+def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = None) -> tuple[Integers, Integers]:
+    """Constrained Delaunay triangulation of the region that the constraints enclose.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Finite and all different.
+    constraints : (e, 2)
+        Edges that form closed rings without crossings; the region is what an odd number of rings encloses.
+    two_sided : (e,), optional
+        Which of the edges lie inside the region and bound nothing.
+
+    Returns
+    -------
+    triangles : (t, 3)
+        Counter-clockwise, in the library's order; each constraint is an edge of exactly one of them.
+    edges : (m, 2)
+        Every edge of the triangles once.
+
+    Raises
+    ------
+    GeometryError
+        If points coincide or constraints cross, with the coordinates.
+    """
+    if not np.isfinite(points).all():  # the library would run out of memory
+        raise ValueError("points must be finite")
+    mesh = cdt.Triangulation(cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0)
+    try:
+        mesh.insert_vertices(np.ascontiguousarray(points))  # type: ignore[call-overload]
+        # An edge that comes twice is passed without leaving the region.
+        twice = constraints[:0] if two_sided is None else constraints[two_sided]
+        mesh.insert_edges(np.concatenate([constraints, twice]).astype(np.uint32))  # type: ignore[call-overload]
+    except RuntimeError as error:
+        raise GeometryError(_explained(str(error), points)) from error
+    mesh.erase_outer_triangles_and_holes()
+    found = mesh.triangles_array()
+    triangles = found["vertices"].astype(np.int64)
+    # Neighbour k lies across the edge from node k to the next; where there is none its number is the largest.
+    once = found["neighbors"] > np.arange(len(triangles), dtype=np.uint32)[:, None]
+    edges = np.column_stack([triangles[once], triangles[:, [1, 2, 0]][once]])
+    return triangles, edges
+
+
+def sorted_triangles(triangles: Integers) -> Integers:
+    """The same triangles (t, 3), turned to begin with their lowest node and sorted: an order that makes files equal."""
+    first = triangles.argmin(axis=1)
+    turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return turned[np.lexsort(turned.T[::-1])]
+
+
+def regions(triangles: Integers, facets: Integers, left: Integers, right: Integers) -> Integers:
+    """Region (t,) of each triangle: what lies between the facets is all of one region.
+
+    Parameters
+    ----------
+    triangles : (t, 3)
+        Counter-clockwise.
+    facets : (e, 2)
+        Edges of triangles.
+    left, right : (e,)
+        Regions on either side of the facets.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n, t = int(triangles.max()) + 1, len(triangles)
+    sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
+    order = np.argsort(forth)
+    owner = np.tile(np.arange(t), 3)
+
+    def across(keys: Integers) -> tuple[Booleans, Integers]:
+        """Which directed edges (k,) are sides of triangles, and of which."""
+        place = order[np.minimum(np.searchsorted(forth, keys, sorter=order), len(order) - 1)]
+        return forth[place] == keys, owner[place]
+
+    walls = np.concatenate([facets[:, 0] * n + facets[:, 1], facets[:, 1] * n + facets[:, 0]])
+    passed, other = across(back)
+    wall = np.sort(walls)
+    passed &= wall[np.minimum(np.searchsorted(wall, forth), len(wall) - 1)] != forth
+    links = coo_array((np.ones(int(passed.sum())), (owner[passed], other[passed])), shape=(t, t))
+    count, part = connected_components(links, directed=False)
+    region = np.zeros(count, np.int64)
+    for keys, side in ((walls[: len(facets)], left), (walls[len(facets) :], right)):
+        found, triangle = across(keys)
+        region[part[triangle[found]]] = side[found]
+    return region[part]
+
+
+def _explained(fault: str, points: Floats) -> str:
+    """The library's message with the coordinates of the first node it numbers, without its source lines."""
+    what, _, which = fault.partition(":")
+    number = re.search(r"\d+", which)
+    where = "" if number is None else f" at {place(points[int(number[0])])}"
+    return f"the nodes cannot be connected{where}: {what.lower()}"
+
+
+def doubled_areas(corners: Floats) -> Floats:
+    """Twice the areas (t,) of triangles with the corners (t, 3, 2), negative where they turn clockwise."""
+    (ux, uy), (vx, vy) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return np.asarray(ux * vy - uy * vx)
+
+
+def circumcircles(points: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Centres (t, 2) and radii (t,) of the triangles' circumscribed circles; infinite for a degenerate triangle."""
+    a = points[triangles[:, 0]]
+    (bx, by), (cx, cy) = (points[triangles[:, 1]] - a).T, (points[triangles[:, 2]] - a).T
+    b2, c2 = bx * bx + by * by, cx * cx + cy * cy
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = 0.5 / (bx * cy - by * cx)
+        offset = np.column_stack([(cy * b2 - by * c2) * half, (bx * c2 - cx * b2) * half])
+    radius = np.hypot(*offset.T)
+    return a + offset, np.where(np.isfinite(radius), radius, np.inf)

@@ -1,0 +1,104 @@
+"""Files that appear together and whole, or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from bubblemesh.errors import FileError
+
+_PREFIX = ".bubblemesh-"
+
+
+@contextmanager
+def transaction(folder: Path, prefix: str = _PREFIX) -> Iterator[Path]:
+    """Give a staging directory, whose files move into the folder when the block ends without an exception.
+
+    Its name starts with ``prefix``. The folder is made if it is missing. After an exception, KeyboardInterrupt
+    included, the folder and its old files are as they were. A symbolic link that has the name of a new file is
+    replaced, not followed.
+
+    Raises
+    ------
+    FileError
+        For any OSError, naming the path and the reason; if something other than a file is in the way.
+    """
+    try:
+        with _existing(folder), TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging:
+            yield Path(staging)
+            _publish(Path(staging), folder)
+    except OSError as error:
+        raise FileError(f"cannot write {_culprit(error, folder)}: {reason(error)}") from error
+
+
+def reason(error: OSError) -> str:
+    """Say in a few words why a file operation failed."""
+    # NumPy's tofile knows no errno, only how much it could write.
+    return error.strerror or f"{error} (is the disk full?)"
+
+
+def _culprit(error: OSError, folder: Path) -> Path:
+    if not isinstance(error.filename, str):
+        return folder
+    path = Path(error.filename)
+    if path.name.startswith(_PREFIX):
+        return folder
+    return folder / path.name if path.parent.name.startswith(_PREFIX) else path
+
+
+@contextmanager
+def _existing(folder: Path) -> Iterator[None]:
+    """Make the folder and its parents, and remove those made here after an exception."""
+    if folder.is_symlink() and not folder.exists():
+        raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
+    if folder.exists() and not folder.is_dir():
+        raise FileError(f"cannot write into {folder}: it is not a folder")
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for path in missing:
+            with suppress(OSError):
+                path.rmdir()
+        raise
+
+
+def _publish(staging: Path, folder: Path) -> None:
+    names = sorted(path.name for path in staging.iterdir())
+    for name in names:
+        if (folder / name).exists() and not (folder / name).is_file():
+            raise FileError(f"cannot write {folder / name}: something that is not a file has this name")
+    with TemporaryDirectory(prefix=_PREFIX, dir=staging) as kept:
+        touched: list[str] = []
+        try:
+            for name in names:
+                touched.append(name)
+                _keep(folder / name, Path(kept, name))
+                (staging / name).replace(folder / name)
+        except BaseException:
+            for name in touched:
+                _restore(folder / name, Path(kept, name), new=not (staging / name).exists())
+            raise
+
+
+def _keep(target: Path, backup: Path) -> None:
+    if not _present(target):
+        return
+    try:
+        os.link(target, backup, follow_symlinks=False)
+    except OSError:
+        # A file system without hard links.
+        target.replace(backup)
+
+
+def _restore(target: Path, backup: Path, *, new: bool) -> None:
+    if _present(backup):
+        backup.replace(target)
+    elif new:
+        target.unlink(missing_ok=True)
+
+
+def _present(path: Path) -> bool:
+    return path.is_symlink() or path.exists()

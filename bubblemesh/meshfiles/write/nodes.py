@@ -1,0 +1,91 @@
+"""The nodes alone, for codes that need no triangles: places, boundary flags, labels and outward normals."""
+
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.groups import Fields
+from bubblemesh.meshfiles.text import lines, write_text
+
+OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the contact of two rings: there is no normal
+
+
+class Nodes(NamedTuple):
+    """What is known of n nodes.
+
+    Attributes
+    ----------
+    x, y : (n,)
+    boundary : (n,)
+        Which are on the boundary of the domain.
+    label : (n,)
+        The node's own label, else that of the facet which starts there, else the empty text.
+    nx, ny : (n,)
+        Unit normal that points out of the domain; 0 inside, and where two rings touch with normals that point apart.
+    """
+
+    x: Floats
+    y: Floats
+    boundary: Booleans
+    label: NDArray[np.str_]
+    nx: Floats
+    ny: Floats
+
+
+def nodes_of(mesh: Mesh) -> Nodes:
+    """Return the nodes of a mesh.
+
+    The normal of a corner is the mean of those of its two edges, of unit length.
+    """
+    boundary = np.zeros(len(mesh.points), bool)
+    boundary[mesh.facets[mesh.outer].ravel()] = True
+    label = np.full(len(mesh.points), "", dtype=object)
+    names, point_names = np.array(mesh.labels, object), np.array(mesh.point_labels, object)
+    # The last one stands: that of the boundary before that of inner lines, the start's before the end's.
+    for facets in (~mesh.outer, mesh.outer):
+        for ends in mesh.facets[facets].T[::-1]:
+            label[ends] = names[mesh.facet_labels[facets]]
+    label[mesh.vertices] = point_names[mesh.vertex_labels]
+    (x, y), (nx, ny) = mesh.points.T, _normals(mesh).T
+    return Nodes(x, y, boundary, label.astype(str), nx, ny)
+
+
+def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write a table with one row for each node."""
+    nodes = nodes_of(mesh)
+    quoted = {label: f'"{label}"' if "," in label else label for label in ("", *mesh.labels, *mesh.point_labels)}
+    labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
+    columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
+    write_text(path, chain([",".join(Nodes._fields) + "\n"], lines("%r,%r,%d,%s,%r,%r", *columns)))
+
+
+def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write one NumPy array for each column, and the pairs (k, 2) of nodes that match, if there are periodic sides."""
+    arrays = nodes_of(mesh)._asdict()
+    if mesh.periodic_sides:
+        arrays["periodic"] = np.concatenate([sides.nodes for sides in mesh.periodic_sides])
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def _normals(mesh: Mesh) -> Floats:
+    """Outward normals (n, 2), from the tangents at the ends of the circular arc that each boundary facet follows."""
+    facets, middle = mesh.facets[mesh.outer], mesh.facet_middles[mesh.outer]
+    chord = _unit(mesh.points[facets[:, 1]] - mesh.points[facets[:, 0]])
+    total = np.zeros_like(mesh.points)
+    for end, sign in ((0, 1), (1, -1)):
+        # The way to the middle of an arc halves the angle between its chord and its tangent.
+        half = _unit(sign * (middle - mesh.points[facets[:, end]]))
+        tangent = 2 * np.einsum("ij,ij->i", chord, half)[:, None] * half - chord
+        np.add.at(total, facets[:, end], np.column_stack([tangent[:, 1], -tangent[:, 0]]))
+    length = np.hypot(*total.T)
+    return np.where(length > OPPOSITE, 1 / np.maximum(length, OPPOSITE), 0.0)[:, None] * total
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.hypot(*vectors.T)[:, None]

@@ -1,0 +1,114 @@
+"""XDMF, one cell type in each file as FEniCSx wants it, the numbers in HDF5 files or inline."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Integers
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.groups import Fields, facet_ids, group_names, region_ids
+
+_Data = Mapping[str, NDArray[Any]]
+_Store = Callable[[NDArray[Any]], tuple[str, str]]
+"""Keeps an array and returns the format and the text by which the XML refers to it."""
+
+_TRIANGLE = {1: "Triangle", 2: "Triangle_6"}
+_EDGE = {1: "Polyline", 2: "Edge_3"}
+_DATA_TYPES = {"f": "Float", "i": "Int"}
+
+
+def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write NAME.xdmf with the triangles and NAME_facets.xdmf with the boundary edges, each with its .h5 file.
+
+    The tags are ``material`` and ``label``. Both files hold all points, so that the numbers of the nodes agree.
+
+    Raises
+    ------
+    CaseError
+        If the file's name holds a colon, which separates file and data set in XDMF.
+    """
+    if ":" in path.name:
+        raise CaseError(f"{path.name}: the name of an XDMF file cannot hold a colon; choose another name")
+    _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields))
+    _write_pair(
+        path.with_name(f"{path.stem}_facets{path.suffix}"),
+        mesh,
+        _EDGE[mesh.order],
+        mesh.facets,
+        {"label": facet_ids(mesh).astype(np.int32)},
+    )
+
+
+def write_inline_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write one file with the triangles and the numbers as text, without the boundary edges."""
+    _grid(mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields), _inline).write(path)
+
+
+def _triangle_data(mesh: Mesh, fields: Fields) -> _Data:
+    # The tags come first, since dolfinx reads the first attribute unless told otherwise; it reads them as int32.
+    return {"material": region_ids(mesh).astype(np.int32), **fields}
+
+
+def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data) -> None:
+    import h5py
+
+    heavy = path.with_suffix(".h5")
+    # Built in memory, so that a full disk is a plain OSError and no file lock is needed on a network drive.
+    with h5py.File(str(heavy), "w", driver="core", backing_store=False) as file:
+
+        def store(array: NDArray[Any]) -> tuple[str, str]:
+            name = f"data{len(file)}"
+            # Flushed, as otherwise it is written when nobody holds it any more, and a profiler may hold it for a while.
+            file.create_dataset(name, data=array, compression="gzip", compression_opts=4).flush()
+            return "HDF", f"{heavy.name}:/{name}"
+
+        tree = _grid(mesh, topology, cells, data, store)
+        file.flush()
+        heavy.write_bytes(file.id.get_file_image())
+    tree.write(path)
+
+
+def _inline(array: NDArray[Any]) -> tuple[str, str]:
+    rows = array.reshape(len(array), -1).tolist()
+    return "XML", "\n" + "\n".join(" ".join(map(repr, row)) for row in rows) + "\n"
+
+
+def _grid(mesh: Mesh, topology: str, cells: Integers, data: _Data, store: _Store) -> "ET.ElementTree[ET.Element]":
+    root = ET.Element("Xdmf", Version="3.0")
+    grid = ET.SubElement(ET.SubElement(root, "Domain"), "Grid", Name="Grid", GridType="Uniform")
+    _add_names(grid, mesh)
+    geometry = ET.SubElement(grid, "Geometry", GeometryType="XY")
+    _add_item(geometry, mesh.points, store)
+    count, width = cells.shape
+    shape = {"TopologyType": topology, "NumberOfElements": str(count), "NodesPerElement": str(width)}
+    _add_item(ET.SubElement(grid, "Topology", shape), cells.astype(np.int64), store)
+    for name, values in data.items():
+        attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Cell")
+        _add_item(attribute, values, store)
+    ET.indent(root)
+    return ET.ElementTree(root)
+
+
+def _add_names(grid: ET.Element, mesh: Mesh) -> None:
+    # XDMF has no named groups; meshio reads them in this form and the other readers pass over it.
+    names = ET.Element("main")
+    for name, (tag, dimension) in group_names(mesh).items():
+        ET.SubElement(names, "map", key=name, dim=str(dimension)).text = str(tag)
+    information = ET.SubElement(grid, "Information", Name="Information", Value=str(len(names)))
+    information.text = ET.tostring(names, encoding="unicode")
+
+
+def _add_item(parent: ET.Element, array: NDArray[Any], store: _Store) -> None:
+    form, text = store(array)
+    described = {
+        "DataType": _DATA_TYPES[array.dtype.kind],
+        "Dimensions": " ".join(map(str, array.shape)),
+        "Format": form,
+        "Precision": str(array.dtype.itemsize),
+    }
+    ET.SubElement(parent, "DataItem", described).text = text

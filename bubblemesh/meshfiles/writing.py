@@ -1,0 +1,161 @@
+"""Writes the files of a run together."""
+
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Any, BinaryIO
+
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
+from bubblemesh.meshfiles.groups import Fields
+from bubblemesh.meshfiles.names import LABELS_FILE, labels_text
+from bubblemesh.meshfiles.report_json import dump
+from bubblemesh.meshfiles.transaction import reason, transaction
+
+_REPORT = ".report.json"
+PAGE_FILE = ".html"
+Page = Callable[[Mapping[str, Any]], str]
+NO_TABLES: Mapping[str, str] = {}
+NO_PAGES: Mapping[str, Page] = {}
+
+
+def write_files(
+    mesh: Mesh,
+    fields: Fields,
+    report: Mapping[str, Any],
+    folder: Path,
+    name: str,
+    formats: Sequence[str],
+    tables: Mapping[str, str] = NO_TABLES,
+    pages: Mapping[str, Page] = NO_PAGES,
+) -> dict[str, Any]:
+    """Write a mesh in several formats, and the report, all of them or none.
+
+    NAME.labels.json tells the ids of all names where a format cannot or spells them otherwise, and what else of
+    labelled points and periodic sides a format has no place for.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    fields : mapping of str to (t,)
+        ``quality`` and ``target_spacing`` of each triangle.
+    report : mapping
+        Is written to NAME.report.json with the names of all files, relative to the folder, under ``files``, and the
+        time of writing the meshes under ``seconds``.
+    folder : Path
+        Is made if it is missing.
+    name : str
+        Stem of the files' names.
+    formats : sequence of str
+        Keys of ``FORMATS``.
+    tables : mapping of str to str
+        Text of more files, by the end of their names.
+    pages : mapping of str to callable
+        What makes the text of still more files from the report as written but for the time that this takes.
+
+    Returns
+    -------
+    dict
+        The report as written.
+
+    Raises
+    ------
+    CaseError
+        If a format is unknown or has no form for the order of the triangles, or the name is no file name.
+    FileError
+        If a file cannot be written, or two of them would have the same name.
+    """
+    require_order(formats, mesh.order)
+    labels = _labels(mesh, formats)
+    tables = tables if labels is None else {**tables, LABELS_FILE: labels}
+    files = file_names(name, formats, (*tables, *pages))
+    _check_distinct(files, folder)
+    begun = perf_counter()
+    with transaction(folder) as staging:
+        for form in map(format_named, formats):
+            form.write(mesh, fields, staging / f"{name}{form.files[0]}")
+        for end, text in tables.items():
+            (staging / f"{name}{end}").write_text(text, encoding="utf-8")
+        written = _completed(report, files, "writing", perf_counter() - begun)
+        for end, make in pages.items():
+            begun = perf_counter()
+            (staging / f"{name}{end}").write_text(make(written), encoding="utf-8")
+            written = _completed(written, files, "page", perf_counter() - begun)
+        (staging / files[-1]).write_text(dump(written), encoding="utf-8")
+    return written
+
+
+def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) -> list[str]:
+    """Names of all files of a run, the report last; an impossible name or format is a CaseError."""
+    _check_name(name)
+    ends = [end for form in formats for end in format_named(form).files]
+    return [name + end for end in (*ends, *tables, _REPORT)]
+
+
+def write_file(
+    mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path, tables: Mapping[str, str] = NO_TABLES
+) -> dict[str, Any]:
+    """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
+    formats = formats_by_ending(path.name)
+    if not formats:
+        ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
+        raise CaseError(f"{path}: unknown ending for a mesh file: choose one of {ends}")
+    stem = path.name.removesuffix(FORMATS[formats[0]].files[0])
+    return write_files(mesh, fields, report, path.parent, stem, formats[:1], tables)
+
+
+def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:
+    """Write a mesh to a binary stream; a format of several files is cut down to the triangles.
+
+    Raises
+    ------
+    CaseError
+        If the format is unknown, or has no form for the order of the triangles.
+    FileError
+        If the temporary file or the stream cannot be written.
+    BrokenPipeError
+        If the reader of the stream has gone.
+    """
+    form = format_named(format)
+    require_order([format], mesh.order)
+    write = form.write_alone or form.write
+    try:
+        with TemporaryDirectory() as folder:
+            path = Path(folder, f"mesh{form.files[0]}")
+            write(mesh, fields, path)
+            with path.open("rb") as source:
+                shutil.copyfileobj(source, stream)
+        stream.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FileError(f"cannot write the mesh to the output stream: {reason(error)}") from error
+
+
+def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:
+    """Text of the sidecar with the ids of all names, if a format needs it."""
+    table = {form: format_named(form) for form in formats}
+    spellings = {name: None if form.names is None else form.names(mesh) for name, form in table.items()}
+    return labels_text(mesh, spellings, complete=all(form.holds_all_of(mesh) for form in table.values()))
+
+
+def _completed(report: Mapping[str, Any], files: Sequence[str], stage: str, time: float) -> dict[str, Any]:
+    """The report with the time of a stage and the names of all files."""
+    seconds = dict(report.get("seconds", {}))
+    total = seconds.pop("total", 0.0) + time
+    return {**report, "seconds": {**seconds, stage: time, "total": total}, "files": list(files)}
+
+
+def _check_name(name: str) -> None:
+    if not name.isprintable() or name in {"", ".", ".."} or "/" in name or "\\" in name:
+        raise CaseError(f"{name!r} cannot be the name of a file; use a name without slashes")
+
+
+def _check_distinct(files: Sequence[str], folder: Path) -> None:
+    repeated = [file for file, count in Counter(files).items() if count > 1]
+    if repeated:
+        raise FileError(f"{folder / repeated[0]}: more than one output would have this name; name each format once")

@@ -1,0 +1,134 @@
+"""Straight boundary edges in place of the true curves: what they would cut off, and what they leave outside."""
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.distance.chord_runs import ChordRuns
+from bubblemesh.geometry.distance.nearest_chord import nearest_chord
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.messages import place
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.spacing.spacing import Spacing
+
+NEAREST_TO_CHORD = 0.5  # in units of spacing; a perfect packing has 0.87, and nearer nodes make flat triangles
+NEAREST_ON_CURVE = 0.05  # in units of spacing, along the boundary
+SAMPLES = 9  # points of an arc whose convex hull stands for it
+MOST_HALVINGS = 60
+MOST_ADDED = 500_000  # bubbles between curves; those that need more are the same but for rounding
+
+
+def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers) -> tuple[Floats, Floats]:
+    """Arc lengths (e,) at which boundary edges begin and end; an edge of a closed curve may run past its length."""
+    length = domain.boundary.lengths[edge_piece]
+    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
+    begin = np.where(edges[:, 0] < bubbles.corners, 0, s[edges[:, 0]])
+    end = np.where(edges[:, 1] < bubbles.corners, length, s[edges[:, 1]])
+    past_the_start = domain.boundary.closed[edge_piece] & ((end < begin) | (edges[:, 0] == edges[:, 1]))
+    return begin, np.where(past_the_start, end + length, end)
+
+
+def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+    """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off.
+
+    Raises
+    ------
+    GeometryError
+        If curves are so near to each other that no edges fit between them.
+    """
+    boundary, most = domain.boundary, len(bubbles) + MOST_ADDED
+    if not boundary.curved.any():
+        return bubbles
+    for _ in range(MOST_HALVINGS):
+        edges, edge_piece = boundary.edges(bubbles.piece, bubbles.s)
+        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        cut = np.flatnonzero(_cutting(bubbles, domain, edges, edge_piece, begin, end))
+        if len(cut) == 0:
+            break
+        piece = edge_piece[cut]
+        s = boundary.wrapped(piece, (begin[cut] + end[cut]) / 2)
+        piece, s = _on_both_sides(domain, piece, s)
+        x = boundary.points(piece, s)
+        if len(bubbles) + len(x) > most:
+            raise GeometryError(
+                f"two curves at {place(x[0])} are so near to each other that no edges fit between them: let them "
+                "share the curve, or move them apart"
+            )
+        bubbles = bubbles.joined_by(x, spacing(x), piece, s)
+    return bubbles
+
+
+def _on_both_sides(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
+    """Places (k,) on the boundary and, on periodic sides, their counterparts, each once."""
+    pieces, places = [piece], [s]
+    for pair in domain.periodic:
+        for here, there in (pair, pair[::-1]):
+            mine = (piece == here) & ~np.isin(there, piece)
+            pieces.append(np.full(int(mine.sum()), there))
+            places.append(domain.boundary.lengths[there] - s[mine])
+    return np.concatenate(pieces), np.concatenate(places)
+
+
+def _cutting(
+    bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers, begin: Floats, end: Floats
+) -> Booleans:
+    """Boundary edges (e,) that have another one, or the end of one that follows, between their chord and their arc.
+
+    Only chords that run through the domain can: on the others' side there is none.
+    """
+    samples = begin[:, None] + np.linspace(0, 1, SAMPLES) * (end - begin)[:, None]
+    piece = np.repeat(edge_piece, SAMPLES)
+    x = domain.boundary.points(piece, domain.boundary.wrapped(piece, samples.ravel())).reshape(-1, SAMPLES, 2)
+    x[:, 0], x[:, -1] = bubbles.x[edges[:, 0]], bubbles.x[edges[:, 1]]
+    hulls = shapely.convex_hull(shapely.linestrings(x))
+    chord, offset = x[:, -1] - x[:, 0], x - x[:, :1]
+    within = (chord[:, :1] * offset[:, :, 1] < chord[:, 1:] * offset[:, :, 0]).any(axis=1)
+    through = np.flatnonzero((within | domain.boundary.inner[edge_piece]) & domain.boundary.curved[edge_piece])
+    cutting = np.zeros(len(edges), bool)
+    mine, other = shapely.STRtree(hulls).query(hulls[through], predicate="intersects")
+    mine = through[mine]
+    mine, other = mine[mine != other], other[mine != other]
+    shared = (edges[mine][:, :, None] == edges[other][:, None, :]).any(axis=1)
+    cutting[mine[~shared.any(axis=1) | shared.all(axis=1)]] = True
+    mine, other, far = (column[shared.sum(axis=1) == 1] for column in (mine, other, ~shared))
+    ends = bubbles.x[edges[other][far]]
+    cutting[mine[shapely.contains_properly(hulls[mine], shapely.points(ends))]] = True
+    return cutting
+
+
+def enclosed(bubbles: Bubbles, domain: Domain) -> Bubbles:
+    """The bubbles without those that nothing can be made of: run into others on the boundary, or outside its edges."""
+    bubbles = _separated(bubbles, domain)
+    inside = _inside_chords(bubbles, domain)
+    if inside.all():
+        return bubbles
+    keep = np.concatenate([np.arange(bubbles.boundary_count), bubbles.boundary_count + np.flatnonzero(inside)])
+    return bubbles.kept(keep)
+
+
+def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
+    """The bubbles without sliding ones that come next to a corner, or to the sliding one before, as good as at it."""
+    while True:
+        edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
+        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        near = edges[end - begin < NEAREST_ON_CURVE * bubbles.d[edges].mean(axis=1)]
+        # Of two sliding bubbles the later one goes, and then another look is needed at what it was next to.
+        gone = near.max(axis=1)
+        gone = np.unique(gone[gone >= bubbles.corners])
+        if len(gone) == 0:
+            return bubbles
+        bubbles = bubbles.kept(np.delete(np.arange(len(bubbles)), gone))
+
+
+def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
+    """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
+    edges, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
+    x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
+    runs = ChordRuns.of(*np.moveaxis(bubbles.x[edges], 1, 0))
+    near = nearest_chord(runs, x)
+    share, foot = runs.feet(x, near)
+    (ax, ay), (bx, by) = (x - runs.start[near]).T, (runs.end[near] - runs.start[near]).T
+    behind = (bx * ay - by * ax <= 0) & (share > 0) & (share < 1)  # else the nearest point is a node, on true curves
+    behind &= ~domain.boundary.inner[piece[near]]
+    return ~behind & (np.hypot(*(x - foot).T) > NEAREST_TO_CHORD * d)

@@ -1,0 +1,94 @@
+"""What the boundary does to motion: corners stay, boundary bubbles slide, interior bubbles stay inside."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.motion import Force
+
+
+@dataclass
+class Rails:
+    """The boundary pieces under the sliding bubbles, kept up to date with their arc lengths.
+
+    Attributes
+    ----------
+    bubbles : Bubbles
+        The bubbles at the start of the motion.
+    s : (b,)
+        Present arc lengths of the sliding ones.
+    tangents : (b, 2)
+        Directions in which they can move.
+    """
+
+    boundary: Boundary
+    bubbles: Bubbles
+
+    def __post_init__(self) -> None:
+        self.s = self.bubbles.s
+        self.tangents = self.boundary.tangents(self.bubbles.piece, self.s)
+
+    def along(self, vectors: Floats) -> Floats:
+        """The part of forces or velocities (n, 2) that the boundary does not take up, in place."""
+        slide = self.bubbles.sliding
+        vectors[: self.bubbles.corners] = 0
+        vectors[slide] = np.einsum("ij,ij->i", vectors[slide], self.tangents)[:, None] * self.tangents
+        return vectors
+
+    def holding(self, force: Force) -> Force:
+        """The force without what the boundary takes up."""
+        return lambda x: self.along(force(x))
+
+    def settled(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Positions and velocities after a step, sliding bubbles projected back on their curves."""
+        slide, piece = self.bubbles.sliding, self.bubbles.piece
+        if len(piece):
+            here = self.boundary.points(piece, self.s)
+            ahead = np.einsum("ij,ij->i", x[slide] - here, self.tangents)
+            self.s = self.boundary.wrapped(piece, self.s + ahead)
+            self.tangents = self.boundary.tangents(piece, self.s)
+            x[slide] = self.boundary.points(piece, self.s)
+        return x, self.along(v)
+
+    def ended(self, x: Floats, d: Floats) -> Bubbles:
+        """The bubbles at rest at the end of the motion."""
+        return replace(self.bubbles, x=x, d=d, s=self.s)
+
+
+@dataclass
+class Clearance:
+    """Keeps interior bubbles inside, asking for the boundary only where one may have reached it.
+
+    Attributes
+    ----------
+    margin : float
+        Distance from the boundary, in units of spacing, to which a bubble that crossed it is put back: never onto
+        the boundary itself, which would make a flat triangle.
+    """
+
+    domain: Domain
+    x: Floats
+    margin: float = 0.3
+
+    def __post_init__(self) -> None:
+        self.free = self.domain.distance_at_least(self.x)
+
+    def kept_inside(self, x: Floats, v: Floats, d: Floats) -> None:
+        """Put interior bubbles x (k, 2) that crossed the boundary back and at rest, in place."""
+        suspects = np.flatnonzero(np.hypot(*(x - self.x).T) > np.abs(self.free))
+        if len(suspects) == 0:
+            return
+        self.x[suspects] = x[suspects]
+        self.free[suspects] = self.domain.signed_distance(x[suspects])
+        crossed = suspects[self.free[suspects] <= 0]
+        if len(crossed):
+            piece, s, foot, _ = self.domain.nearest(x[crossed])
+            tx, ty = self.domain.boundary.tangents(piece, s).T
+            x[crossed] = foot + self.margin * d[crossed, None] * np.column_stack([-ty, tx])
+            v[crossed] = 0
+            self.x[crossed] = x[crossed]
+            self.free[crossed] = self.domain.signed_distance(x[crossed])

@@ -1,0 +1,108 @@
+"""Which bubbles are neighbours: pairs nearer than a multiple of the sum of their radii."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+
+CLASSES_PER_OCTAVE = 2
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """Pairs of bubbles, with the positions they were found for.
+
+    Attributes
+    ----------
+    pairs : (m, 2)
+        Indices i and j of neighbours, each pair once.
+    contact : (m,)
+        Distance l0 = r_i + r_j at which a pair is at rest.
+    x, d : (n, 2), (n,)
+        Centres and spacing when the pairs were found.
+    """
+
+    pairs: Integers
+    contact: Floats
+    x: Floats
+    d: Floats
+
+    @classmethod
+    def of(cls, x: Floats, d: Floats, reach: float) -> "Neighbours":
+        """Pairs nearer than ``reach`` times l0."""
+        pairs = pairs_within(x, d, reach)
+        return cls(pairs, (d[pairs[:, 0]] + d[pairs[:, 1]]) / 2, x, d)
+
+    @classmethod
+    def along(cls, edges: Integers, x: Floats, d: Floats) -> "Neighbours":
+        """The pairs that are connected by edges (m, 2)."""
+        return cls(edges, (d[edges[:, 0]] + d[edges[:, 1]]) / 2, x, d)
+
+    @property
+    def distances(self) -> Floats:
+        """Distances (m,) of the pairs then."""
+        i, j = self.pairs.T
+        return np.hypot(*(self.x[i] - self.x[j]).T)
+
+    def drift(self, x: Floats) -> float:
+        """Largest way of a bubble since then, in units of its spacing."""
+        return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
+
+
+def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
+    """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
+
+    Points are sorted into classes of like spacing; each class searches itself and the finer ones, so that the work
+    stays proportional to the pairs however much d varies.
+    """
+    from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
+
+    if len(x) == 0:
+        return np.empty((0, 2), np.int64)
+    octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)
+    order = np.argsort(octave, kind="stable")
+    first = np.unique(octave[order], return_index=True)[1]
+    found = []
+    for begin, end in zip(first, [*first[1:], len(x)], strict=True):
+        mine = order[begin:end]
+        radius = reach * d[mine].max()
+        tree = cKDTree(x[mine])
+        found.append(mine[tree.query_pairs(radius, output_type="ndarray")])
+        if begin:
+            finer = _within(order[:begin], x, x[mine], radius)
+            near = tree.sparse_distance_matrix(cKDTree(x[finer]), radius, output_type="ndarray")
+            found.append(np.column_stack([mine[near["i"]], finer[near["j"]]]))
+    pairs = np.concatenate(found).astype(np.int64)
+    i, j = pairs.T
+    pairs = pairs[np.hypot(*(x[i] - x[j]).T) < reach * (d[i] + d[j]) / 2]
+    pairs.sort(axis=1)
+    return pairs[np.lexsort(pairs.T[::-1])]
+
+
+def _within(candidates: Integers, x: Floats, around: Floats, margin: float) -> Integers:
+    """Those of the points that lie in the bounding box of others."""
+    low, high = around.min(axis=0) - margin, around.max(axis=0) + margin
+    return candidates[((x[candidates] >= low) & (x[candidates] <= high)).all(axis=1)]
+
+
+def independent(pairs: Integers, rank: Integers) -> Booleans:
+    """Greedy choice (n,) of members no two of which form one of the ``pairs`` (m, 2), best ``rank`` (n,) first.
+
+    Ranks are distinct. Whoever outranks all neighbours still in play is chosen, and they go; that repeats until all
+    are settled, which gives the choice of the sequential algorithm without its loop.
+    """
+    chosen = np.zeros(len(rank), bool)
+    alive = np.ones(len(rank), bool)
+    while alive.any():
+        rival = np.full(len(rank), np.iinfo(np.int64).max)
+        i, j = pairs.T
+        np.minimum.at(rival, i, rank[j])
+        np.minimum.at(rival, j, rank[i])
+        won = alive & (rank < rival)
+        chosen |= won
+        alive &= ~won
+        alive[j[won[i]]] = False
+        alive[i[won[j]]] = False
+        pairs = pairs[alive[i] & alive[j]]
+    return chosen

@@ -1,0 +1,126 @@
+"""Bubbles connected by a constrained Delaunay triangulation."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.triangulation import linked
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.spacing.spacing import Spacing
+
+
+@dataclass(frozen=True)
+class Net:
+    """Bubbles with the triangulation of their centres.
+
+    Attributes
+    ----------
+    bubbles : Bubbles
+    facets : (b, 2)
+        Edges along the pieces of the boundary; those of its rings have the domain on their left.
+    facet_piece : (b,)
+        The boundary piece that each of them follows.
+    two_sided : (b,)
+        Which of them have the domain on both sides.
+    triangles : (t, 3)
+        Counter-clockwise.
+    edges : (m, 2)
+        Every edge of the triangles once.
+    """
+
+    bubbles: Bubbles
+    facets: Integers
+    facet_piece: Integers
+    two_sided: Booleans
+    triangles: Integers
+    edges: Integers
+
+    @cached_property
+    def valence(self) -> Integers:
+        """Number of edges (n,) at each bubble."""
+        return np.bincount(self.edges.ravel(), minlength=len(self.bubbles))
+
+    @cached_property
+    def inner(self) -> Booleans:
+        """Which edges (m,) are not part of the boundary."""
+        inner = np.ones(len(self.edges), bool)
+        chords = np.flatnonzero((self.edges < self.bubbles.boundary_count).all(axis=1))
+        inner[chords] = ~self.are_facets(self.edges[chords])
+        return inner
+
+    def are_facets(self, pairs: Integers) -> Booleans:
+        """Which pairs (k, 2) of bubbles, in either order, are the ends of a facet."""
+        n = len(self.bubbles)
+        (low, high), (first, last) = np.sort(pairs, axis=1).T, np.sort(self.facets, axis=1).T
+        return np.isin(low * n + high, first * n + last)
+
+    def joined(self, marked: Booleans) -> Booleans:
+        """Bubbles (n,) that are marked or next to one that is."""
+        i, j = self.edges.T
+        result = marked.copy()
+        result[j[marked[i]]] = True
+        result[i[marked[j]]] = True
+        return result
+
+    def within(self, bubbles: Integers, rings: int) -> Booleans:
+        """Bubbles (n,) at most so many edges away from the given ones, of any shape."""
+        near = np.zeros(len(self.bubbles), bool)
+        near[bubbles] = True
+        for _ in range(rings):
+            near = self.joined(near)
+        return near
+
+    def part(self, marked: Booleans) -> tuple[Integers, "Net"]:
+        """Numbers (k,) and net of the marked bubbles and all corners; facets that cut it off have the piece -1."""
+        chosen = marked.copy()
+        chosen[: self.bubbles.corners] = True
+        numbers, renumbered = np.flatnonzero(chosen), np.cumsum(chosen) - 1
+        triangles = self.triangles[marked[self.triangles].all(axis=1)]
+        sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+        n = len(self.bubbles)
+        forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
+        rim = sides[~np.isin(forth, back)]
+        own = self.facets[:, 0] * n + self.facets[:, 1]
+        order = np.argsort(own)
+        place = order[np.searchsorted(own, rim[:, 0] * n + rim[:, 1], sorter=order) % len(own)]
+        piece = np.where((self.facets[place] == rim).all(axis=1), self.facet_piece[place], -1)
+        within = np.isin(own, forth) & np.isin(own, back)
+        edges = self.edges[marked[self.edges].all(axis=1)]
+        return numbers, Net(
+            bubbles=self.bubbles.kept(numbers),
+            facets=renumbered[np.concatenate([rim, self.facets[within]])],
+            facet_piece=np.concatenate([piece, self.facet_piece[within]]),
+            two_sided=np.arange(len(rim) + int(within.sum())) >= len(rim),
+            triangles=renumbered[triangles],
+            edges=renumbered[edges],
+        )
+
+
+def connected(bubbles: Bubbles, domain: Domain) -> Net:
+    """The net of the bubbles; those outside the boundary edges belong to no triangle."""
+    facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
+    two_sided = domain.boundary.inner[piece]
+    return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
+
+
+def reconnected(net: Net, bubbles: Bubbles) -> Net:
+    """The net with its bubbles moved to other places, within the same facets."""
+    triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
+    return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
+
+
+def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
+    """The net of the bubbles without those outside, with the spacing at their present places."""
+    net = connected(bubbles, domain)
+    kept = net.valence > 0
+    d = np.where(kept, 0.0, np.nan)
+    d[kept] = spacing.extended(bubbles.x[kept])
+    if kept.all():
+        return replace(net, bubbles=replace(bubbles, d=d))
+    number = np.cumsum(kept) - 1
+    rest = replace(bubbles, d=d).kept(np.flatnonzero(kept))
+    renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
+    return replace(net, bubbles=rest, **renumbered)

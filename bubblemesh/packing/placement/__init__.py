@@ -1,0 +1,1 @@
+"""Placement: where the first bubbles are."""

@@ -1,0 +1,106 @@
+"""Initial bubbles by error diffusion: as many as the spacing asks for, from the start."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.distance.chord_runs import ChordRuns
+from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.placement.boundary import equidistributed
+from bubblemesh.packing.placement.subdivision import require_at_most
+from bubblemesh.spacing.grid.leaves import leaves
+from bubblemesh.spacing.spacing import Spacing
+
+AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
+HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
+
+
+@dataclass(frozen=True)
+class ErrorDiffusion:
+    """Bubbles on a walk through small cells, wherever the cells passed add up to the area of one more.
+
+    The walk follows a Hilbert curve over the leaves of a quadtree, so that no error of the sum is carried far.
+
+    Attributes
+    ----------
+    leaf : float
+        Largest side of a leaf, in units of spacing.
+
+    References
+    ----------
+    R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
+    """
+
+    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 0.35
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        """Bubbles of the domain before any motion.
+
+        Raises
+        ------
+        LimitError
+            If there would be more than ``max_nodes`` of them.
+        """
+        shell = on_boundary(domain, spacing)
+        x = missing(domain, spacing, shell, self.leaf)
+        require_at_most(max_nodes, len(shell) + len(x))
+        return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+
+
+def everything(x: Floats, d: Floats) -> Floats:
+    """All bubbles (n,) of sizes d (n,) at x (n, 2)."""
+    return np.ones(len(x))
+
+
+def missing(
+    domain: Domain,
+    spacing: Spacing,
+    shell: Bubbles,
+    leaf: float,
+    lacking: Callable[[Floats, Floats], Floats] = everything,
+) -> Floats:
+    """Points (k, 2) for interior bubbles, by error diffusion over leaves of sides up to ``leaf`` spacings.
+
+    ``lacking`` tells what part (n,) of the bubbles of sizes d (n,) at points x (n, 2) is not there yet.
+    """
+    cells = leaves(domain, spacing, leaf)
+    distance = distance_to_facets(shell, domain, cells.centers, cells.d)
+    # A cell that reaches into the strip of the boundary bubbles counts in part.
+    share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1) * lacking(cells.centers, cells.d)
+    passed = np.cumsum(share * cells.sides**2 / (AREA * cells.d**2))
+    return cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
+
+
+def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
+    """The bubbles on the boundary alone, equidistributed."""
+    boundary = domain.boundary
+    piece, s = equidistributed(domain, spacing)
+    x = np.vstack([boundary.corners, boundary.points(piece, s)])
+    shell = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
+    return parted(shell, domain, spacing)
+
+
+def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:
+    """Distances (n,) of points (n, 2) to facets and embedded points not much farther than half of d (n,), else inf."""
+    facets, _ = domain.boundary.edges(shell.piece, shell.s)
+    alone = np.setdiff1d(np.arange(shell.corners), facets)
+    return distance_to_lines(shell.x[np.concatenate([facets, np.column_stack([alone, alone])])], points, d)
+
+
+def distance_to_lines(ends: Floats, points: Floats, d: Floats) -> Floats:
+    """Distances (n,) of points (n, 2) to straight lines with these ends (k, 2, 2), infinite beyond d (n,)."""
+    runs = ChordRuns.of(ends[:, 0], ends[:, 1])
+    result = np.full(len(points), np.inf)
+    near = np.flatnonzero(distance_at_least(runs, points) <= d)
+    foot = runs.feet(points[near], nearest_chord(runs, points[near]))[1]
+    distance = np.hypot(*(points[near] - foot).T)
+    within = distance <= d[near]
+    result[near[within]] = distance[within]
+    return result

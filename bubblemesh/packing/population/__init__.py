@@ -1,0 +1,1 @@
+"""Population control: which bubbles go, and where new ones come."""

@@ -1,0 +1,172 @@
+"""Population control: bubbles go where they overlap too much and come where there is a gap."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal, NamedTuple, Protocol
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
+from bubblemesh.packing.boundary_edges import arcs, parted
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.forces import CUTOFF
+from bubblemesh.packing.neighbours import Neighbours, independent, pairs_within
+from bubblemesh.packing.net import Net, connected
+from bubblemesh.spacing.spacing import Spacing
+
+REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j is the farthest: below two l0 for any two radii
+
+
+def overlaps(near: Neighbours) -> Floats:
+    """Overlap ratios (n,): alpha_i = sum over neighbours of max(0, 2 r_i + r_j - l) / r_i; 6 in a perfect packing."""
+    i, j = near.pairs.T
+    r, distance = near.d / 2, near.distances
+    on_i = np.maximum(0, 2 * r[i] + r[j] - distance) / r[i]
+    on_j = np.maximum(0, 2 * r[j] + r[i] - distance) / r[j]
+    return np.bincount(np.append(i, j), np.append(on_i, on_j), len(r)).astype(float)
+
+
+def boundary_overlaps(bubbles: Bubbles, domain: Domain) -> Floats:
+    """Overlap ratios (b,) of the sliding bubbles with the two bubbles on either side of them; 2 if all are in place."""
+    edges, _ = domain.boundary.edges(bubbles.piece, bubbles.s)
+    ahead, behind = (np.full(bubbles.boundary_count, -1) for _ in range(2))
+    ahead[edges[:, 0]], behind[edges[:, 1]] = edges[:, 1], edges[:, 0]
+    me = np.arange(bubbles.corners, bubbles.boundary_count)
+    x, r = bubbles.x, bubbles.d / 2
+    alpha = np.zeros(len(me))
+    for step in (ahead, behind):
+        first = step[me]
+        second = np.where(first >= bubbles.corners, step[first], -1)  # not past a corner
+        for other in (first, second):
+            overlap = 2 * r[me] + r[other] - np.hypot(*(x[me] - x[other]).T)
+            alpha += np.where((other >= 0) & (other != me), np.maximum(0, overlap) / r[me], 0)
+    return alpha
+
+
+class Change(NamedTuple):
+    """Bubbles after population control, which marks those it touched."""
+
+    bubbles: Bubbles
+    deleted: int
+    inserted: int
+
+
+class Population(Protocol):
+    """Which bubbles go, and where new ones come."""
+
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+        """One control of the whole population."""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Deletion and insertion by thresholds of the overlap ratio.
+
+    Attributes
+    ----------
+    delete_above, delete_above_boundary : float
+        Overlap ratios, in the plane and along a curve, above which a bubble goes. The paper gives none; these lead to
+        its final numbers of bubbles.
+    delete_apart : float
+        Two deletions in one round are at least this far apart, in units of spacing.
+    delete_order : {"placed", "random", "worst"}
+        Who goes first of two that are nearer: "placed" follows the rows of the placement, boundary first, and thins
+        out the most; "worst" sorts by overlap ratio.
+    insert_below : float
+        A bubble may come next to one whose overlap ratio is below this.
+    insert_apart : float
+        It keeps this distance from all others, in units of spacing.
+    """
+
+    delete_above: Annotated[float, Gt(0)] = 7.8
+    delete_above_boundary: Annotated[float, Gt(0)] = 3.5
+    delete_apart: Annotated[float, Gt(0)] = 1.2
+    delete_order: Literal["placed", "random", "worst"] = "placed"
+    insert_below: Annotated[float, Gt(0)] = 4.5
+    insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.85
+
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
+        """One control of the whole population."""
+        bubbles = net.bubbles
+        near = Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP)
+        alpha = overlaps(near)
+        crowded = alpha > self.delete_above
+        crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
+        crowded[: bubbles.corners] = False
+        gone = spread(crowded, near, self.delete_apart, self.rank(alpha, random))
+        rest = replace(bubbles, touched=next_to(near, gone)).kept(np.flatnonzero(~gone))
+        grown = self._filled(parted(rest, domain, spacing), domain, spacing)
+        return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
+
+    def rank(self, alpha: Floats, random: np.random.Generator) -> Integers:
+        """Position (n,) of each bubble in the order of deletion."""
+        if self.delete_order == "random":
+            return random.permutation(len(alpha))
+        rank = np.arange(len(alpha))
+        if self.delete_order == "worst":
+            rank[np.argsort(-alpha, kind="stable")] = np.arange(len(alpha))
+        return rank
+
+    def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+        """The bubbles and more in the gaps between them."""
+        alpha = overlaps(Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP))
+        net = connected(bubbles, domain)
+        room, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, self.insert_apart)
+        triangles = sorted_triangles(net.triangles)
+        loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
+        hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
+        x = np.vstack([domain.boundary.points(piece, s), center])
+        d = spacing(x)
+        come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        on_boundary, inside = come[: len(room)], come[len(room) :]
+        touched = bubbles.touched.copy()
+        touched[room[on_boundary]] = True
+        touched[hollow[inside]] = True
+        grown = replace(bubbles, touched=touched)
+        return grown.joined_by(x[come], d[come], piece[on_boundary], s[on_boundary])
+
+
+def boundary_gaps(
+    bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers, apart: float
+) -> tuple[Integers, Integers, Floats]:
+    """Boundary edges (k, 2) with room for one more bubble, and the pieces and arc lengths (k,) of their midpoints."""
+    begin, end = arcs(bubbles, domain, edges, edge_piece)
+    gap = np.flatnonzero(end - begin > 2 * apart * bubbles.d[edges].mean(axis=1))
+    piece = edge_piece[gap]
+    return edges[gap], piece, domain.boundary.wrapped(piece, (begin[gap] + end[gap]) / 2)
+
+
+def interior_gaps(
+    bubbles: Bubbles, domain: Domain, spacing: Spacing, triangles: Integers, apart: float
+) -> tuple[Integers, Floats]:
+    """Those of the triangles (k, 3) whose empty circumcircle has room for one more bubble, and the centres (k, 2)."""
+    center, radius = circumcircles(bubbles.x, triangles)
+    inside = np.flatnonzero(np.isfinite(radius))
+    inside = inside[domain.contains(center[inside])]
+    d = spacing(center[inside])
+    wide = radius[inside] > apart * d
+    inside, d = inside[wide], d[wide]
+    gap = inside[domain.clear(center[inside], apart / 2 * d)]
+    return triangles[gap], center[gap]
+
+
+def spread(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
+    """Those of the ``wanted`` (n,) that keep a distance of ``apart`` spacings from each other, by rank."""
+    i, j = near.pairs.T
+    conflict = wanted[i] & wanted[j]
+    close = near.distances < apart * near.contact
+    number = np.cumsum(wanted) - 1
+    result = np.zeros(len(wanted), bool)
+    result[wanted] = independent(number[near.pairs[conflict & close]], rank[wanted])
+    return result
+
+
+def next_to(near: Neighbours, marked: Booleans) -> Booleans:
+    """Bubbles (n,) that a marked one acts on."""
+    i, j = near.pairs[near.distances < CUTOFF * near.contact].T
+    result = np.zeros(len(marked), bool)
+    result[j[marked[i]]] = True
+    result[i[marked[j]]] = True
+    return result

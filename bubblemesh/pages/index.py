@@ -1,0 +1,129 @@
+"""The page that compares the cases of a batch."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+from bubblemesh.errors import outcome
+from bubblemesh.messages import duration
+from bubblemesh.pages.charts import quality_range
+from bubblemesh.pages.markup import Markup, filled, joined, tag
+from bubblemesh.pages.numbers import counted, whole
+from bubblemesh.pages.page import page
+
+DONE = 0  # exit code
+BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
+STATES = {6: "stopped at a limit", 130: "interrupted"}
+
+Row = Mapping[str, Any]
+
+
+def index_page(rows: Sequence[Row]) -> str:
+    """The page that compares cases: one file of HTML that needs nothing else.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        For each case ``case`` and ``exit_code``, and where they are known ``status``, ``message`` (or ``error``),
+        ``nodes``, ``triangles``, ``quality_mean``, ``quality_p01``, ``quality_min``, ``spacing_std``, ``seconds``,
+        ``warnings`` (their number or the texts), ``report`` (name of the case's page, relative to this one) and
+        ``sweep`` (values by key). What is missing or None leaves its cell empty.
+    """
+    lowest = min((row["quality_min"] for row in rows if row.get("quality_min") is not None), default=0.0)
+    low = min(int(10 * lowest) / 10, 0.9)
+    swept = list(dict.fromkeys(key for row in rows for key in row.get("sweep") or {}))
+    body = filled(
+        "index.html",
+        summary=_summary(rows),
+        heads=_heads(swept, low),
+        cases=joined(*(_case(row, swept, low) for row in rows)),
+    )
+    return page(f"{counted(len(rows), 'case')} - bubblemesh", body, ["tables.js"], wide=True)
+
+
+def _summary(rows: Sequence[Row]) -> str:
+    outcomes = Counter(outcome(row["exit_code"]) for row in rows)
+    parts = [f"{whole(outcomes.pop(outcome(DONE), 0))} {outcome(DONE)}"]
+    parts += [f"{whole(count)} {name}" for name, count in sorted(outcomes.items(), reverse=True)]
+    nodes = sum(row.get("nodes") or 0 for row in rows)
+    seconds = sum(row.get("seconds") or 0.0 for row in rows)
+    return f"{counted(len(rows), 'case')}: {', '.join(parts)}. {whole(nodes)} nodes in {duration(seconds)}."
+
+
+def _heads(swept: Sequence[str], low: float) -> Markup:
+    text = [("Case", "text"), ("Status", "text"), *((key, "text") for key in swept)]
+    numbers = [
+        "Mean q",
+        BELOW,
+        "Least q",
+        "Nodes",
+        "Triangles",
+        "Spread of l/d",
+        "Time",
+        "Warnings",
+    ]
+    heads = [
+        tag("th", tag("button", name, type="button"), scope="col", class_=kind, data_kind=kind)
+        for name, kind in [*text, *((name, "number") for name in numbers)]
+    ]
+    scale = tag("th", f"q from {low:g} to 1", scope="col", class_="scale-head")
+    return joined(*heads[: len(text)], scale, *heads[len(text) :])
+
+
+def _case(row: Row, swept: Sequence[str], low: float) -> Markup:
+    """The row of a case, and below it one with its message, across all columns."""
+    cells, message = _cells(row, swept, low), row.get("message") or row.get("error")
+    rows = [tag("tr", *cells)]
+    if message:
+        rows.append(tag("tr", tag("td", tag("div", message), colspan=len(cells)), class_="message"))
+    return tag("tbody", *rows, class_=None if row["exit_code"] == DONE else "failed")
+
+
+def _cells(row: Row, swept: Sequence[str], low: float) -> list[Markup]:
+    report = row.get("report")
+    name = tag("a", row["case"], href=f"./{quote(report)}") if report else row["case"]
+    sweep = row.get("sweep") or {}
+    figures = [row[key] for key in ("quality_min", "quality_p01", "quality_mean") if row.get(key) is not None]
+    picture = quality_range(figures, low) if len(figures) == 3 else None
+    return [
+        tag("th", name, scope="row", class_="text", data_value=row["case"]),
+        _status(row),
+        *(_text(sweep.get(key)) for key in swept),
+        tag("td", picture),
+        _number(row.get("quality_mean"), ".4f"),
+        _number(row.get("quality_p01"), ".3f"),
+        _number(row.get("quality_min"), ".3f"),
+        _number(row.get("nodes"), ",d"),
+        _number(row.get("triangles"), ",d"),
+        _number(row.get("spacing_std"), ".3f"),
+        _number(row.get("seconds"), None),
+        _number(_warnings(row), "d"),
+    ]
+
+
+def _warnings(row: Row) -> int | None:
+    """The number of warnings; None of a case that has come to nothing that could be warned of."""
+    warnings = row.get("warnings") or 0
+    count = warnings if isinstance(warnings, int) else len(warnings)
+    return None if count == 0 and row.get("nodes") is None else count
+
+
+def _status(row: Row) -> Markup:
+    code = row["exit_code"]
+    word = outcome(code)
+    status = row.get("status") or STATES.get(code, f"{word}, exit code {code}" if word == "failed" else word)
+    message = row.get("message") or row.get("error")
+    mark = tag("span", "✓ " if code == DONE else "✗ ", aria_hidden="true")
+    head = tag("span", mark, status, class_=f"status {'ok' if code == DONE else 'failed'}")
+    return tag("td", head, class_="text", data_value=f"{code:03d} {message or ''}")
+
+
+def _text(value: Any) -> Markup:
+    return tag("td", "" if value is None else str(value), class_="text", data_value="" if value is None else str(value))
+
+
+def _number(value: Any, form: str | None) -> Markup:
+    if value is None:
+        return tag("td", data_value="")
+    return tag("td", duration(value) if form is None else format(value, form), data_value=repr(value))

@@ -1,0 +1,102 @@
+"""The page of one run."""
+
+import base64
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import Any
+
+from bubblemesh.arrays import Floats
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.messages import duration
+from bubblemesh.pages.course import course, files_list, rounds_table
+from bubblemesh.pages.json_text import readable_json
+from bubblemesh.pages.legends import colourings, labels, scales
+from bubblemesh.pages.markup import Markup, filled, joined, tag
+from bubblemesh.pages.numbers import counted, whole
+from bubblemesh.pages.page import page
+from bubblemesh.pages.places import linked_places
+from bubblemesh.pages.scene import COLORMAP, Scene
+from bubblemesh.pages.shape import histograms, worst_triangles
+from bubblemesh.pictures.plots import small_png
+from bubblemesh.pictures.styles import PlotOptions
+
+SCRIPTS = ("data", "colours", "camera", "raster", "picture", "facts", "viewer", "gestures", "controls", "report")
+WORST = 10
+STILL = PlotOptions(colormap=COLORMAP, dpi=150)
+FEW_LABELS = 12
+MOST_LINES = 1500  # of the case
+
+
+def report_page(
+    mesh: Mesh,
+    fields: Mapping[str, Floats],
+    report: Mapping[str, Any],
+    speeds: Sequence[Floats],
+    written: datetime,
+) -> str:
+    """The page of a run: one file of HTML that needs nothing else.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    fields : mapping of str to (t,)
+        ``target_spacing`` of each triangle.
+    report : mapping
+        As written, with the names of all files, which are in the folder of the page.
+    speeds : sequence of (iterations,)
+        Mean speed of the bubbles after each step of each round.
+    written : datetime
+        When the page is made.
+    """
+    scene = Scene.of(mesh, fields, WORST)
+    text, omitted = readable_json(report["parameters"], MOST_LINES)
+    body = filled(
+        "report.html",
+        name=report["case"],
+        origin=f"method {report['method']}, seed {report['seed']}, bubblemesh {report['version']}, "
+        f"{written.day} {written:%B %Y, %H:%M}",
+        figures=_figures(report),
+        warnings=_warnings(report["warnings"]),
+        picture=f"The mesh of {report['case']}: {counted(len(mesh.triangles), 'triangle')}, {_named(mesh.labels)}. Its "
+        "figures are in the tables of this page.",
+        colourings=colourings(mesh),
+        scales=scales(scene),
+        labels=labels(mesh),
+        still=base64.b64encode(small_png(mesh, STILL)).decode(),
+        histograms=histograms(scene, fields["target_spacing"]),
+        worst=worst_triangles(scene),
+        stopped=report["stop_reason"],
+        course=course(report, speeds),
+        files=files_list(report["files"]),
+        rounds=rounds_table(report["rounds"]),
+        case=text,
+        omitted=tag("p", f"{counted(omitted, 'more line')} in the JSON report.", class_="note") if omitted else "",
+        data=scene.blocks(),
+    )
+    return page(f"{report['case']} - bubblemesh report", body, [f"{name}.js" for name in SCRIPTS])
+
+
+def _named(labels: Sequence[str]) -> str:
+    return f"labels {', '.join(labels)}" if len(labels) <= FEW_LABELS else counted(len(labels), "label")
+
+
+def _figures(report: Mapping[str, Any]) -> Markup:
+    quality, spacing = report["quality"], report["spacing"]
+    rows = [
+        ("Nodes", whole(report["nodes"]), f"{report['nodes'] / report['ideal_nodes']:.3f} of the ideal number"),
+        ("Triangles", whole(report["triangles"]), f"area {report['area']:.6g}"),
+        ("Mean quality q", f"{quality['mean']:.4f}", f"1 % below {quality['p01']:.3f}"),
+        ("Least quality q", f"{quality['min']:.3f}", "1 is equilateral"),
+        ("Angles", f"{quality['angle_min']:.0f}° to {quality['angle_max']:.0f}°", "60° is ideal"),
+        ("Edge length l/d", f"{spacing['mean']:.3f}", f"± {spacing['std']:.3f} of wanted spacing"),
+        ("Time", duration(report["seconds"]["total"]), counted(len(report["rounds"]), "round")),
+    ]
+    return joined(*(tag("div", tag("dt", term), tag("dd", value, tag("small", note))) for term, value, note in rows))
+
+
+def _warnings(messages: Sequence[str]) -> Markup:
+    if not messages:
+        return tag("p", "No warnings.", class_="soft")
+    items = joined(*(tag("li", linked_places(message)) for message in messages))
+    title = tag("h2", counted(len(messages), "warning"), id="warnings-title")
+    return tag("section", title, tag("ul", items), class_="warnings", aria_labelledby="warnings-title")

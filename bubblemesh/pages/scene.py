@@ -1,0 +1,105 @@
+"""What the picture of a report's page is drawn from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.pages.embedding import array_block, fixed_point, json_block, relative
+from bubblemesh.pages.markup import Markup, joined
+from bubblemesh.pictures.colouring import Colouring, MeshData, colouring
+from bubblemesh.pictures.colours import REGIONS
+
+COLORMAP = "YlGnBu_r"  # pale where triangles are good, in order of lightness for every reader
+STEPS = 256
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mesh with its colourings.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    quality, ratio : Colouring
+        By radius ratio, and by edge length over wanted spacing.
+    worst : (w,)
+        The triangles of least quality, the worst first.
+    """
+
+    mesh: Mesh
+    quality: Colouring
+    ratio: Colouring
+    worst: Integers
+
+    @classmethod
+    def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":
+        """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed."""
+        data = MeshData(fields)
+        quality = colouring(mesh, data, "quality", COLORMAP)
+        ratio = colouring(mesh, data, "spacing")
+        assert quality is not None
+        assert ratio is not None
+        return cls(mesh, quality, ratio, np.argsort(quality.values, kind="stable")[:most_worst])
+
+    @property
+    def corners(self) -> Integers:
+        """Nodes (t, 3) at the corners of the triangles."""
+        return self.mesh.triangles[:, :3]
+
+    def blocks(self) -> Markup:
+        """The numbers for the page's script."""
+        mesh, origin = self.mesh, self.mesh.points.min(axis=0)
+        extent = float(np.ptp(mesh.points, axis=0).max())
+        order = np.argsort(mesh.facet_labels, kind="stable")
+        largest = float(self.ratio.values.max())
+        return joined(
+            json_block("head", self._head(origin, extent, largest)),
+            array_block("points", fixed_point(mesh.points - origin, 0, extent)),
+            array_block("triangles", relative(self.corners)),
+            array_block("quality", fixed_point(self.quality.values, 0, 1, np.uint16)),
+            array_block("ratio", fixed_point(self.ratio.values, 0, largest, np.uint16)),
+            array_block("region", mesh.triangle_regions.astype(np.uint16)),
+            array_block("facets", mesh.facets[order, :2].astype(np.uint32)),
+        )
+
+    def _head(self, origin: Floats, extent: float, largest_ratio: float) -> dict[str, Any]:
+        mesh = self.mesh
+        counts = np.bincount(mesh.facet_labels, minlength=len(mesh.labels))
+        starts = np.cumsum(counts) - counts
+        return {
+            "origin": origin,
+            "extent": extent,
+            "largestRatio": largest_ratio,
+            "limits": {"quality": self.quality.limits, "ratio": self.ratio.limits},
+            "tables": {
+                "quality": _table(self.quality),
+                "ratio": _table(self.ratio),
+                "region": "".join(color[1:] for color in REGIONS),
+            },
+            "labels": [
+                {"name": name, "start": start, "count": count}
+                for name, start, count in zip(mesh.labels, starts, counts, strict=True)
+            ],
+            "regions": [{"name": name, "at": self._middle_of(k)} for k, name in enumerate(mesh.regions)],
+            "points": [
+                {"name": mesh.point_labels[label], "node": node}
+                for node, label in zip(mesh.vertices.tolist(), mesh.vertex_labels.tolist(), strict=True)
+            ],
+            "worst": self.worst,
+        }
+
+    def _middle_of(self, region: int) -> int:
+        """The triangle of a region that is nearest to the region's centre."""
+        mine = np.flatnonzero(self.mesh.triangle_regions == region)
+        centroids = self.mesh.points[self.corners[mine]].mean(axis=1)
+        return int(mine[np.hypot(*(centroids - centroids.mean(axis=0)).T).argmin()])
+
+
+def _table(scale: Colouring) -> str:
+    """Colours from one end of a scale to the other, six hexadecimal digits each."""
+    levels = (255 * scale.colormap(np.linspace(0, 1, STEPS))[:, :3]).round().astype(np.uint8)
+    return levels.tobytes().hex()

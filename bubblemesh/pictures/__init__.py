@@ -1,0 +1,1 @@
+"""Parts of a picture of a mesh; `bubblemesh.pictures.plots` puts them together."""

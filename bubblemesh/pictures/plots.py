@@ -1,0 +1,215 @@
+"""Pictures of meshes. The module imports matplotlib, and is to be imported where a picture is drawn."""
+
+import io
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from PIL import Image
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.pictures.colouring import Colouring, MeshData, colouring
+from bubblemesh.pictures.colours import BARE, INK
+from bubblemesh.pictures.legends import add_colour_bar, add_legend
+from bubblemesh.pictures.outlines import add_outlines
+from bubblemesh.pictures.sheets import is_tall, kept, sheet
+from bubblemesh.pictures.styles import PlotOptions, View
+
+# Without a date and with fixed ids the same mesh gives the same bytes.
+METADATA: dict[str, dict[str, Any]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+FIXED: Any = {"svg.hashsalt": "bubblemesh"}
+NO_DATA = MeshData()
+POINTS_PER_INCH = 72
+COLOURS = 256
+FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
+EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
+
+
+STANDARD = PlotOptions()
+
+
+def draw_mesh(mesh: Mesh, path: Path, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> Figure:
+    """Draw a mesh into a file, and return the picture as a figure; the errors of `mesh_figure` and `save_figure`."""
+    require_picture(path)
+    figure = mesh_figure(mesh, options, data)
+    save_figure(figure, path, options)
+    return figure
+
+
+def require_picture(path: Path) -> None:
+    """Check that a path ends like a picture; else it is a CaseError."""
+    if path.suffix not in METADATA:
+        raise CaseError(f"{path}: unknown ending {path.suffix!r} for a picture: choose one of {', '.join(METADATA)}")
+
+
+def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> None:
+    """Write a picture of a mesh.
+
+    Parameters
+    ----------
+    figure : Figure
+        As `mesh_figure` makes it.
+    path : Path
+        Ends with ``.png``, ``.svg`` or ``.pdf``; the triangles of a large mesh become a bitmap inside the latter two.
+    options : PlotOptions
+        The same as for the figure.
+
+    Raises
+    ------
+    CaseError
+        If the path has another ending.
+    FileError
+        If the file cannot be written.
+    """
+    require_picture(path)
+    with _drawing(options), transaction(path.parent) as staging:
+        figure.savefig(
+            staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=kept(figure, options)
+        )
+
+
+def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> Figure:
+    """Picture of a mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    options : PlotOptions
+    data : MeshData
+        Fields that ``options.color`` may name.
+
+    Raises
+    ------
+    CaseError
+        If an option asks for what there is not.
+    """
+    options.check()
+    style = options.look
+    shown = _in_view(mesh, options.view)
+    usual = style.colormap if options.color == "quality" else None
+    meaning = colouring(mesh, data, options.color, options.colormap or usual, options.limits)
+    box = _box(mesh, options.view)
+    with _drawing(options):
+        figure, inches_per_unit = sheet(box, options)
+        axes = figure.add_subplot()
+        edge = inches_per_unit * _typical_edge(mesh, shown)
+        triangles = _add_triangles(axes, mesh, shown, meaning, options, edge)
+        labels = style.labels if options.labels is None else options.labels
+        outlines = add_outlines(
+            axes,
+            mesh,
+            np.reshape(box, (2, 2)),
+            told_apart=labels or options.color == "label",
+            all_labels=options.color == "label",
+            width=float(np.clip(BOUNDARY_SHARE * POINTS_PER_INCH * edge, *style.boundary)),
+        )
+        _arrange(axes, box, options)
+        add_legend(axes, outlines, meaning)
+        if meaning is not None and not meaning.names:
+            add_colour_bar(figure, axes, triangles, meaning, style, aside=is_tall(box, options))
+    return figure
+
+
+def small_png(mesh: Mesh, options: PlotOptions) -> bytes:
+    """Picture of a mesh as PNG of few colours, which takes a quarter of the bytes; errors as `mesh_figure`."""
+    figure = mesh_figure(mesh, options)
+    full, small = io.BytesIO(), io.BytesIO()
+    with _drawing(options):
+        figure.savefig(full, format="png", dpi=figure.dpi, bbox_inches=kept(figure, options))
+    colours = (
+        Image.open(full).convert("RGB").quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    )
+    colours.save(small, format="png", optimize=True)
+    return small.getvalue()
+
+
+@contextmanager
+def _drawing(options: PlotOptions) -> Iterator[None]:
+    """Draw in the fonts of the style; a letter that they do not have becomes a box, without words."""
+    with mpl.rc_context(FIXED | options.look.settings), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")
+        yield
+
+
+def _in_view(mesh: Mesh, view: View | None) -> Booleans:
+    """Which triangles (t,) reach into the view."""
+    if view is None:
+        return np.ones(len(mesh.triangles), bool)
+    x0, y0, x1, y1 = view
+    low, high = (bound(mesh.points[mesh.triangles[:, :3]], axis=1) for bound in (np.min, np.max))
+    shown = np.asarray((high > [x0, y0]).all(axis=1) & (low < [x1, y1]).all(axis=1))
+    if not shown.any():
+        (left, bottom), (right, top) = mesh.points.min(axis=0), mesh.points.max(axis=0)
+        raise CaseError(
+            f"view: no triangle is there: the mesh covers [{left:.6g}, {right:.6g}] x [{bottom:.6g}, {top:.6g}]"
+        )
+    return shown
+
+
+def _box(mesh: Mesh, view: View | None) -> View:
+    if view is not None:
+        return view
+    (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    if not (x0 < x1 and y0 < y1):
+        raise CaseError("the mesh has no area: there is nothing to draw")
+    return float(x0), float(y0), float(x1), float(y1)
+
+
+def _typical_edge(mesh: Mesh, shown: Booleans) -> float:
+    corners = mesh.triangles[shown]
+    sides = mesh.points[corners[:, 1]] - mesh.points[corners[:, 0]]
+    return float(np.median(np.hypot(sides[:, 0], sides[:, 1])))
+
+
+def _add_triangles(
+    axes: Axes, mesh: Mesh, shown: Booleans, meaning: Colouring | None, options: PlotOptions, edge: float
+) -> PolyCollection:
+    """Draw the triangles, and the nodes where asked for; ``edge`` is the edges' typical length in inches."""
+    style, points = options.look, edge * POINTS_PER_INCH
+    # An array is drawn much faster than a list of arrays, but matplotlib's annotations do not know it.
+    corners: Any = mesh.points[mesh.triangles[shown, :3]]
+    visible = edge * axes.figure.dpi >= FEWEST_PIXELS if options.edges is None else options.edges
+    if visible:
+        width = float(np.clip(EDGE_SHARE * points, *style.edges))
+        triangles = PolyCollection(corners, edgecolors=INK, linewidths=width)
+    else:  # edges of the faces' own colour close the hairlines between them
+        triangles = PolyCollection(corners, edgecolors="face", linewidths=0.1)
+    triangles.set_rasterized(len(corners) > style.most_vectors)
+    axes.add_collection(triangles)
+    if meaning is None:
+        triangles.set_facecolor(BARE)
+        if not visible:
+            triangles.set_edgecolor(BARE)
+    else:
+        colormap = meaning.colormap.with_extremes(bad=BARE)
+        triangles.set(array=np.ma.masked_invalid(meaning.values[shown]), cmap=colormap, clim=meaning.limits)
+    if options.nodes:
+        x, y = _nodes(mesh, shown).T
+        size = float(np.clip(NODE_SHARE * points, 0.4, 4))
+        axes.plot(x, y, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=len(x) > style.most_vectors)
+    return triangles
+
+
+def _nodes(mesh: Mesh, shown: Booleans) -> Floats:
+    return mesh.points[np.unique(mesh.triangles[shown])]
+
+
+def _arrange(axes: Axes, box: View, options: PlotOptions) -> None:
+    x0, y0, x1, y1 = box
+    margin = 0.01 * max(x1 - x0, y1 - y0) if options.view is None else 0.0
+    axes.set_aspect("equal")
+    axes.set(xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin))
+    axes.set_axis_off()
+    if options.title is not None:
+        size = 1.3 * float(mpl.rcParams["font.size"])
+        axes.set_title(options.title, color=INK, fontsize=size, pad=6, parse_math=False)

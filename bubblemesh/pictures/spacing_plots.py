@@ -1,0 +1,99 @@
+"""Pictures of a spacing. The module imports matplotlib, and is to be imported where a picture is drawn."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.tri import Triangulation
+
+from bubblemesh.arrays import Floats
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.pictures.colouring import FIELD, Colouring
+from bubblemesh.pictures.colours import INK
+from bubblemesh.pictures.legends import add_colour_bar
+from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
+from bubblemesh.pictures.sheets import is_tall
+from bubblemesh.pictures.styles import PlotOptions
+
+WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
+UNIFORM = 1e-6  # relative: nearly equal values have one colour
+# First digits of the numbers at a logarithmic scale, for which there is room up to some ratio of its ends.
+DIGITS = {10: (1, 2, 3, 4, 5, 6, 8), 1000: (1, 2, 5), float("inf"): (1,)}
+ASIDE = 9  # points from a mark to its text
+
+Extreme = tuple[float, tuple[float, float]]
+
+
+def draw_spacing(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], path: Path, title: str) -> None:
+    """Draw a spacing into a file; the arguments are those of `spacing_figure`.
+
+    Raises
+    ------
+    CaseError
+        If the path ends like no picture.
+    FileError
+        If the file cannot be written.
+    """
+    require_picture(path)
+    save_figure(spacing_figure(mesh, spacing, extremes, title), path)
+
+
+def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], title: str | None = None) -> Figure:
+    """Filled colour map of a spacing over the domain, with the boundary, and marks at the extremes, if they differ.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Triangles that are fine enough to show it.
+    spacing : (n,)
+        Values at the nodes.
+    extremes : tuple
+        The least value with its place (x, y), and the largest one.
+    title : str, optional
+    """
+    options = PlotOptions(color="none", edges=False, title=title)
+    figure = mesh_figure(mesh, options)
+    (axes,) = figure.axes
+    (low, _), (high, _) = extremes
+    uniform = high - low <= UNIFORM * high
+    norm = LogNorm(low, high) if high > WIDE * low else Normalize(low, high)
+    if uniform:  # rounding is not to fill the scale
+        norm = Normalize(0.99 * low, 1.01 * high)
+    triangles = Triangulation(mesh.points[:, 0], mesh.points[:, 1], mesh.triangles)
+    colours = axes.tripcolor(triangles, spacing, shading="gouraud", cmap=FIELD, norm=norm, rasterized=True, zorder=1.5)
+    meaning = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high))
+    box = (*mesh.points.min(axis=0).tolist(), *mesh.points.max(axis=0).tolist())
+    add_colour_bar(figure, axes, colours, meaning, options.look, aside=is_tall(box, options))
+    bar: Any = colours.colorbar
+    if isinstance(norm, LogNorm):
+        digits = next(digits for ratio, digits in DIGITS.items() if high <= ratio * low)
+        bar.locator, bar.minorlocator = LogLocator(subs=digits), NullLocator()
+        bar.formatter = FuncFormatter(lambda value, position: f"{value:g}")
+    bar.set_label("spacing d", color=INK)
+    for (value, place), marker, what in zip(extremes, "vo", ("least", "largest"), strict=True):
+        if not uniform:
+            _mark(axes, place, marker, f"{what} {value:.4g}")
+    return figure
+
+
+def _mark(axes: Axes, place: tuple[float, float], marker: str, text: str) -> None:
+    """A mark, with its text on the side where there is room."""
+    axes.plot(*place, marker, color="white", markersize=7, markeredgecolor=INK, markeredgewidth=1.2, zorder=5)
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    right, up = place[0] < (x0 + x1) / 2, place[1] < (y0 + y1) / 2
+    axes.annotate(
+        text,
+        place,
+        xytext=(ASIDE if right else -ASIDE, ASIDE if up else -ASIDE),
+        textcoords="offset points",
+        ha="left" if right else "right",
+        va="bottom" if up else "top",
+        color=INK,
+        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+        zorder=5,
+        parse_math=False,
+    )

@@ -1,0 +1,128 @@
+"""What a picture shows and how: its options, and the styles that set sizes, line widths and fonts."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from bubblemesh.errors import CaseError
+from bubblemesh.messages import meant
+
+View = tuple[float, float, float, float]
+"""Part of the plane: x0, y0, x1, y1."""
+
+SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a picture looks; lengths of lines and letters are in points, 1/72 inch.
+
+    Attributes
+    ----------
+    width : float or None
+        Width of the picture in millimetres; None to make the longer side of the mesh as long as ``long_side``.
+    long_side : float
+        In millimetres.
+    dpi : float
+        Of bitmaps, those inside of vector files included.
+    most_vectors : int
+        Triangles of a mesh that a vector file holds as such; those of a larger one become a bitmap.
+    edges : tuple of float
+        Least and largest width of edges; between them they are a fixed share of the edges' length.
+    boundary : tuple of float
+        The same of the boundary.
+    labels : bool
+        Whether the boundary is coloured by label, unless asked otherwise.
+    figures : bool
+        Whether the colour bar tells mean and least value.
+    colormap : str
+        Of the quality.
+    bar : float
+        Length of the colour bar over its width.
+    settings : dict
+        What matplotlib is told about fonts.
+    """
+
+    width: float | None
+    long_side: float
+    dpi: float
+    most_vectors: int
+    edges: tuple[float, float]
+    boundary: tuple[float, float]
+    labels: bool
+    figures: bool
+    colormap: str
+    bar: float
+    settings: Any
+
+
+SANS = {"font.family": "DejaVu Sans", "mathtext.fontset": "dejavusans", "font.size": 10.0}
+SERIF = {"font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 8.0, "pdf.fonttype": 42}
+STYLES = {
+    "screen": Style(None, 190.0, 120.0, 5000, (0.08, 0.5), (1.2, 2.2), True, True, "quality", 30.0, SANS),
+    # One column of a journal's page, lines just wide enough for print, colours that are in order in grey as well.
+    "paper": Style(85.0, 190.0, 600.0, 20_000, (0.05, 0.25), (0.5, 0.8), False, False, "YlGnBu_r", 45.0, SERIF),
+}
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """What a picture shows, and how.
+
+    Attributes
+    ----------
+    color : str
+        ``quality``, ``spacing``, ``label``, ``material``, ``none``, or the name of a field of the mesh.
+    colormap : str, optional
+        Name of one of matplotlib's colour maps.
+    limits : tuple of float, optional
+        Values at the ends of the colour map.
+    edges, labels : bool, optional
+        Whether the triangles' edges are drawn, and the boundary coloured by label; else what suits mesh and style.
+    nodes : bool
+    view : tuple of float, optional
+        Part of the plane that is shown: x0, y0, x1, y1.
+    title : str, optional
+    style : str
+        Key of ``STYLES``.
+    width : float, optional
+        Width of the picture in millimetres, over the style's.
+    dpi : float, optional
+        Of bitmaps, over the style's.
+    """
+
+    color: str = "quality"
+    colormap: str | None = None
+    limits: tuple[float, float] | None = None
+    edges: bool | None = None
+    nodes: bool = False
+    labels: bool | None = None
+    view: View | None = None
+    title: str | None = None
+    style: str = "screen"
+    width: float | None = None
+    dpi: float | None = None
+
+    @property
+    def look(self) -> Style:
+        """The style."""
+        return STYLES[self.style]
+
+    @property
+    def whole_width(self) -> float | None:
+        """Width in millimetres that the picture has to have, if any."""
+        return self.width or self.look.width
+
+    def check(self) -> None:
+        """Refuse values that no picture can have, by a CaseError."""
+        if self.style not in STYLES:
+            raise CaseError(f"style: {self.style!r} is unknown: {meant(self.style, STYLES)}")
+        for name, value in (("width", self.width), ("dpi", self.dpi)):
+            if value is not None and not SMALLEST <= value <= LARGEST:
+                raise CaseError(f"{name}: is {value:g}: it has to be between {SMALLEST} and {LARGEST}")
+        if self.limits is not None and not -math.inf < self.limits[0] < self.limits[1] < math.inf:
+            raise CaseError("range: give two numbers, the first less than the second")
+        if self.view is not None:
+            x0, y0, x1, y1 = self.view
+            if not (-math.inf < x0 < x1 < math.inf and -math.inf < y0 < y1 < math.inf):
+                raise CaseError("view: give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")

@@ -1,0 +1,145 @@
+"""Node budget: the scale of a spacing at which it asks for a wanted number of nodes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bubblemesh.errors import CaseError, LimitError, at_key
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.survey import rough_nodes
+
+TOLERANCE = 5e-3  # of the wanted number
+MOST_TRIALS = 15
+MOST_STEP = np.log(8.0)  # of the rough number, from one trial to the next
+FLATTEST = 0.1  # slope of the true over the rough number
+WIDEST = 18 * np.log(10.0)  # natural logarithm of the extreme scales
+NEAR_THE_END = 1e-3  # relative: where no scale changes the rough number any more
+
+Trial = tuple[float, float]  # logarithms of the rough number and of the true one
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """A spacing whose scale is open.
+
+    Attributes
+    ----------
+    domain : Domain
+    scaled : callable
+        The spacing at a scale.
+    """
+
+    domain: Domain
+    scaled: Callable[[float], Spacing]
+
+    def scales(self) -> "Scales":
+        """The scales for rough numbers of nodes."""
+        count = rough_nodes(self.domain)
+        return Scales(lambda u: float(np.log(count(self.scaled(float(np.exp(u)))))))
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales for rough numbers of nodes, in logarithms: ``rough`` falls with the scale."""
+
+    rough: Callable[[float], float]
+
+    @cached_property
+    def ends(self) -> Trial:
+        """The fewest and the most nodes that any scale leads to."""
+        low, high = self.rough(WIDEST), self.rough(-WIDEST)
+        margin = min(NEAR_THE_END, (high - low) / 4)
+        return low + margin, high - margin
+
+    def at(self, aim: float) -> float:
+        """The scale for a number of nodes between the ends."""
+        # Imported here since it takes longer than meshing a small case, and most cases have no wanted number.
+        from scipy.optimize import brentq
+
+        guess = (self.rough(0.0) - aim) / 2  # where the number goes with the inverse square of the scale
+        reach = 1.0
+        while reach < 2 * WIDEST and not self.rough(guess + reach) <= aim <= self.rough(guess - reach):
+            reach *= 4
+        return float(np.exp(brentq(lambda u: self.rough(u) - aim, guess - reach, guess + reach, xtol=1e-9)))
+
+
+def scaled_to(
+    nodes: float,
+    scales: Scales,
+    count: Callable[[float], float],
+    start: float | None = None,
+    asked: str | None = None,
+) -> float:
+    """Find the scale at which a spacing asks for so many nodes.
+
+    The secant method on logarithms, over the rough number, which is quickly known, instead of the scale: the true
+    number is nearly proportional to it.
+
+    Parameters
+    ----------
+    nodes : float
+    scales : Scales
+    count : callable
+        The true number of nodes at a scale; infinite where it is far too large.
+    start : float, optional
+        Rough number to start from, in place of the wanted one.
+    asked : str, optional
+        What the error calls the key that asks for a number out of reach; without it, the nearest scale is given.
+
+    Raises
+    ------
+    CaseError
+        If the limits of the spacing do not let it be that fine.
+    LimitError
+        If they, or the boundary, do not let it be that coarse.
+    """
+    wanted, ends = np.log(nodes), scales.ends
+    aim = wanted if start is None else np.log(start)
+    best, trials = (np.inf, 1.0), list[Trial]()
+    for _ in range(MOST_TRIALS):
+        aim = float(np.clip(aim, *ends))
+        scale = scales.at(aim)
+        trial = aim, float(np.log(count(scale)))
+        trials.append(trial)
+        best = min(best, (abs(trial[1] - wanted), scale))
+        if best[0] <= TOLERANCE:
+            break
+        if (trial[1] > wanted and aim == ends[0]) or (trial[1] < wanted and aim == ends[1]):
+            if asked is None:
+                return scale
+            with at_key(*asked.split(".")):
+                raise _out_of_reach(nodes, float(np.exp(trial[1])))
+        aim = next_aim(trials, wanted)
+    return best[1]
+
+
+def next_aim(trials: Sequence[Trial], wanted: float, flattest: float = FLATTEST) -> float:
+    """Rough number to try next: by the secant through the two best trials, or half-way between both sides."""
+    finite = [trial for trial in trials[::-1] if np.isfinite(trial[1])]  # of equally good ones the last one leads on
+    finite.sort(key=lambda trial: abs(trial[1] - wanted))
+    below = max((x for x, y in trials if y < wanted), default=-np.inf)
+    above = min((x for x, y in trials if y >= wanted), default=np.inf)
+    if not finite:
+        return above - MOST_STEP
+    (x, y), *others = finite
+    slope = 1.0
+    if others and others[0][0] != x:
+        slope = max((others[0][1] - y) / (others[0][0] - x), flattest)
+    aim = x + float(np.clip((wanted - y) / slope, -MOST_STEP, MOST_STEP))
+    return aim if below < aim < above else (below + above) / 2
+
+
+def _out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:
+    if closest < nodes:  # all terms go with the scale: only a minimum can stop them
+        return CaseError(
+            f"{nodes:.0f} nodes are more than the minimum of the spacing allows, which are at most about "
+            f"{closest:.0f}: ask for fewer, or lower the minimum"
+        )
+    needed = f"at least about {closest:.0f}" if np.isfinite(closest) else "far more"
+    return LimitError(
+        f"{nodes:.0f} nodes are too few: the boundary and the other keys of the spacing need {needed}: "
+        "ask for more, or for less detail"
+    )

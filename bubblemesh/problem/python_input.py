@@ -1,0 +1,135 @@
+"""What Python programs give: polygons of shapely and spacings of their own, checked."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats
+from bubblemesh.case.given import spacing_case
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.distance.to_labels import distance_to
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.labels import FORBIDDEN, is_writable
+from bubblemesh.problem.spacing import Wanted, wanted_of
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Combination, Term, costly
+
+
+def domain_of(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
+    """The domain that a polygon with names for its rings is.
+
+    Raises
+    ------
+    CaseError
+        If the geometry is none, or the labels do not fit its rings.
+    GeometryError
+        If the polygon is empty, invalid or several polygons.
+    """
+    if isinstance(geometry, Domain):
+        if labels is not None:
+            raise CaseError("labels: a Domain has labels of its own: name its rings where they are made")
+        return geometry
+    polygon = _polygon(geometry)
+    outlines = [polygon.exterior, *polygon.interiors]
+    names = _names(labels, len(outlines))
+    corners = [shapely.get_coordinates(outline) for outline in outlines]
+    if not all(np.isfinite(points).all() for points in corners):
+        raise CaseError("geometry: has a coordinate that is no number")
+    outer, *holes = (rings.polygon(points.tolist(), label=name) for points, name in zip(corners, names, strict=True))
+    return Domain.of(outer, holes)
+
+
+def _polygon(geometry: Any) -> shapely.Polygon:
+    """The one polygon that a shape is."""
+    if isinstance(geometry, shapely.MultiPolygon) and len(geometry.geoms) > 1:
+        raise GeometryError(f"{len(geometry.geoms)} polygons: mesh one of them, or join them to one first")
+    polygon = geometry.geoms[0] if isinstance(geometry, shapely.MultiPolygon) and geometry.geoms else geometry
+    if not isinstance(polygon, shapely.Polygon | shapely.MultiPolygon):
+        kind = type(geometry).__name__
+        raise CaseError(
+            f"geometry: must be a shapely.Polygon or a Domain (found {kind}): shapely.Polygon(points) makes one"
+        )
+    if polygon.is_empty:
+        raise GeometryError("the polygon is empty")
+    return polygon
+
+
+def _names(labels: Sequence[str] | None, count: int) -> Sequence[str | None]:
+    """A name for each ring, or None where the usual one is meant."""
+    if labels is None:
+        return [None] * count
+    if isinstance(labels, str):
+        raise CaseError(f"labels: must be a list of names, one for each ring (found {labels!r}): use [{labels!r}]")
+    if len(labels) != count:
+        raise CaseError(f"labels: must be one for each ring: {len(labels)} labels for {count} rings")
+    for name in labels:
+        if not isinstance(name, str) or not is_writable(name):
+            raise CaseError(f"labels: {name!r} is no name: use short texts without {FORBIDDEN}")
+    return labels
+
+
+def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain) -> Wanted:
+    """The spacing, whose values are checked, and its rules.
+
+    Raises
+    ------
+    CaseError
+        If it is neither a number nor an expression nor a mapping of terms nor a function.
+    """
+    if isinstance(spacing, Mapping):
+        return wanted_of(spacing_case(spacing, [region.name for region in domain.parts.regions]), domain)
+    term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
+    return Wanted(partial(_scaled, term))
+
+
+def _scaled(term: Term, scale: float | None) -> Spacing:
+    scaled = term if scale is None else Combination((Spacing(term),), scale)
+    return Spacing(scaled, costly=costly(scaled))
+
+
+def _expression(spacing: float | str, domain: Domain) -> Expression:
+    if not isinstance(spacing, str):
+        value = np.asarray(spacing)
+        if value.ndim > 0 or value.dtype.kind not in "iuf":
+            raise CaseError(
+                "spacing: must be a number, an expression in x and y, a mapping of terms, or a function of x and y"
+            )
+        if not np.isfinite(value):
+            raise CaseError(f"spacing: is {value}: it has to be positive and finite")
+        spacing = repr(float(value))
+    try:
+        return Expression.parse(spacing, distance_to=partial(distance_to, domain))
+    except CaseError as error:
+        raise CaseError(f"spacing: {error}") from None
+
+
+class _Checked:
+    """A function of the user's that has to take and return arrays."""
+
+    def __init__(self, function: Callable[[Floats, Floats], Any]) -> None:
+        self.function = function
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        if len(x) == 0:  # which many functions do not expect
+            return np.zeros(0)
+        try:
+            with np.errstate(all="ignore"):
+                values = np.asarray(self.function(x, y))
+        except (TypeError, ValueError) as error:
+            raise CaseError(
+                f"spacing: the function fails for arrays of coordinates ({error}): it has to take many points at once, "
+                "by NumPy's functions, with np.where in place of if, or by np.vectorize, which is slow"
+            ) from error
+        if values.dtype.kind not in "iuf":
+            raise CaseError(f"spacing: the function gives values of type {values.dtype}: they have to be real numbers")
+        if values.shape not in ((), x.shape):
+            raise CaseError(
+                f"spacing: the function gives an array of shape {values.shape} for {len(x)} points: it has to give one "
+                "value for each"
+            )
+        return np.broadcast_to(values, x.shape).astype(float)

@@ -1,0 +1,158 @@
+"""What a case asks for and cannot have: warnings, each with its place."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.corners import departures
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
+from bubblemesh.messages import place
+from bubblemesh.spacing.rules.grading import GROWTH, Graded
+from bubblemesh.spacing.rules.sources import Sources
+from bubblemesh.spacing.spacing import Spacing
+
+SAMPLING = 1 / 64  # of the domain's size, along straight walls
+MOST_SAMPLES = 100_000
+ROUNDING = 1e-6
+SHARPEST = 5.0  # degrees
+MOST_ANGLES = 5  # that are told one by one
+POOR_QUALITY = 0.2
+BUDGET_TOLERANCE = 0.02  # of a wanted number of nodes
+FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
+FEW_NODES = 100  # below which the boundary decides the number
+
+
+def sharp_angles(domain: Domain) -> list[str]:
+    """Corners where lines enclose so small an angle in the domain that the triangles there cannot be good."""
+    boundary = domain.boundary
+    ends = departures(boundary)
+    angle = np.degrees(ends.angle_to(ends.following))
+    # The domain is on the left of all pieces, and on both sides of those inside it.
+    within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))
+    sharp = np.flatnonzero(within & (angle < SHARPEST))
+    sharp = sharp[np.argsort(angle[sharp], kind="stable")]
+    sharp = sharp[np.sort(np.unique(ends.corner[sharp], return_index=True)[1])]
+    warnings = [
+        f"the angle at {place(boundary.corners[ends.corner[k]])} is {abs(round(angle[k], 3)):.2g} degrees: "
+        "triangles there are as sharp"
+        for k in sharp[:MOST_ANGLES]
+    ]
+    if len(sharp) > MOST_ANGLES:
+        warnings.append(f"{len(sharp) - MOST_ANGLES} more angles are below {SHARPEST:g} degrees")
+    return warnings
+
+
+def narrow_parts(domain: Domain, spacing: Spacing) -> list[str]:
+    """The place where the domain is narrowest in terms of the spacing, if narrower than that.
+
+    Likewise where a line or point inside the domain is nearest to another one, or to a wall.
+    """
+    boundary, walls, corner = domain.boundary, Walls(domain), tips(domain)
+    piece, s = _samples(domain)
+    d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
+    found = walls.facing(piece, s, d, d), ahead(walls, corner, ahead_of)
+    gaps = Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    warnings = []
+    for at, width, d_there in _narrowest(gaps.kept(~gaps.inner), spacing):
+        warnings.append(
+            f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d_there:.3g}): only "
+            "boundary nodes fit"
+        )
+    for at, width, d_there in _narrowest(gaps.kept(gaps.inner), spacing):
+        warnings.append(
+            f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
+            f"({d_there:.3g}): no nodes fit into it"
+        )
+    return warnings
+
+
+def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]]:
+    """Place, width and spacing where the width is least in terms of the spacing, if it is less."""
+    if len(gaps.number) == 0:
+        return []
+    there = spacing(gaps.places)
+    worst = int(np.argmin(gaps.widths / there))
+    narrow = gaps.widths[worst] < (1 - ROUNDING) * there[worst]
+    return [(gaps.places[worst], gaps.widths[worst], there[worst])] if narrow else []
+
+
+def _samples(domain: Domain) -> tuple[Integers, Floats]:
+    """Pieces and arc lengths of points along all lines, inside the chords of their polygonal copy."""
+    piece, s, step = domain.boundary.panels()
+    thinned = slice(None, None, len(piece) // MOST_SAMPLES + 1)
+    piece, s, step = piece[thinned], s[thinned], step[thinned]
+    parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)
+    chord = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
+
+
+def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
+    """Where short edges and tight curves made the spacing finer."""
+    warnings = []
+    if len(short):
+        k = int(short.sizes.argmin())
+        several = f"{len(short) // 2} boundary edges are" if len(short) > 2 else "1 boundary edge is"
+        warnings.append(
+            f"{several} shorter than the spacing, the shortest ({short.sizes[k]:.3g}) at "
+            f"{place(short.points[k])}: the mesh is finer around them"
+        )
+    if len(coarse):
+        k = int(coarse.sizes.argmin())
+        warnings.append(
+            f"the spacing is too coarse for the curve at {place(coarse.points[k])}: it is reduced to "
+            f"{coarse.sizes[k]:.3g} there"
+        )
+    return warnings
+
+
+def slowed_growth(grading: Graded, limit: float | None, scale: float | None = None) -> list[str]:
+    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit.
+
+    Slopes go with a ``scale`` that was found for a number of nodes.
+    """
+    if grading.steepest is None or (limit is not None and limit <= GROWTH):
+        return []
+    at, size, growth = grading.steepest
+    spacing = "the spacing" if scale is None else f"the spacing, times {scale:.3g} for the wanted number of nodes,"
+    return [
+        f"{spacing} grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to {GROWTH:g}, "
+        f"finer on {grading.share:.1%} of the area, at most {grading.ratio:.3g} times"
+    ]
+
+
+def straight_facets(count: int) -> list[str]:
+    """Boundary edges of second order that could not follow their curve."""
+    if count == 0:
+        return []
+    edges = "1 boundary edge keeps" if count == 1 else f"{count} boundary edges keep"
+    return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
+
+
+def missed_budget(wanted: int, found: int) -> list[str]:
+    """A number of nodes that the mesh does not have, to 2 %, or to one node if they are few."""
+    if abs(found - wanted) <= max(BUDGET_TOLERANCE * wanted, 1):
+        return []
+    which = "more" if found > wanted else "fewer"
+    return [
+        f"the mesh has {found} nodes, {abs(found / wanted - 1):.1%} {which} than the {wanted} asked "
+        "for: no scale that was tried comes nearer"
+    ]
+
+
+def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:
+    """What the finished mesh falls short of; without an ideal number of nodes their number is not judged."""
+    warnings = []
+    worst = figures["quality"]["worst"][0]
+    if worst["quality"] < POOR_QUALITY:
+        warnings.append(f"the worst triangle, at {place(worst['at'])}, has a quality of {worst['quality']:.3f} only")
+    if ideal_nodes is not None and max(figures["nodes"], ideal_nodes) > FEW_NODES:
+        ratio = figures["nodes"] / ideal_nodes
+        if not FEWEST <= ratio <= MOST:
+            warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
+    if figures["boundary_nodes"] == figures["nodes"]:
+        warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")
+    return warnings

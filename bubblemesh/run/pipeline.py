@@ -1,0 +1,200 @@
+"""From a case to a mesh: the whole story on one screen."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
+from time import perf_counter
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from bubblemesh import __version__
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.case import Case
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.deviation import deviation
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import matching_edges
+from bubblemesh.meshes.conformity import area_error, require_conforming
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.triangulation import regions, sorted_triangles
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.net import Net, connected
+from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.problem import warnings
+from bubblemesh.problem.problem import Problem, prepared
+from bubblemesh.run.report import RoundRow, initial_row, mesh_figures, round_row, rules_figures, triangle_fields
+from bubblemesh.run.resources import peak_memory_mb, timed
+from bubblemesh.run.time_limit import Clock
+from bubblemesh.spacing.grid.table import tabulated
+
+MOST_MESHES = 8  # until one has the wanted number of nodes
+
+M = TypeVar("M", bound=Mesh, covariant=True)
+
+
+@dataclass(frozen=True)
+class Result(Generic[M]):
+    """A mesh, data (t,) for its triangles, the report, and the mean speeds (iterations,) in each round."""
+
+    mesh: M
+    fields: dict[str, Floats]
+    report: dict[str, Any]
+    speeds: tuple[Floats, ...]
+
+
+OnRound = Callable[[RoundRow], None]
+OnShare = Callable[[float], None]
+
+
+def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result[Mesh]:
+    """Mesh a case.
+
+    ``on_round`` is told of each round as it ends, ``on_share`` again and again what share of the packing is done.
+
+    Raises
+    ------
+    BubblemeshError
+        One of its subclasses for a mistake of the user's, with the place and what to do.
+    """
+    return meshed(prepared(case), on_round, on_share)
+
+
+def meshed(
+    problem: Problem, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None
+) -> Result[Mesh]:
+    """Mesh a problem; else as `mesh_case`."""
+    budget, done = problem.budget, dict[float, Result[Mesh]]()
+    if budget is None:
+        return _meshed(problem, on_round, on_share, sum(problem.seconds.values()))
+    nodes, begun = budget.nodes, perf_counter() - sum(problem.seconds.values())
+    counts = []
+    while budget is not None and budget.scale not in done and len(done) < MOST_MESHES:
+        done[budget.scale] = result = _meshed(problem, on_round, on_share, perf_counter() - begun)
+        counts.append((problem.expected_nodes, len(result.mesh.points)))
+        if not (warnings.missed_budget(nodes, len(result.mesh.points)) and result.report["finished"]):
+            break
+        problem = budget.corrected(counts)
+        budget = problem.budget
+    return _closest(nodes, done, perf_counter() - begun)
+
+
+def _closest(nodes: int, done: dict[float, Result[Mesh]], seconds: float) -> Result[Mesh]:
+    """The mesh, of those by scale, nearest to the wanted number of nodes; its report tells of all that were made."""
+
+    def rank(scale: float) -> tuple[bool, int]:
+        return not done[scale].report["finished"], abs(len(done[scale].mesh.points) - nodes)
+
+    scale = min(done, key=rank)
+    best = done[scale]
+    own = best.report["seconds"]
+    report = {
+        **best.report,
+        "budget": {
+            "nodes": nodes,
+            "scale": scale,
+            "attempts": [{"scale": each, "nodes": len(result.mesh.points)} for each, result in done.items()],
+        },
+        "seconds": {**own, "other_attempts": seconds - own["total"], "total": seconds},
+        "warnings": [*best.report["warnings"], *warnings.missed_budget(nodes, len(best.mesh.points))],
+    }
+    return replace(best, report=report)
+
+
+def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: float) -> Result[Mesh]:
+    """Mesh a problem once, as it is, when so many seconds have passed."""
+    task = problem.task
+    domain, method, seconds = problem.domain, problem.method, dict(problem.seconds)
+    ideal_nodes, clock = problem.survey.ideal_nodes, Clock(task.time_limit, passed, on_share)
+    with timed(seconds, "placement"):
+        spacing = tabulated(domain, problem.spacing)
+        levels = method.levels(domain, spacing, problem.expected_nodes)
+        start = method.placement(domain, levels[0], task.max_nodes)
+        initial = initial_row(start, connected(start, domain).triangles)
+    with timed(seconds, "packing"):
+        last, rows, speeds = _packed(rounds(start, domain, levels, method, clock), on_round)
+    with timed(seconds, "quality"):
+        mesh = mesh_of(last.net, domain)
+        require_conforming(mesh)
+        departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
+        figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
+    report = {
+        "case": task.name,
+        "method": task.method_name,
+        "version": __version__,
+        "seed": method.perturbation.seed,
+        "parameters": task.parameters,
+        "initial": initial,
+        "rounds": [asdict(row) for row in rows],
+        "stop_reason": last.stop_reason,
+        "finished": not clock.over,
+        **rules_figures(problem),
+        "ideal_nodes": ideal_nodes,
+        "force_evaluations": sum(row.force_evaluations for row in rows),
+        **figures,
+        "area_error": area_error(mesh),
+        **({} if departure is None else {"deviation": departure._asdict()}),
+        "seconds": seconds | {"total": sum(seconds.values())},
+        "peak_memory_mb": peak_memory_mb(),
+        "warnings": [
+            *problem.warnings,
+            *clock.warnings,
+            *warnings.poor_result(figures, None if problem.refined else ideal_nodes),
+        ],
+    }
+    return Result(mesh, triangle_fields(mesh, problem.wanted), report, speeds)
+
+
+def _packed(
+    steps: Iterable[Round], on_round: Callable[[RoundRow], None]
+) -> tuple[Round, list[RoundRow], tuple[Floats, ...]]:
+    """Run the rounds; the last of them, and the figures and mean speeds of all."""
+    rows, speeds = [], []
+    begun = perf_counter()
+    for done in steps:
+        rows.append(round_row(done, perf_counter() - begun))
+        speeds.append(done.speeds)
+        on_round(rows[-1])
+        begun = perf_counter()
+    return done, rows, tuple(speeds)
+
+
+def mesh_of(net: Net, domain: Domain) -> Mesh:
+    """The mesh of connected bubbles, with the domain's labels and regions."""
+    boundary, bubbles, parts = domain.boundary, net.bubbles, domain.parts
+    facets, piece = boundary.edges(bubbles.piece, bubbles.s)
+    triangles = sorted_triangles(net.triangles)
+    region = np.zeros(len(triangles), np.int64)
+    if parts.regions:
+        region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
+    numbers, region = np.unique(parts.named[region], return_inverse=True)
+    labels, label = np.unique(boundary.label[piece], return_inverse=True)
+    vertices = [_node_at(point, bubbles) for point, _ in parts.points]
+    point_labels = tuple(dict.fromkeys(name for _, name in parts.points))
+    return Mesh(
+        bubbles.x,
+        triangles,
+        facets,
+        label,
+        tuple(boundary.labels[k] for k in labels),
+        regions=tuple(parts.names[k] for k in numbers),
+        triangle_regions=region,
+        vertices=np.array(vertices, np.int64),
+        vertex_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
+        point_labels=point_labels,
+        facet_middles=_middles(boundary, bubbles, facets, piece),
+        periodic=matching_edges(domain.periodic, piece),
+    )
+
+
+def _node_at(point: tuple[float, float], bubbles: Bubbles) -> int:
+    """The corner that is an embedded point."""
+    return int(np.hypot(*(bubbles.x[: bubbles.corners] - point).T).argmin())
+
+
+def _middles(boundary: Boundary, bubbles: Bubbles, facets: Integers, piece: Integers) -> Floats:
+    """Points (f, 2) on the true curves, halfway by arc length between the ends of the facets (f, 2)."""
+    first, last = facets.T
+    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
+    begin, end = s[first], np.where(last < bubbles.corners, boundary.lengths[piece], s[last])
+    end = np.where(end <= begin, end + boundary.lengths[piece], end)  # past the end of a closed piece
+    return boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2))

@@ -1,0 +1,51 @@
+"""Time and memory that a run takes."""
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from math import ceil
+from pathlib import Path
+from time import perf_counter
+
+QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of a container: microseconds of computing in a period, and the period
+
+
+@contextmanager
+def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    """Note the time that the block takes."""
+    begun = perf_counter()
+    yield
+    seconds[stage] = perf_counter() - begun
+
+
+def peak_memory_mb() -> float | None:
+    """Largest memory the process has held, in megabytes; None where the system does not tell."""
+    status = Path("/proc/self/status")
+    if status.exists():  # Linux, where the usage that it reports elsewhere begins with what the parent process held
+        peak = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text(), re.MULTILINE)
+        if peak:
+            return int(peak[1]) * 1024 / 1e6
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    unit = 2**20 if sys.platform == "darwin" else 2**10
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+
+
+def forget_peak_memory() -> None:
+    """Let the peak begin anew with what the process holds now, where the system can do that."""
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def available_cores() -> int:
+    """Number of processor cores that this process may use."""
+    # Not on macOS and Windows.
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    with suppress(OSError, ValueError):
+        quota, period = map(int, QUOTA.read_text().split())  # "max" is no number
+        cores = min(cores, ceil(quota / period))
+    return max(cores, 1)

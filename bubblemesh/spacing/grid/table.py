@@ -1,0 +1,116 @@
+"""Spacing that is costly to compute, from a table: bilinear in the cells of a background grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.grid.quadtree import DEEPEST, Background
+from bubblemesh.spacing.grid.sampled import reaching
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Term
+
+TOLERANCE = 2e-3  # relative error of what is interpolated
+COARSEST = 1 / 32  # of the domain's size: largest side of a cell
+LARGEST = 2.0  # spacings: largest side of a cell, so that no spot is passed over
+SMALLEST = 0.25  # spacings: side of a cell that is not split any more
+ROUGH = 0.03  # the same at sharp bends, in the smallest cells
+PLACES = np.array([[x, y] for y in (-0.5, 0.0, 0.5) for x in (-0.5, 0.0, 0.5)])  # of samples, from a cell's centre
+CORNERS = np.array([0, 2, 6, 8])  # those of the samples that are corners
+OTHERS = np.array([1, 3, 4, 5, 7])
+BETWEEN = np.array([[1, 1, 0, 0], [1, 0, 1, 0], [0.5, 0.5, 0.5, 0.5], [0, 1, 0, 1], [0, 0, 1, 1]]) / 2  # the corners
+QUARTERS = np.array([[0, 1, 3, 4], [1, 2, 4, 5], [3, 4, 6, 7], [4, 5, 7, 8]])  # samples that are corners of quarters
+
+
+@dataclass(frozen=True)
+class Table:
+    """A function that is interpolated where that is good enough.
+
+    Attributes
+    ----------
+    function : callable
+        Values (n,) at x (n,) and y (n,).
+    grid : Background
+    corners : (n, 4)
+        Values at the corners of each cell.
+    good : (n,)
+        In which cells these are enough.
+    """
+
+    function: Term
+    grid: Background
+    corners: Floats
+    good: Booleans
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,)."""
+        points = np.column_stack([x, y])
+        cells = self.grid.located(points)
+        values = self.grid.bilinear(self.corners[cells], points, cells)
+        rest = np.flatnonzero(~(self.good[cells] & self.grid.covers(points)))
+        values[rest] = self.function(x[rest], y[rest])
+        return values
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A grid, which of its cells reach into the domain (n,), and the spacing at nine places of each cell (n, 9)."""
+
+    grid: Background
+    inside: Booleans
+    d: Floats
+
+    @classmethod
+    def of(cls, domain: Domain, function: Term) -> "Samples":
+        """One cell around the domain."""
+        grid = Background.around(domain.bounds)
+        return cls(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
+
+    def error(self) -> Floats:
+        """Largest relative error (n,) of the values that the corners lead to, infinite where a value is none."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            error = np.abs(self.d[:, CORNERS] @ BETWEEN.T / self.d[:, OTHERS] - 1).max(axis=1)
+        return np.where(np.isfinite(self.d).all(axis=1) & (self.d > 0).all(axis=1), error, np.inf)
+
+    def coarse(self, coarsest: float) -> Booleans:
+        """Which cells (n,) have to be split."""
+        sides = self.grid.sides
+        finest = np.where(self.d > 0, self.d, np.inf).min(axis=1)
+        large = (sides > LARGEST * finest) | (sides > coarsest)
+        large |= (self.error() > TOLERANCE) & (sides > SMALLEST * finest)
+        return self.inside & self.grid.divisible & large
+
+    def split(self, cells: Booleans, domain: Domain, function: Term) -> "Samples":
+        """The samples with some cells in four."""
+        grid, origin, fresh = self.grid.split(cells)
+        d, inside, mine = self.d[origin], self.inside[origin], np.flatnonzero(fresh)
+        # Quarters follow each other in the order of corners.
+        d[mine[:, None], CORNERS] = d[mine[:, None], np.tile(QUARTERS, (len(mine) // 4, 1))]
+        d[mine[:, None], OTHERS] = _values(function, grid, mine, PLACES[OTHERS])
+        inside[mine] = reaching(domain, grid.centers[mine], grid.sides[mine])
+        return Samples(grid, inside, d)
+
+
+def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
+    """The spacing from a table if it is costly, else itself.
+
+    Cells are split until the values at the middles of their sides and at their centres are those that their corners
+    lead to. Where even small cells have quite other ones, at jumps, the spacing itself is asked.
+    """
+    if not spacing.costly:
+        return spacing
+    samples = Samples.of(domain, spacing.function)
+    for _ in range(DEEPEST):
+        coarse = samples.coarse(COARSEST * domain.size)
+        if not coarse.any():
+            break
+        samples = samples.split(coarse, domain, spacing.function)
+    table = Table(spacing.function, samples.grid, samples.d[:, CORNERS], samples.inside & (samples.error() <= ROUGH))
+    return Spacing(table, spacing.floor)
+
+
+def _values(function: Term, grid: Background, cells: Integers, places: Floats) -> Floats:
+    """Values (k, p) of the function at places (p, 2) of cells (k,)."""
+    x, y = np.moveaxis(grid.centers[cells, None] + grid.sides[cells, None, None] * places, 2, 0)
+    return function(x.ravel(), y.ravel()).reshape(x.shape)

@@ -1,0 +1,1 @@
+"""Rules of a spacing: what the boundary needs, and how fast it may grow."""

@@ -1,0 +1,1 @@
+"""Terms of a spacing: each a function of the place."""

@@ -1,0 +1,63 @@
+"""The smallest of several terms, scaled and kept within limits."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import Key
+from bubblemesh.spacing.spacing import Spacing
+
+Term = Callable[[Floats, Floats], Floats]  # values (n,) at x (n,) and y (n,), infinite where it asks for nothing
+
+
+def nothing(x: Floats, y: Floats) -> Floats:
+    """A term that asks for nothing."""
+    return np.full(np.shape(x), np.inf)
+
+
+def costly(term: Term | None) -> bool:
+    """Whether a term says that it takes long."""
+    return bool(getattr(term, "costly", False))
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A spacing d(x, y) made of terms.
+
+    Attributes
+    ----------
+    terms : tuple of Spacing
+        The smallest of their values counts, and none counts where one is no number.
+    scale : float
+        Factor of it.
+    minimum, maximum : float
+        Limits of the product.
+    """
+
+    terms: tuple[Spacing, ...]
+    scale: float = 1.0
+    minimum: float = 0.0
+    maximum: float = np.inf
+
+    @property
+    def costly(self) -> bool:
+        """Whether one of the terms takes long."""
+        return any(term.costly for term in self.terms)
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,)."""
+        smallest = np.full(np.shape(x), np.inf)
+        for term in self.terms:
+            smallest = np.minimum(smallest, term.function(x, y))
+        with np.errstate(invalid="ignore"):
+            # Limits must not make a spacing of what is none.
+            limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
+        return np.where(smallest > 0, limited, smallest)
+
+    def key(self, point: Floats) -> Key:
+        """Key of the first term that has the value at a point (2,)."""
+        x, y = point[:1], point[1:]
+        values = [float(np.broadcast_to(term.function(x, y), 1)[0]) for term in self.terms]
+        return self.terms[int(np.argmin(values))].key(point)  # the first that is no number, if one is

@@ -1,0 +1,78 @@
+"""Spacing that is fine near something and grows with the distance from it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.distance.to_labels import Distance
+from bubblemesh.geometry.hilbert import along_hilbert_curve
+
+NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
+TOGETHER = 32  # points that are asked together which terms are in question
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Near:
+    """A term ``size + growth * distance``.
+
+    Attributes
+    ----------
+    distance : Distance
+    size : float
+        Spacing at distance 0.
+    growth : float
+        Growth of the spacing per length.
+    until : float
+        Distance up to which the spacing stays at its size.
+    """
+
+    distance: Distance
+    size: float
+    growth: float = NEAR_GROWTH
+    until: float = 0.0
+
+    @property
+    def costly(self) -> bool:
+        """Whether the distance takes long."""
+        return self.distance.costly
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,)."""
+        return self.at(np.column_stack([x, y]))
+
+    def at(self, points: Floats) -> Floats:
+        """Values (m,) at points (m, 2)."""
+        return self.size + self.growth * np.maximum(self.distance(points) - self.until, 0)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The smallest of several such terms, few of whose distances are computed.
+
+    A term cannot change from a place to another one by more than its growth times their distance.
+    """
+
+    terms: tuple[Near, ...]
+
+    costly = True
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,)."""
+        points = np.column_stack([x, y])
+        order = along_hilbert_curve(points)
+        first = np.arange(0, len(points), TOGETHER)
+        values = np.full(len(points), np.inf)
+        if len(points) == 0:
+            return values
+        count = np.diff(first, append=len(points))
+        center = np.add.reduceat(points[order], first) / count[:, None]
+        away = np.hypot(*(points[order] - np.repeat(center, count, axis=0)).T)
+        there = np.array([term.at(center) for term in self.terms])
+        change = np.array([[term.growth] for term in self.terms]) * np.maximum.reduceat(away, first)
+        asked = there - change <= (there + change).min(axis=0) * (1 + ROUNDING)
+        for term, blocks in zip(self.terms, asked, strict=True):
+            mine = order[np.repeat(blocks, count)]
+            values[mine] = np.minimum(values[mine], term.at(points[mine]))
+        return values

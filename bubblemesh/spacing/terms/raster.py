@@ -1,0 +1,124 @@
+"""A spacing given by values on a rectangular grid."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError
+from bubblemesh.messages import place
+from bubblemesh.spacing.terms.samples import require_positive, spots
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Bilinear interpolation between the centres of pixels; beyond the outermost ones, the value at the nearest place.
+
+    Made by `of` and `within`.
+
+    Attributes
+    ----------
+    x : (c,)
+        Centres of the columns, ascending.
+    y : (r,)
+        Centres of the rows, ascending.
+    values : (r, c)
+        Positive and finite.
+    """
+
+    x: Floats
+    y: Floats
+    values: Floats
+
+    @classmethod
+    def of(cls, x: Floats, y: Floats, values: Floats) -> Self:
+        """Raster of ``values`` (r, c) with columns at ``x`` (c,) and rows at ``y`` (r,), in either direction each.
+
+        Raises
+        ------
+        CaseError
+            If the shapes do not fit, coordinates do not go one way, or a value is not positive and finite; the text
+            names its row and column, from 0, and its place.
+        """
+        _require_grid(values)
+        for name, coordinates, count, what in (("x", x, values.shape[1], "column"), ("y", y, values.shape[0], "row")):
+            if coordinates.shape != (count,):
+                raise CaseError(
+                    f"{name} has the shape {coordinates.shape}: it has to be one coordinate for each of {count} {what}s"
+                )
+            steps = np.diff(coordinates)
+            if not np.isfinite(coordinates).all() or not ((steps > 0).all() or (steps < 0).all()):
+                raise CaseError(f"{name} has to be finite, and ascending or descending from each {what} to the next")
+
+        def where(k: int) -> str:
+            row, column = np.unravel_index(k, values.shape)
+            return f"in row {row}, column {column} (from 0), {place((x[column], y[row]))}"
+
+        require_positive(values.ravel(), where)
+        across, along = (slice(None, None, -1 if len(c) > 1 and c[1] < c[0] else 1) for c in (x, y))
+        return cls(x[across], y[along], values[along, across])
+
+    @classmethod
+    def within(cls, bounds: tuple[float, float, float, float], values: Floats, upper: bool = False) -> Self:
+        """Raster of ``values`` (r, c) whose pixels fill the rectangle ``bounds`` (x0, y0, x1, y1).
+
+        The first row is the lowest one, or the highest with ``upper``.
+
+        Raises
+        ------
+        CaseError
+            As `of`.
+        """
+        _require_grid(values)
+        x0, y0, x1, y1 = bounds
+        rows, columns = values.shape
+        x = x0 + (np.arange(columns) + 0.5) * ((x1 - x0) / columns)
+        y = y0 + (np.arange(rows) + 0.5) * ((y1 - y0) / rows)
+        return cls.of(x, y[::-1] if upper else y, values)
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Box (x0, y0, x1, y1) of the pixels; without an end where there is only one, whose size nothing tells."""
+        (x0, x1), (y0, y1) = _reach(self.x), _reach(self.y)
+        return x0, y0, x1, y1
+
+    @property
+    def spots(self) -> Floats:
+        """Centres (k, 2) of pixels at which it is fine over a short distance."""
+        x, y = np.meshgrid(self.x, self.y)
+        number = np.arange(x.size).reshape(x.shape)
+        first = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
+        last = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
+        return spots(np.column_stack([x.ravel(), y.ravel()]), first, last, self.values.ravel())
+
+    def scaled(self, factor: float) -> Self:
+        """The raster with all values multiplied."""
+        return replace(self, values=factor * self.values)
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (m,) at x (m,) and y (m,)."""
+        (left, right, s), (below, above, t) = _between(self.x, x), _between(self.y, y)
+        low = (1 - s) * self.values[below, left] + s * self.values[below, right]
+        high = (1 - s) * self.values[above, left] + s * self.values[above, right]
+        return (1 - t) * low + t * high
+
+
+def _require_grid(values: Floats) -> None:
+    if values.ndim != 2 or values.size == 0:
+        raise CaseError(f"has the shape {values.shape}: a raster has rows and columns, and at least one of each")
+
+
+def _reach(centers: Floats) -> tuple[float, float]:
+    """Ends of pixels with these centres (k,)."""
+    if len(centers) == 1:
+        return -np.inf, np.inf
+    return float(1.5 * centers[0] - centers[1] / 2), float(1.5 * centers[-1] - centers[-2] / 2)
+
+
+def _between(centers: Floats, at: Floats) -> tuple[Integers, Integers, Floats]:
+    """Centres (m,) before and after some coordinates (m,), and the share of the way between them."""
+    before = np.clip(np.searchsorted(centers, at, side="right") - 1, 0, max(len(centers) - 2, 0))
+    after = np.minimum(before + 1, len(centers) - 1)
+    width = np.where(after > before, centers[after] - centers[before], 1.0)
+    return before, after, np.clip((at - centers[before]) / width, 0, 1)

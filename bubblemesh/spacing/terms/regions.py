@@ -1,0 +1,160 @@
+"""Spacings that count within regions."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import Key
+from bubblemesh.geometry.arrangement.regions import Region
+from bubblemesh.geometry.boxes import Boxes
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Term, costly
+
+Inside = Callable[[Floats, Floats], Booleans]  # which points, given as x (n,) and y (n,), lie in some set
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The places inside any of some shapes, of which there may be hundreds."""
+
+    shapes: tuple[shapely.Geometry, ...]
+
+    @cached_property
+    def _boxes(self) -> Boxes:
+        return Boxes.of(shapely.bounds(np.array(self.shapes, dtype=object)))
+
+    def __call__(self, x: Floats, y: Floats) -> Booleans:
+        """Which points with coordinates x (n,) and y (n,) are there."""
+        inside = np.zeros(len(x), bool)
+        if self.shapes:
+            point, shape = self._boxes.holding(x, y)
+            held = shapely.contains_xy(np.array(self.shapes, dtype=object)[shape], x[point], y[point])
+            inside[point[held]] = True
+        return inside
+
+
+@dataclass(frozen=True)
+class Within:
+    """A term that asks for nothing outside a region.
+
+    Attributes
+    ----------
+    term : callable
+        Values (n,) at x (n,) and y (n,).
+    reach : callable or None
+        Which points lie in the region or on its rim; all do if there is none.
+    others : callable or None
+        Which of them lie in other regions, off their rims, that count before this one.
+    """
+
+    term: Term
+    reach: Inside | None
+    others: Inside | None = None
+
+    @property
+    def costly(self) -> bool:
+        """Whether the term takes long."""
+        return costly(self.term)
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,), infinite outside the region and off its rim."""
+        mine = np.arange(len(x)) if self.reach is None else np.flatnonzero(self.reach(x, y))
+        if self.others is not None:
+            mine = mine[~self.others(x[mine], y[mine])]
+        values = np.full(len(x), np.inf)
+        values[mine] = self.term(x[mine], y[mine])
+        return values
+
+
+class OwnSpacing(NamedTuple):
+    """The spacing of a region, and its key in the case."""
+
+    region: Region
+    spacing: Spacing
+    key: Key
+
+
+def by_region(rest: Spacing, own: Sequence[OwnSpacing]) -> Spacing:
+    """Spacing that is another one in some regions.
+
+    In a region its own spacing counts; on the rim the finest of those that meet there. Of nested regions the innermost
+    counts.
+    """
+    if not own:
+        return rest
+    regions = _Regions(rest, tuple(sorted(own, key=lambda one: -one.region.polygon.area)))
+    return replace(rest, function=regions, key=regions.key, costly=regions.costly)
+
+
+@dataclass(frozen=True)
+class _Regions:
+    """Regions with spacings of their own, those within others after them."""
+
+    rest: Spacing
+    own: tuple[OwnSpacing, ...]
+
+    @cached_property
+    def _cores(self) -> Floats:
+        return np.array([one.region.core for one in self.own], dtype=object)
+
+    @cached_property
+    def _reaches(self) -> Floats:
+        return np.array([one.region.reach for one in self.own], dtype=object)
+
+    @cached_property
+    def _boxes(self) -> Boxes:
+        return Boxes.of(shapely.bounds(self._reaches))
+
+    @cached_property
+    def _functions(self) -> Integers:
+        """Number of each region's function among those that differ."""
+        numbers: dict[int, int] = {}
+        return np.array([numbers.setdefault(id(one.spacing.function), len(numbers)) for one in self.own])
+
+    @property
+    def costly(self) -> bool:
+        """Whether one of the spacings takes long."""
+        return self.rest.costly or any(one.spacing.costly for one in self.own)
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at points with coordinates x (n,) and y (n,)."""
+        d = np.broadcast_to(np.asarray(self.rest.function(x, y), float), np.shape(x)).copy()
+        point, region = self._found(x, y)
+        wanted = self._own_values(x[point], y[point], region)
+        inside = shapely.contains_xy(self._cores[region], x[point], y[point])
+        # One region after the other where several have a point: nested ones, or neighbours at their common rim.
+        rank = np.arange(len(point)) - np.searchsorted(point, point)
+        for k in range(int(rank.max(initial=-1)) + 1):
+            mine = rank == k
+            at = point[mine]
+            d[at] = np.where(inside[mine], wanted[mine], np.fmin(d[at], wanted[mine]))
+        return d
+
+    def key(self, point: Floats) -> Key:
+        """Key of what has the value at a point (2,)."""
+        x, y = point[:1], point[1:]
+        _, region = self._found(x, y)
+        d, own = self(x, y), self._own_values(np.repeat(x, len(region)), np.repeat(y, len(region)), region)
+        having = region[(own == d) | (np.isnan(own) & np.isnan(d))]
+        return self.own[having[-1]].key if len(having) else self.rest.key(point)
+
+    def _found(self, x: Floats, y: Floats) -> tuple[Integers, Integers]:
+        """Points and the regions (m,) that they are in or on the rim of, in order."""
+        point, region = self._boxes.holding(x, y)
+        within = shapely.contains_xy(self._reaches[region], x[point], y[point])
+        return point[within], region[within]
+
+    def _own_values(self, x: Floats, y: Floats, region: Integers) -> Floats:
+        """Values (m,) of the regions' own spacings; regions with the same one are evaluated together."""
+        values = np.empty(len(region))
+        number = self._functions[region]
+        for k in np.unique(number):
+            mine = number == k
+            function = self.own[int(region[mine][0])].spacing.function
+            values[mine] = function(x[mine], y[mine])
+        return values

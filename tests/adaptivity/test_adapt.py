@@ -1,0 +1,302 @@
+"""Meshes that follow a solution: the loop with a solver, what is kept, what is refused, and the page that shows it."""
+
+import json
+import re
+import subprocess
+import sys
+
+import meshio
+import numpy as np
+import pytest
+from commands import within
+from invariants import check_mesh
+from paths import ROOT
+from scipy.spatial import KDTree
+
+import bubblemesh
+from benchmarks import adaptivity
+from benchmarks.adaptivity import CASE, adaptive, order, singular, uniform
+from bubblemesh.adaptivity.sizes import smooth_sizes
+from bubblemesh.errors import CaseError, LimitError
+
+PAGE = (ROOT / "docs" / "adaptivity.md").read_text()
+PLATE = """
+name: plate
+domain: {outer: {rectangle: [0, 0, 2, 1], label: wall}, holes: [{circle: {center: [1, 0.5], radius: 0.2}, label: hole}]}
+spacing: 0.07
+"""
+
+
+def case_of(text, *overrides):
+    return bubblemesh.load_case("-", text=text, overrides=overrides)
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return bubblemesh.mesh_case(case_of(PLATE)).mesh
+
+
+def bump(mesh):
+    """A peak in the upper left."""
+    x, y = mesh.points.T
+    return bubblemesh.Solution.of(mesh.points, mesh.triangles, np.exp(-200 * ((x - 0.4) ** 2 + (y - 0.7) ** 2)))
+
+
+def sizes_around(mesh, x, y, reach):
+    middles = mesh.points[mesh.triangles].mean(axis=1)
+    near = np.hypot(*(middles - [x, y]).T) < reach
+    return np.sqrt(4 / np.sqrt(3) * np.abs(areas(mesh)[near])).mean()
+
+
+def areas(mesh):
+    (ux, uy), (vx, vy) = (mesh.points[mesh.triangles[:, k]].T - mesh.points[mesh.triangles[:, 0]].T for k in (1, 2))
+    return (ux * vy - uy * vx) / 2
+
+
+@pytest.mark.parametrize("scale", [1e200, 1e-200, 1e-290, 3e307])
+def test_sizes_do_not_depend_on_the_unit_of_the_solution(scale, plate):
+    found = bump(plate)
+    scaled = bubblemesh.Solution.of(found.points, found.triangles, scale * found.values)
+    exact = "exp(-200*((x - 0.4)**2 + (y - 0.7)**2))"
+    one = bubblemesh.adapt(case_of(PLATE), found, error=0.1, exact=exact)
+    other = bubblemesh.adapt(case_of(PLATE), scaled, error=0.1, exact=f"{scale}*{exact}")
+    assert len(one.mesh.points) == len(other.mesh.points)
+    one, other = one.report["adaptation"], other.report["adaptation"]
+    for figure in ("error", "expected_error", "true_error"):
+        assert other[figure] / scale == pytest.approx(one[figure], rel=1e-6) or other[figure] == np.inf
+    for figure in ("relative_error", "effectivity"):
+        assert other[figure] == pytest.approx(one[figure], rel=1e-6)
+
+
+# The loop with a solver
+
+
+def test_adapted_meshes_reach_the_optimal_order_and_uniform_ones_do_not():
+    adapted, even = adaptive(5), uniform([0.25, 0.125, 0.0625, 0.04])
+    assert order(adapted) < -0.48
+    assert -0.38 < order(even) < -0.28
+    assert adapted[-1].error < even[-1].error / 2
+    assert [step.effectivity for step in adapted[2:]] == pytest.approx([1.04, 1.02, 1.01], abs=0.03)
+    for step in adapted[2:]:
+        check_mesh(step.mesh)
+
+
+def test_a_wanted_error_is_met_after_a_few_loops():
+    case = case_of(CASE)
+    mesh = bubblemesh.mesh_case(case).mesh
+    for _ in range(4):
+        solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, adaptivity.solved(mesh))
+        result = bubblemesh.adapt(case, solution, error=0.04)
+        mesh = result.mesh
+    figures = result.report["adaptation"]
+    assert figures["relative_error"] < 0.044
+    assert figures["start"] == "present nodes"
+    assert figures["expected_relative_error"] == pytest.approx(0.04, rel=0.1)
+
+
+# The new mesh
+
+
+def test_without_a_target_as_many_nodes_are_finer_where_the_error_is_and_coarser_elsewhere(plate):
+    result = bubblemesh.adapt(case_of(PLATE), bump(plate))
+    check_mesh(result.mesh)
+    assert abs(len(result.mesh.points) / len(plate.points) - 1) <= 0.02
+    assert sizes_around(result.mesh, 0.4, 0.7, 0.1) < 0.5 * 0.07
+    assert sizes_around(result.mesh, 1.7, 0.3, 0.2) > 1.3 * 0.07
+    assert result.mesh.labels == plate.labels
+    figures = result.report["adaptation"]
+    assert figures["expected_error"] < 0.5 * figures["error"]
+    assert figures["nodes_before"] == len(plate.points)
+
+
+@pytest.mark.parametrize(
+    ("options", "override", "nodes"), [({"nodes": 250}, [], 250), ({}, ["spacing.nodes=450"], 450)]
+)
+def test_the_number_of_nodes_is_met(plate, options, override, nodes):
+    report = bubblemesh.adapt(case_of(PLATE, *override), bump(plate), **options).report
+    assert abs(report["nodes"] - nodes) <= 0.02 * nodes
+    assert report["budget"]["nodes"] == nodes
+
+
+def test_limits_and_rules_of_the_case_hold(plate):
+    case = case_of(PLATE, "spacing.minimum=0.05", "spacing.maximum=0.08", "spacing.growth=0.05")
+    mesh = bubblemesh.adapt(case, bump(plate), error=0.01).mesh
+    i, j = mesh.triangles[:, 0], mesh.triangles[:, 1]
+    lengths = np.hypot(*(mesh.points[i] - mesh.points[j]).T)
+    assert np.quantile(lengths, 0.02) > 0.8 * 0.05
+    assert np.quantile(lengths, 0.98) < 1.2 * 0.08
+    round_hole = bubblemesh.adapt(case_of(PLATE, "spacing.per_circle=60"), bump(plate), error=0.2).mesh
+    assert np.sum(round_hole.facet_labels == round_hole.labels.index("hole")) > 50
+
+
+def test_most_nodes_stay_where_the_sizes_do():
+    case = case_of(PLATE, "spacing=0.04")
+    mesh = bubblemesh.mesh_case(case).mesh
+    for _ in range(3):
+        before, result = mesh, bubblemesh.adapt(case, bump(mesh), error=0.05)
+        mesh = result.mesh
+    figures = result.report["adaptation"]
+    assert figures["start"] == "present nodes"
+    assert figures["unchanged"] > 0.7
+    sizes = smooth_sizes(before.points, before.triangles)
+    there = smooth_sizes(mesh.points, mesh.triangles)[KDTree(mesh.points).query(before.points)[1]]
+    same = np.abs(there / sizes - 1) < 0.03
+    away = KDTree(mesh.points).query(before.points[same])[0]
+    assert same.mean() > 0.5
+    assert np.mean(away < 0.25 * sizes[same]) > 0.75  # of nodes placed anew it were 0.23
+
+
+def test_same_solution_same_mesh(plate):
+    one, other = (bubblemesh.adapt(case_of(PLATE), bump(plate), error=0.2).mesh for _ in range(2))
+    assert one.points.tobytes() == other.points.tobytes()
+    assert one.triangles.tobytes() == other.triangles.tobytes()
+
+
+def test_a_published_method_adapts_too(plate):
+    case = case_of(PLATE, "method=accelerated", "schedule.iterations=60")
+    check_mesh(bubblemesh.adapt(case, bump(plate), error=0.3).mesh)
+
+
+def test_regions_recover_their_own_gradients():
+    regions = "{name: a, ring: {rectangle: [0, 0, 0.7, 1]}}, {name: b, ring: {rectangle: [0, 0, 0.3, 1]}}"
+    case = case_of(f"domain: {{outer: {{rectangle: [0, 0, 2, 1]}}, regions: [{regions}]}}\nspacing: 0.1")
+    mesh = bubblemesh.mesh_case(case).mesh
+    kink = np.interp(mesh.points[:, 0], [0, 0.3, 0.7, 2], [0, 3, 3.4, 0])
+    result = bubblemesh.adapt(case, bubblemesh.Solution.of(mesh.points, mesh.triangles, kink))
+    assert result.report["adaptation"]["relative_error"] < 1e-12
+    assert result.mesh.regions == mesh.regions
+
+
+def test_the_exact_solution_tells_the_effectivity(plate):
+    values = plate.points[:, 0] ** 2
+    solution = bubblemesh.Solution.of(plate.points, plate.triangles, values)
+    figures = bubblemesh.adapt(case_of(PLATE), solution, nodes=200, exact="x**2").report["adaptation"]
+    assert figures["effectivity"] == pytest.approx(1, abs=0.03)
+    assert figures["true_error"] == pytest.approx(figures["error"] / figures["effectivity"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"error": 0.1, "nodes": 100}, "error and nodes exclude each other"),
+        ({"error": 1.5}, r"between 0 and 1 \(found 1.5\)"),
+        ({"nodes": 2}, "at least 3"),
+        ({"field": "u"}, "field: names data of a file"),
+        ({"exact": "x +"}, "the exact solution: "),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(plate, options, message):
+    with pytest.raises(CaseError, match=message):
+        bubblemesh.adapt(case_of(PLATE), bump(plate), **options)
+
+
+def test_too_few_nodes_for_the_domain_are_refused(plate):
+    with pytest.raises(LimitError, match=r"^nodes: 4 nodes are too few"):
+        bubblemesh.adapt(case_of(PLATE), bump(plate), nodes=4)
+
+
+# The command
+
+
+def command(*arguments, folder):
+    done = within(*arguments, folder=folder)
+    done.stdout, done.stderr = done.stdout.decode(), done.stderr.decode()
+    return done
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, plate):
+    """A folder with a case and a solution."""
+    folder = tmp_path_factory.mktemp("adapt")
+    (folder / "plate.yaml").write_text(PLATE)
+    u = bump(plate).values[:, 0]
+    data = {"u": u, "flow": np.column_stack([u, 2 * u, 0 * u])}
+    points = np.pad(plate.points, ((0, 0), (0, 1)))
+    meshio.Mesh(points, [("triangle", plate.triangles)], point_data=data).write(folder / "solution.vtu")
+    return folder
+
+
+def test_the_command_writes_the_files_of_a_run(folder, plate):
+    done = command(
+        *("adapt", "plate.yaml", "--solution", "solution.vtu", "--field", "u", "--error", 0.3, "-o", "out", "--json"),
+        folder=folder,
+    )
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report == json.loads((folder / "out" / "plate.report.json").read_text())
+    assert {"plate.msh", "plate.vtu"} <= {path.name for path in (folder / "out").iterdir()}
+    assert report["adaptation"]["field"] == "u"
+    python = bubblemesh.adapt(case_of(PLATE), folder / "solution.vtu", "u", error=0.3)
+    assert len(meshio.read(folder / "out" / "plate.vtu").points) == len(python.mesh.points)
+    assert "estimated error" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exit_code", "message"),
+    [
+        (["--field", "v"], 2, "solution.vtu: has no data 'v' at its nodes: it has u, flow"),
+        ([], 2, "choose one by --field"),
+        (["--field", "u", "--error", "2"], 2, "between 0 and 1"),
+        (["--field", "u", "--nodes", "9", "--error", "0.1"], 2, "exclude each other"),
+        (["--field", "flow", "--exact", "x"], 2, "flow has several components"),
+        (["--field", "u", "--set", "domain.holes=[]"], 2, "plate.yaml: the mesh of the solution does not cover"),
+        (["--field", "u", "--nodes", "5"], 6, "nodes: 5 nodes are too few"),
+        (["--field", "u", "-o", "solution.vtu"], 5, "solution.vtu: the results would overwrite this file"),
+        (["--field", "u", "-o", "-", "--json"], 2, "drop one of them"),
+    ],
+)
+def test_errors_of_the_command(folder, arguments, exit_code, message):
+    before = (folder / "solution.vtu").read_bytes()
+    done = command("adapt", "plate.yaml", "--solution", "solution.vtu", *arguments, folder=folder)
+    assert done.returncode == exit_code, done.stderr
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert (folder / "solution.vtu").read_bytes() == before
+
+
+def test_a_solution_that_is_not_there_is_a_file_error(folder):
+    done = command("adapt", "plate.yaml", "--solution", "none.vtu", folder=folder)
+    assert (done.returncode, "none.vtu: cannot be read" in done.stderr) == (5, True)
+
+
+# The page
+
+
+def test_the_blocks_of_the_page_run(tmp_path):
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    run = subprocess.run([sys.executable, "-W", "error", "-c", block], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    errors = [float(line.split()[1]) for line in run.stdout.splitlines()]
+    assert errors == sorted(errors, reverse=True)
+    assert len(errors) == 3
+
+
+def test_the_commands_of_the_page_run(tmp_path):
+    (block,) = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
+    (tmp_path / "l-shape.yaml").write_text(CASE)
+    (tmp_path / "solve.py").write_text(
+        "import sys, meshio\n"
+        "mesh = meshio.read(sys.argv[1])\n"
+        "x, y, _ = mesh.points.T\n"
+        "meshio.Mesh(mesh.points, mesh.cells, point_data={'u': (x**2 + y**2) ** (1 / 3)}).write(sys.argv[2])\n"
+    )
+    lines = block.replace("bubblemesh ", f"{sys.executable} -m bubblemesh ")
+    lines = re.sub(r"^python ", f"{sys.executable} ", lines, flags=re.M)
+    subprocess.run(["bash", "-ec", lines], cwd=tmp_path, check=True, capture_output=True, timeout=120)
+    assert json.loads((tmp_path / "second" / "l-shape.report.json").read_text())["adaptation"]["field"] == "u"
+
+
+def test_keys_of_the_report_are_all_on_the_page(plate):
+    solution = bubblemesh.Solution.of(plate.points, plate.triangles, plate.points[:, 0] ** 2)
+    figures = bubblemesh.adapt(case_of(PLATE), solution, exact="x**2").report["adaptation"]
+    assert {key for key in figures if f"`{key}`" not in PAGE} == set()
+
+
+def test_the_example_s_solution_is_harmonic_and_zero_beside_the_corner():
+    t, h = np.linspace(0.01, 1, 9), 1e-4
+    np.testing.assert_allclose(singular(-t, 0 * t), 0, atol=1e-12)
+    np.testing.assert_allclose(singular(0 * t, -t), 0, atol=1e-12)
+    x, y = np.array([0.3, 0.5, -0.4]), np.array([-0.5, 0.4, 0.7])
+    around = singular(x + h, y) + singular(x - h, y) + singular(x, y + h) + singular(x, y - h)
+    np.testing.assert_allclose((around - 4 * singular(x, y)) / h**2, 0, atol=1e-5)

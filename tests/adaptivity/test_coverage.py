@@ -1,0 +1,94 @@
+"""Whether the mesh of a solution is one of the domain."""
+
+import numpy as np
+import pytest
+
+import bubblemesh
+from bubblemesh.adaptivity.coverage import require_coverage
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.triangulation import triangulated
+
+SQUARE = Domain.of(rings.rectangle(0, 0, 1, 1))
+RIDDLED = Domain.of(rings.rectangle(0, 0, 1, 1), [rings.circle((0.5, 0.5), 0.1)])
+DISC = Domain.of(rings.circle((0, 0), 1))
+
+
+def mesh_of(domain, d=0.12):
+    return bubblemesh.mesh(domain, d)
+
+
+def refused(domain, points, triangles):
+    with pytest.raises(CaseError) as caught:
+        require_coverage(domain, points, triangles)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("domain", [SQUARE, RIDDLED, DISC])
+@pytest.mark.parametrize("d", [0.05, 0.3, 1.0])
+def test_own_meshes_cover_their_domains_however_coarse(domain, d):
+    mesh = mesh_of(domain, d)
+    require_coverage(domain, mesh.points, mesh.triangles)
+
+
+def test_a_polygon_in_a_circle_covers_the_disc():
+    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    points = np.vstack([np.column_stack([np.cos(angle), np.sin(angle)]), [[0, 0]]])
+    triangles = np.column_stack([np.full(12, 12), np.arange(12), (np.arange(12) + 1) % 12])
+    require_coverage(DISC, points, triangles)
+
+
+def test_a_mesh_of_more_than_the_domain_names_a_node_outside():
+    mesh = mesh_of(SQUARE)
+    found = refused(RIDDLED, mesh.points, mesh.triangles)
+    x, y = (float(part) for part in found.split("node at (")[1].split(")")[0].split(", "))
+    assert "leaves the domain" in found
+    assert np.hypot(x - 0.5, y - 0.5) < 0.1
+    shifted = mesh.points + np.array([0, 0.2])
+    assert "is 0.2 outside" in refused(SQUARE, shifted, mesh.triangles)
+
+
+def test_a_mesh_of_less_than_the_domain_names_where_it_ends():
+    mesh = mesh_of(RIDDLED)
+    assert "does not cover the domain: it ends at (0." in refused(SQUARE, mesh.points, mesh.triangles)
+    half = mesh.triangles[(mesh.points[mesh.triangles][..., 0] < 0.45).all(axis=1)]
+    used = np.unique(half)
+    assert "it ends at (0.3" in refused(RIDDLED, mesh.points[used], np.searchsorted(used, half))
+
+
+def test_a_part_left_out_between_nodes_on_the_boundary_is_told_by_the_area():
+    tab = [(0, 0), (1, 0), (1, 0.4), (2, 0.4), (2, 0.5), (1, 0.5), (1, 1), (0, 1)]
+    square = bubblemesh.mesh(Domain.of(rings.polygon([p for p in tab if p[0] < 2])), 0.1)
+    found = refused(Domain.of(rings.polygon(tab)), square.points, square.triangles)
+    assert "has an area of 1, the domain one of 1.1" in found
+
+
+def test_three_triangles_at_an_edge_are_no_plane_mesh():
+    points = np.array([[0.0, 0], [1, 0], [0, 1], [1, 1], [0.5, 1]])
+    triangles = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
+    assert "3 triangles meet at the edge from (0, 0) to (1, 0)" in refused(SQUARE, points, triangles)
+
+
+def test_an_open_crack_is_where_the_domain_has_a_line():
+    crack = rings.strand((0.2, 0.5), [rings.LineTo((0.8, 0.5))], "crack")
+    cracked = Domain.of(rings.rectangle(0, 0, 1, 1), parts=Parts(strands=(crack,)))
+    slit = [(0.2, 0.5), (0.5, 0.5 - 1e-9), (0.8, 0.5), (0.5, 0.5 + 1e-9)]
+    x, y = np.mgrid[0:1:11j, 0:1:11j].reshape(2, -1)
+    grid = np.column_stack([x, y])
+    grid = grid[(np.abs(y - 0.5) > 0.01) | (x < 0.19) | (x > 0.81)]
+    points = np.vstack([slit, [[0, 0], [1, 0], [1, 1], [0, 1]], grid[~((grid % 1 == 0).all(axis=1))]])
+    triangles = triangulated(points, np.vstack([[[0, 1], [1, 2], [2, 3], [3, 0]], hull(points)]))
+    require_coverage(cracked, points, triangles)
+    assert "it ends at (0.5, 0.5)" in refused(SQUARE, points, triangles)
+
+
+def hull(points):
+    """Edges along the sides of the unit square."""
+    edges = []
+    for axis, level in ((1, 0), (0, 1), (1, 1), (0, 0)):
+        side = np.flatnonzero(points[:, axis] == level)
+        side = side[np.argsort(points[side, 1 - axis])]
+        edges.append(np.column_stack([side[:-1], side[1:]]))
+    return np.vstack(edges)

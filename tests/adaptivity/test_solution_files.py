@@ -1,0 +1,102 @@
+"""Solutions from files and arrays: what is read, and what is refused."""
+
+import meshio
+import numpy as np
+import pytest
+
+from bubblemesh.adaptivity.solution import Solution
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshfiles.solutions import read_nodal_field
+
+POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 0]])
+TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
+DATA = {"u": np.arange(5.0), "flow": np.arange(15.0).reshape(5, 3), "count": np.arange(5)}
+
+
+def written(path, cells=(("triangle", TRIANGLES),), points=POINTS, point_data=DATA, **more):
+    meshio.Mesh(points, list(cells), point_data=point_data, **more).write(path)
+    return path
+
+
+@pytest.mark.parametrize("ending", ["vtu", "vtk", "xdmf"])
+def test_nodes_that_no_triangle_uses_are_left_out(tmp_path, ending):
+    path = written(tmp_path / f"a.{ending}")
+    found = read_nodal_field(path, "u")
+    np.testing.assert_array_equal(found.points, POINTS[:4, :2])
+    np.testing.assert_array_equal(found.triangles, TRIANGLES)
+    np.testing.assert_array_equal(found.values, np.arange(4.0)[:, None])
+    assert read_nodal_field(path, "flow").values.shape == (4, 3)
+    assert read_nodal_field(path, "count").values.dtype == float
+
+
+def test_the_only_data_needs_no_name(tmp_path):
+    assert read_nodal_field(written(tmp_path / "a.vtu", point_data={"T": DATA["u"]}), None).name == "T"
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("v", "has no data 'v' at its nodes: it has u, flow, count"),
+        (None, "has data of 3 names at its nodes (u, flow, count): choose one by --field"),
+        ("c", "c is data of the cells: the estimate needs values at the nodes (there: u, flow, count)"),
+    ],
+)
+def test_names_that_are_not_there_tell_the_known_ones(tmp_path, name, message):
+    path = written(tmp_path / "a.vtu", cell_data={"c": [np.zeros(2)]})
+    with pytest.raises(CaseError) as caught:
+        read_nodal_field(path, name)
+    assert str(caught.value) == f"{path}: {message}"
+
+
+def test_other_faces_are_refused(tmp_path):
+    path = written(tmp_path / "a.vtu", cells=[("quad", [[0, 1, 2, 3]])])
+    with pytest.raises(FileError, match="holds cells of the kind quad: the estimate is for linear triangles"):
+        read_nodal_field(path, "u")
+    path = written(tmp_path / "b.vtu", cells=[("line", [[0, 1]])])
+    with pytest.raises(FileError, match="holds no triangles"):
+        read_nodal_field(path, "u")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"<VTKFile"])
+def test_files_that_are_none_are_errors(tmp_path, content):
+    path = tmp_path / "a.vtu"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(FileError):
+        read_nodal_field(path, "u")
+
+
+def test_surfaces_in_space_are_refused(tmp_path):
+    with pytest.raises(FileError, match="surface in space"):
+        read_nodal_field(written(tmp_path / "a.vtu", points=POINTS + np.arange(5)[:, None] * [0, 0, 0.1]), "u")
+
+
+def test_clockwise_triangles_are_turned_and_complex_values_have_two_parts():
+    found = Solution.of(POINTS[:4, :2], TRIANGLES[:, ::-1], np.arange(4) + 2j)
+    np.testing.assert_array_equal(np.sort(found.triangles), np.sort(TRIANGLES))
+    (ux, uy), (vx, vy) = (found.points[found.triangles[0, k]] - found.points[found.triangles[0, 0]] for k in (1, 2))
+    assert ux * vy - uy * vx > 0
+    np.testing.assert_array_equal(found.values, np.column_stack([np.arange(4), np.full(4, 2)]))
+
+
+NAN = np.array([0, 1, np.nan, 3])
+
+
+@pytest.mark.parametrize(
+    ("points", "triangles", "values", "message"),
+    [
+        (POINTS[:4], TRIANGLES, np.zeros(4), r"points: must be finite coordinates of shape \(n, 2\)"),
+        (POINTS[:4, :2] + np.inf, TRIANGLES, np.zeros(4), "points: must be finite"),
+        (POINTS[:4, :2], TRIANGLES.astype(float), np.zeros(4), "triangles: must be node numbers"),
+        (POINTS[:4, :2], TRIANGLES[:0], np.zeros(4), "triangles: must be node numbers"),
+        (POINTS[:, :2], TRIANGLES, np.zeros(5), "triangles: must use all of the nodes 0 to 4"),
+        (POINTS[:4, :2], TRIANGLES + 1, np.zeros(4), "triangles: must use all of the nodes 0 to 3"),
+        (POINTS[:4, :2], TRIANGLES, np.zeros(3), r"values: must be numbers of shape \(4,\)"),
+        (POINTS[:4, :2], TRIANGLES, np.array(["a"] * 4), "values: must be numbers"),
+        (POINTS[:4, :2], TRIANGLES, NAN, r"u is no number at node 2 \(from 0\), \(1, 1\)"),
+        (POINTS[[0, 1, 1], :2] * [[1], [1], [2]], TRIANGLES[:1], np.zeros(3), r"around \(1, 0\) has no area"),
+    ],
+)
+def test_arrays_that_are_no_solution_are_refused(points, triangles, values, message):
+    with pytest.raises(CaseError, match=message):
+        Solution.of(points, triangles, values)

@@ -1,0 +1,170 @@
+"""Worker processes of this machine: they are several, warm, replaced when they die, and gone at the end."""
+
+import os
+import signal
+import sys
+import time
+from concurrent.futures import wait
+from multiprocessing import active_children
+from pathlib import Path
+
+import pytest
+from batches import SMALL, lines_of, results_in, rows_of, stream
+
+from bubblemesh.batch import Finished
+from bubblemesh.batch.choosing import workers_at
+from bubblemesh.batch.jobs import Note
+from bubblemesh.batch.local import local_workers
+from bubblemesh.batch.workers import WorkerDied
+from bubblemesh.errors import CaseError
+from bubblemesh.run import resources
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+
+NAP = 0.05
+
+
+@pytest.fixture(scope="module")
+def crew():
+    with local_workers(2) as workers:
+        yield workers
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_two_processes_work_at_the_same_time_and_load_the_package_once(crew):
+    pids = [crew.executor.submit(os.getpid).result() for _ in range(4)]
+    assert len(set(pids)) <= 2
+    assert os.getpid() not in pids
+    naps = [crew.executor.submit(time.sleep, NAP) for _ in range(2)]
+    other = {crew.executor.submit(os.getpid).result() for _ in range(3)}
+    wait(naps)
+    assert len(other | set(pids)) <= 2
+    assert crew.executor.submit(eval, "'bubblemesh.run.pipeline' in __import__('sys').modules").result()
+
+
+def test_each_process_computes_with_one_thread(crew):
+    assert crew.executor.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
+    assert crew.executor.submit(os.getenv, "OPENBLAS_NUM_THREADS").result() == "1"
+
+
+def test_the_environment_is_as_before_afterwards(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    with local_workers(1):
+        assert os.environ["OMP_NUM_THREADS"] == os.environ["MKL_NUM_THREADS"] == "1"
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_an_exception_of_a_call_is_that_of_its_future(crew):
+    with pytest.raises(ValueError, match="invalid literal"):
+        crew.executor.submit(int, "x").result()
+
+
+def test_notes_come_to_the_parent(crew):
+    crew.executor.submit(crew.tell, Note(7, 3, 100)).result()
+    assert crew.notes.get(timeout=10) == Note(7, 3, 100)
+
+
+@pytest.mark.parametrize(
+    ("end", "message", "code"),
+    [
+        ((os._exit, 3), "its worker process ended with code 3", 1),
+        ((signal.raise_signal, signal.SIGSEGV), r"its worker process ended by signal 11 \(Segmentation fault\)", 1),
+        ((signal.raise_signal, signal.SIGKILL), "its worker process was killed, perhaps for want of memory", 6),
+    ],
+)
+def test_a_process_that_dies_takes_its_own_call_only_and_is_replaced(end, message, code, crew):
+    nap = crew.executor.submit(time.sleep, NAP)
+    with pytest.raises(WorkerDied, match=message) as caught:
+        crew.executor.submit(*end).result()
+    assert crew.failure(caught.value).exit_code == code
+    nap.result()
+    naps = [crew.executor.submit(time.sleep, NAP) for _ in range(4)]
+    assert [nap.result() for nap in naps] == [None] * 4
+
+
+def test_processes_do_not_hear_of_ctrl_c(crew):
+    assert crew.executor.submit(signal.raise_signal, signal.SIGINT).result() is None
+
+
+def test_processes_end_at_once_when_the_batch_is_broken_off():
+    def interrupted():
+        with local_workers(2) as crew:
+            pids.extend({crew.executor.submit(os.getpid).result() for _ in range(2)})
+            for _ in range(4):
+                crew.executor.submit(time.sleep, 60)
+            raise KeyboardInterrupt
+
+    pids = []
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert time.monotonic() - begun < 50
+    assert pids
+    assert not any(map(alive, pids))
+
+
+@pytest.mark.parametrize(
+    ("quota", "cores"), [("max 100000", 6), ("250000 100000", 3), ("1000 100000", 1), ("900000 100000", 6), ("", 6)]
+)
+def test_the_cores_that_a_container_allows_are_counted(quota, cores, tmp_path, monkeypatch):
+    (tmp_path / "cpu.max").write_text(quota)
+    monkeypatch.setattr(resources, "QUOTA", tmp_path / "cpu.max")
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: set(range(6)), raising=False)
+    assert resources.available_cores() == cores
+    monkeypatch.setattr(resources, "QUOTA", tmp_path / "nowhere")
+    assert resources.available_cores() == 6
+
+
+@pytest.mark.parametrize(("jobs", "cases", "expected"), [(None, 9, 3), (2, 9, 2), (5, 2, 2), (None, 1, 1)])
+def test_there_are_no_more_processes_than_cores_jobs_or_cases(jobs, cases, expected, monkeypatch):
+    monkeypatch.setattr("bubblemesh.batch.choosing.available_cores", lambda: 3)
+    monkeypatch.setattr("bubblemesh.batch.choosing.local_workers", lambda count: count)
+    assert workers_at(jobs, None)(cases) == expected
+
+
+def test_jobs_are_no_option_of_a_cluster():
+    with pytest.raises(CaseError, match="--jobs counts processes of this machine"):
+        workers_at(2, "tcp://host:8786")
+
+
+def test_the_peak_of_memory_begins_anew():
+    if not Path("/proc/self/clear_refs").exists():
+        pytest.skip("this system cannot do that")
+    large = bytearray(300_000_000)
+    large[::4096] = b"x" * len(large[::4096])
+    high = resources.peak_memory_mb()
+    del large
+    resources.forget_peak_memory()
+    assert resources.peak_memory_mb() < high - 200
+
+
+# In a batch
+
+
+def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    long = SMALL.replace("iterations: 5", "iterations: 500")
+    Path("a.yaml").write_text(long + "sweep: {packing.seed: [1, 2, 3]}\n")
+    rows, killed, others = [], [], set(active_children())
+    for event in stream("a.yaml", folder="out", workers=workers_at(2, None)):
+        if isinstance(event, Note) and not killed:  # a case has begun
+            killed = [child.pid for child in set(active_children()) - others]
+            os.kill(killed[0], signal.SIGKILL)
+        if isinstance(event, Finished):
+            rows.append(event.row)
+    assert len(killed) == 2
+    assert not any(map(alive, killed))
+    assert [row.exit_code for row in rows] == [0] * 3
+    assert sorted(row.attempts for row in rows) == [1, 1, 2]
+    assert len(lines_of(Path("out/summary.jsonl"))) == 3
+    rows_of("a.yaml", folder="whole")
+    assert results_in(tmp_path / "out") == results_in(tmp_path / "whole")

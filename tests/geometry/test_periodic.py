@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+from partitions import MOONS, check_net, domain_of, packed
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.problem.problem import prepared
+
+SQUARE = "domain:\n  outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}\n"
+WAVES = """
+domain:
+  outer:
+    path:
+      - [0, 0]
+      - {to: [2, 0], label: bottom}
+      - {spline: {through: [[2.2, 0.3], [1.9, 0.7], [2, 1]]}, label: right}
+      - {to: [0, 1], label: top}
+      - {spline: {through: [[-0.1, 0.7], [0.2, 0.3], [0, 0]]}, label: left}
+"""
+DISCS = """  regions:
+    - {name: a, ring: {circle: {center: [1, 0.5], radius: 0.3}}}
+    - {name: b, ring: {circle: {center: [0, 0.5], radius: 0.2}}}
+    - {name: c, ring: {circle: {center: [2, 0.5], radius: 0.2}}}
+"""
+
+
+def on_side(domain, net, label):
+    """Nodes (k, 2) on the sides of a label."""
+    b = domain.boundary
+    mine = [b.labels[k] == label for k in b.label[net.facet_piece]]
+    return net.bubbles.x[np.unique(net.facets[mine])]
+
+
+def check_match(domain, net, pairs):
+    """Fail unless the nodes of each pair of sides are the same but for a shift."""
+    for first, second, shift in pairs:
+        here, there = on_side(domain, net, first) + shift, on_side(domain, net, second)
+        assert len(here) == len(there)
+        gaps = np.hypot(*(here[:, None] - there[None]).transpose(2, 0, 1))
+        assert gaps.min(axis=0).max() < 1e-14 * 8
+        assert gaps.min(axis=1).max() < 1e-14 * 8
+
+
+LEFT_RIGHT, BOTTOM_TOP = ("left", "right", (2, 0)), ("bottom", "top", (0, 1))
+
+
+@pytest.mark.parametrize("spacing", ["0.1", "'0.05 + 0.05*x'"])
+@pytest.mark.parametrize(
+    ("text", "pairs"),
+    [
+        pytest.param(SQUARE, [LEFT_RIGHT], id="straight"),
+        pytest.param(SQUARE, [LEFT_RIGHT, BOTTOM_TOP], id="two directions"),
+        pytest.param(SQUARE + DISCS, [LEFT_RIGHT, BOTTOM_TOP], id="regions on the sides"),
+        pytest.param("domain:" + MOONS, [LEFT_RIGHT, BOTTOM_TOP], id="arcs"),
+        pytest.param(WAVES, [LEFT_RIGHT, BOTTOM_TOP], id="splines"),
+        pytest.param(
+            SQUARE + "  lines:\n    - {path: [[0.4, 0.5], [2, 0.7]]}\n    - {path: [[0, 0.7], [0.2, 0.6]]}\n",
+            [LEFT_RIGHT],
+            id="lines end at the sides",
+        ),
+        pytest.param(
+            "domain:" + MOONS + "  holes:\n    - {circle: {center: [0.82, 0.5], radius: 0.3}}\n",
+            [LEFT_RIGHT],
+            id="narrow beside one",
+        ),
+    ],
+)
+def test_nodes_of_periodic_sides_match(text, pairs, spacing):
+    sides = ", ".join(f"[{first}, {second}]" for first, second, _ in pairs)
+    domain, net = packed(f"{text}  periodic: [{sides}]\nspacing: {spacing}\n")
+    check_match(domain, net, pairs)
+    check_net(domain, net)
+
+
+def test_the_finer_side_decides():
+    domain, net = packed(SQUARE + "  periodic: [[left, right]]\nspacing: '0.05 + 0.05*x'\n")
+    assert len(on_side(domain, net, "right")) == 21
+
+
+@pytest.mark.parametrize(
+    ("text", "pairs", "message"),
+    [
+        (SQUARE, "[left, rigth]", "there is no side 'rigth': did you mean 'right'"),
+        (SQUARE, "[left, left]", "the side 'left' is named twice"),
+        (SQUARE, "[left, right], [right, top]", "the side 'right' is named twice"),
+        (SQUARE, "[left, bottom]", r"'left' and 'bottom': what is at \(0, 0\.5\) has no counterpart"),
+        (
+            WAVES.replace("-0.1, 0.7", "-0.1, 0.72"),
+            "[left, right]",
+            r"'left' and 'right': what is at \(.*\) has no counterpart at \(.*\)",
+        ),
+        (
+            SQUARE.replace("[0, 0, 2, 1]", "[0, 0, 2, 1]")
+            + DISCS.replace("[2, 0.5], radius: 0.2", "[2, 0.5], radius: 0.21"),
+            "[left, right]",
+            "no counterpart",
+        ),
+        (
+            "domain:\n  outer: {polygon: [[0, 0], [2, 0], [2, 1], [0, 2]], labels: [bottom, right, top, left]}\n",
+            "[left, right]",
+            "no counterpart",
+        ),
+        (
+            SQUARE + "  holes:\n    - {circle: {center: [1, 0.5], radius: 0.1}, label: bore}\n",
+            "[bore, left]",
+            "there is no side 'bore'",
+        ),
+    ],
+)
+def test_sides_that_do_not_match_are_named(text, pairs, message):
+    with pytest.raises(GeometryError, match=message):
+        domain_of(f"{text}  periodic: [{pairs}]")
+
+
+def test_the_published_methods_have_no_periodic_sides():
+    text = SQUARE + "  periodic: [[left, right]]\nspacing: 0.1\n"
+    with pytest.raises(CaseError, match=r"domain\.periodic"):
+        prepared(load_case("square.yaml", text=text, method="accelerated"))

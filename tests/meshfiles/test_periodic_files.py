@@ -1,0 +1,147 @@
+"""Periodic sides in meshes and their files: which nodes match, and how readers learn of it."""
+
+import dataclasses
+import json
+
+import meshio
+import numpy as np
+import pytest
+from partitions import mesh_of
+
+from bubblemesh.api import Mesh
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.meshes.conformity import require_conforming
+from bubblemesh.meshfiles import FORMATS, write_files
+
+CELL = """
+domain:
+  outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}
+  holes: [{circle: {center: [1, 0.5], radius: 0.2}, label: bore}]
+  periodic: [[right, left], [bottom, top]]
+  regions:
+    - {name: west, ring: {circle: {center: [0, 0.5], radius: 0.2}}}
+    - {name: east, ring: {circle: {center: [2, 0.5], radius: 0.2}}}
+spacing: 0.15
+"""
+SHIFTS = {("left", "right"): (2, 0), ("bottom", "top"): (0, 1)}
+# Followed as they are named, the pairs lead from the corners 0, 2 and 4 round in a circle.
+HEXAGON = """
+domain:
+  outer:
+    polygon: [[1, 0], [0.5, 0.9], [-0.5, 0.9], [-1, 0], [-0.5, -0.9], [0.5, -0.9]]
+    labels: [s0, s1, s2, s3, s4, s5]
+  periodic: [[s0, s3], [s4, s1], [s2, s5]]
+spacing: 0.3
+"""
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def cell(request):
+    mesh = mesh_of(CELL)
+    return mesh if request.param == 1 else mesh.second_order()[0]
+
+
+@pytest.fixture(scope="module")
+def hexagon():
+    return mesh_of(HEXAGON)
+
+
+def side(mesh, label):
+    """Nodes of a side."""
+    return set(mesh.facets[mesh.facet_labels == mesh.labels.index(label)].ravel().tolist())
+
+
+def test_sides_match_node_by_node(cell):
+    found = {(cell.labels[sides.first], cell.labels[sides.second]): sides for sides in cell.periodic_sides}
+    assert set(found) == set(SHIFTS)
+    for (first, second), shift in SHIFTS.items():
+        sides = found[first, second]
+        np.testing.assert_allclose(sides.shift, shift, atol=1e-12)
+        here, there = sides.nodes.T
+        assert (set(here.tolist()), set(there.tolist())) == (side(cell, first), side(cell, second))
+        assert len(here) == len(side(cell, first))
+        np.testing.assert_allclose(cell.points[here] + shift, cell.points[there], atol=1e-12)
+
+
+def test_a_mesh_without_periodic_sides_has_none():
+    assert mesh_of(CELL.replace("  periodic: [[right, left], [bottom, top]]\n", "")).periodic_sides == ()
+
+
+def test_chains_of_counterparts_end(hexagon):
+    last = {b: a for sides in hexagon.periodic_sides for a, b in sides.nodes.tolist()}
+    for node in last:
+        steps = 0
+        while node in last:
+            node, steps = last[node], steps + 1
+            assert steps < 3
+    assert {tuple(sorted((s.first, s.second))) for s in hexagon.periodic_sides} == {(0, 3), (1, 4), (2, 5)}
+
+
+def test_a_side_that_does_not_match_is_an_error_of_the_program():
+    mesh = mesh_of(CELL)
+    require_conforming(mesh)
+    with pytest.raises(BubblemeshError, match="a node of a periodic side has no counterpart at"):
+        require_conforming(dataclasses.replace(mesh, periodic=mesh.periodic[::-1] * [1, 0] + mesh.periodic * [0, 1]))
+
+
+@pytest.mark.parametrize("form", ["msh", "msh-ascii"])
+def test_gmsh_reads_the_pairs(gmsh, cell, tmp_path, form):
+    write_files(cell, {}, {}, tmp_path, "cell", [form])
+    gmsh.option.setNumber("Mesh.IgnorePeriodicity", 0)
+    try:
+        gmsh.open(str(tmp_path / "cell.msh"))
+    finally:
+        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
+    found = {}
+    for _, entity in gmsh.model.getEntities(1):
+        original, nodes, originals, affine = gmsh.model.mesh.getPeriodicNodes(1, entity, includeHighOrderNodes=True)
+        if original != entity:
+            found[original - 1, entity - 1] = set(zip(originals - 1, nodes - 1, strict=True)), affine
+    assert len(found) == 2
+    for sides in cell.periodic_sides:
+        nodes, affine = found[sides.first, sides.second]
+        assert nodes == {tuple(pair) for pair in sides.nodes.tolist()}
+        moved = np.eye(4)
+        moved[:2, 3] = sides.shift
+        np.testing.assert_allclose(affine, moved.ravel(), atol=1e-15)
+
+
+def require_pairs(found, mesh):
+    """Fail unless what meshio has are the pairs of the mesh."""
+    for (dimension, (copy, original), affine, nodes), sides in zip(found, mesh.periodic_sides, strict=True):
+        assert (dimension, copy - 1, original - 1) == (1, sides.second, sides.first)
+        np.testing.assert_array_equal(nodes[:, ::-1], sides.nodes)
+        np.testing.assert_allclose(np.reshape(affine, (4, 4))[:2, 3], sides.shift, atol=1e-15)
+
+
+@pytest.mark.parametrize("form", ["msh", "msh-ascii"])
+def test_meshio_reads_the_pairs(cell, tmp_path, form):
+    write_files(cell, {}, {}, tmp_path, "cell", [form])
+    require_pairs(meshio.read(tmp_path / "cell.msh", file_format="gmsh").gmsh_periodic, cell)
+
+
+def test_meshio_is_handed_the_pairs(cell):
+    require_pairs(Mesh.of(cell).to_meshio().gmsh_periodic, cell)
+
+
+def test_node_arrays_have_the_pairs(tmp_path):
+    mesh = mesh_of(CELL)
+    write_files(mesh, {}, {}, tmp_path, "cell", ["nodes.npz"])
+    nodes = np.load(tmp_path / "cell.nodes.npz")
+    pairs = {tuple(pair) for pair in nodes["periodic"].tolist()}
+    assert pairs == {tuple(pair) for sides in mesh.periodic_sides for pair in sides.nodes.tolist()}
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, form):
+    write_files(mesh_of(CELL), {}, {}, tmp_path, "cell", [form])
+    assert (tmp_path / "cell.labels.json").exists() == (form not in {"msh", "msh-ascii", "nodes.npz"})
+    if (tmp_path / "cell.labels.json").exists():
+        sidecar = json.loads((tmp_path / "cell.labels.json").read_text())
+        found = {name: entry["periodic"] for name, entry in sidecar.items() if "periodic" in entry}
+        assert {name: entry["with"] for name, entry in found.items()} == {
+            **{"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+        }
+        for (first, second), shift in SHIFTS.items():
+            np.testing.assert_allclose(found[first]["shift"], shift, atol=1e-12)
+            np.testing.assert_allclose(found[second]["shift"], np.multiply(shift, -1), atol=1e-12)

@@ -1,0 +1,411 @@
+"""What docs/solvers.md shows, run in the solvers that are installed, and compared with exact solutions."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import skfem
+from paths import ROOT
+
+import bubblemesh
+from bubblemesh.geometry import rings
+
+PAGE = (ROOT / "docs" / "solvers.md").read_text()
+SPACINGS = (0.2, 0.1, 0.05, 0.025)
+SECONDS = 300
+
+
+def blocks(heading, language):
+    """Code blocks of a section of the page."""
+    (section,) = re.findall(rf"^## {heading}\n(.*?)(?=^## |\Z)", PAGE, flags=re.DOTALL | re.MULTILINE)
+    return re.findall(rf"```{language}\n(.*?)```", section, flags=re.DOTALL)
+
+
+def commands(heading):
+    """Runs of the command line that a section names."""
+    (section,) = re.findall(rf"^## {heading}\n(.*?)(?=^## |\Z)", PAGE, flags=re.DOTALL | re.MULTILINE)
+    return re.findall(r"`bubblemesh (run disc\.yaml .*?)`", section)
+
+
+def prepare(heading, folder, *more):
+    """Write the case of the page and run the command of a section."""
+    (command,) = commands(heading)
+    meshed(folder, *command.split()[1:], *more)
+
+
+def meshed(folder, case, *options):
+    """Write the page's cases and mesh one of them."""
+    for text in re.findall(r"```yaml\n(# .*?)```", PAGE, flags=re.DOTALL):
+        (folder / text[2:].split()[0]).write_text(text)
+    line = [sys.executable, "-m", "bubblemesh", "run", case, *options, "--quiet"]
+    subprocess.run(line, cwd=folder, check=True, capture_output=True, timeout=SECONDS)
+
+
+def run(line, folder, **options):
+    """Standard output of a solver that has to succeed."""
+    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=SECONDS, **options)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.stdout
+
+
+def program(*names):
+    """Path of a program; without it the test is skipped."""
+    for name in names:
+        if shutil.which(name):
+            return shutil.which(name)
+    pytest.skip(f"{names[0]} is not installed, so that its reading of the files is not tested")
+
+
+@cache
+def python_with(*modules):
+    """A Python that has the modules, this one or the system's; None without."""
+    for python in (sys.executable, "/usr/bin/python3"):
+        code = "import " + ", ".join(modules)
+        if Path(python).exists() and subprocess.run([python, "-c", code], capture_output=True).returncode == 0:
+            return python
+    return None
+
+
+def test_the_page_shows_every_solver_and_format():
+    from bubblemesh.meshfiles import FORMATS
+    from bubblemesh.meshfiles.solvers import FORMATS_FOR
+
+    for name in (*FORMATS_FOR, *FORMATS):
+        assert f"`{name}`" in PAGE
+    for order in ("yes", "no"):
+        rows = re.findall(rf"^\| (`.*?) \|.*?\| {order} \|", PAGE, flags=re.MULTILINE)
+        found = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
+        assert found == {name for name, form in FORMATS.items() if (2 in form.orders) == (order == "yes")}
+
+
+# scikit-fem
+
+
+def test_scikit_fem_on_the_page(tmp_path):
+    prepare("scikit-fem", tmp_path)
+    code = "\n".join(blocks("scikit-fem", "python"))
+    printed = run([sys.executable, "-W", "error", "-c", code], tmp_path)
+    assert float(printed) < 0.005
+
+
+def test_the_error_of_a_poisson_problem_falls_with_the_square_of_the_spacing(tmp_path):
+    context = {"__name__": "page"}
+    exec(blocks("scikit-fem", "python")[1].replace("print(l2_error(mesh))", ""), context)
+    disc = bubblemesh.Domain.of(rings.circle((0, 0), 1, "rim"), [rings.circle((0, 0), 0.4, "bore")])
+    errors = []
+    for spacing in SPACINGS:
+        bubblemesh.mesh(disc, spacing).write(tmp_path / f"{spacing}.msh")
+        errors.append(context["l2_error"](skfem.MeshTri.load(tmp_path / f"{spacing}.msh")))
+    order = np.polyfit(np.log(SPACINGS), np.log(errors), 1)[0]
+    assert 1.85 < order < 2.25, errors
+
+
+def test_second_order_triangles_on_true_curves_converge_faster(tmp_path, caplog):
+    context = {"__name__": "page"}
+    code = blocks("scikit-fem", "python")[1].replace("print(l2_error(mesh))", "")
+    exec(code.replace("ElementTriP1", "ElementTriP2").replace("exact(*mesh.p)", "exact(*basis.doflocs)"), context)
+    disc = bubblemesh.Domain.of(rings.circle((0, 0), 1, "rim"), [rings.circle((0, 0), 0.4, "bore")])
+    errors = []
+    for spacing in SPACINGS[:3]:
+        curved, _ = bubblemesh.mesh(disc, spacing).second_order()
+        curved.write(tmp_path / f"{spacing}.msh")
+        with caplog.at_level("ERROR"):
+            read = skfem.MeshTri2.load(tmp_path / f"{spacing}.msh")
+        # scikit-fem reads the nodes and triangles of second order, but no labels.
+        sides = {"rim": lambda x: np.hypot(*x) > 0.7, "bore": lambda x: np.hypot(*x) < 0.7}
+        errors.append(context["l2_error"](read.with_boundaries(sides)))
+    order = np.polyfit(np.log(SPACINGS[:3]), np.log(errors), 1)[0]
+    assert order > 2.8, errors
+
+
+# FEniCSx
+
+POISSON = """
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem.petsc import LinearProblem
+
+assert mesh.geometry.dim == 2
+assert set(regions.values) == {ids["domain"]}
+assert len(regions.values) == mesh.topology.index_map(2).size_local
+assert set(labels.values) == {ids["rim"], ids["bore"]}
+make = getattr(fem, "functionspace", None) or fem.FunctionSpace
+space = make(mesh, ("Lagrange", 1))
+x = ufl.SpatialCoordinate(mesh)
+exact = ufl.exp(x[0]) * ufl.cos(2 * x[1])
+u, v, n = ufl.TrialFunction(space), ufl.TestFunction(space), ufl.FacetNormal(mesh)
+ds = ufl.Measure("ds", mesh, subdomain_data=labels)
+given = fem.Function(space)
+given.interpolate(lambda x: np.exp(x[0]) * np.cos(2 * x[1]))
+fixed = fem.dirichletbc(given, fem.locate_dofs_topological(space, 1, rim))
+load = 3 * exact * v * ufl.dx + ufl.inner(ufl.grad(exact), n) * v * ds(ids["bore"])
+uh = LinearProblem(ufl.inner(ufl.grad(u), ufl.grad(v)) * ufl.dx, load, [fixed]).solve()
+print("error", fem.assemble_scalar(fem.form((uh - exact) ** 2 * ufl.dx)) ** 0.5)
+"""
+
+
+def test_fenicsx_solves_with_the_labels(tmp_path):
+    python = python_with("dolfinx", "mpi4py", "petsc4py")
+    if python is None:
+        pytest.skip("dolfinx is not installed, so that its reading of XDMF is not tested")
+    prepare("FEniCSx", tmp_path)
+    code = blocks("FEniCSx", "python")[0]
+    printed = run([python, "-c", code + POISSON], tmp_path)
+    assert float(re.findall(r"^error (\S+)", printed, flags=re.M)[-1]) < 0.005
+
+
+def test_fenicsx_reads_the_gmsh_file(tmp_path):
+    python = python_with("dolfinx", "mpi4py", "gmsh")
+    if python is None:
+        pytest.skip("dolfinx with Gmsh is not installed, so that its reading of msh is not tested")
+    prepare("FEniCSx", tmp_path)
+    code = (
+        blocks("FEniCSx", "python")[1]
+        + """
+print(mesh.geometry.dim, *(sorted(set(tags.values)) for tags in (regions, labels)))
+print(len(regions.values), len(labels.values))
+"""
+    )
+    printed = " ".join(run([python, "-c", code], tmp_path).splitlines()[-2:])
+    report = json.loads((tmp_path / "out/disc.report.json").read_text())
+    assert printed == f"2 [3] [1, 2] {report['triangles']} {report['boundary_nodes']}"
+
+
+# FreeFEM
+
+
+def test_freefem_solves_with_the_labels(tmp_path):
+    freefem = program("FreeFem++-nw", "FreeFem++")
+    prepare("FreeFEM", tmp_path)
+    ids = json.loads((tmp_path / "out/disc.labels.json").read_text())
+    assert (ids["rim"]["id"], ids["bore"]["id"], ids["domain"]["id"]) == (1, 2, 3)
+    (code,) = blocks("FreeFEM", "freefem")
+    more = 'cout << "measures " << int1d(Th, 2)(1.) << " " << int2d(Th, 3)(1.) << " " << Th.nt << endl;\n'
+    (tmp_path / "poisson.edp").write_text(code + more)
+    printed = run([freefem, "-nw", "-v", "0", "poisson.edp"], tmp_path)
+    assert float(re.search(r"^error (\S+)", printed, flags=re.M)[1]) < 0.005
+    perimeter, area, triangles = re.search(r"^measures (\S+) (\S+) (\S+)", printed, flags=re.M).groups()
+    report = json.loads((tmp_path / "out/disc.report.json").read_text())
+    assert int(triangles) == report["triangles"]
+    assert float(area) == pytest.approx(report["area"], rel=1e-5)
+    assert float(perimeter) == pytest.approx(2 * np.pi * 0.4, rel=0.01)
+
+
+# CalculiX
+
+
+@pytest.mark.parametrize(("order", "tolerance"), [(1, 0.04), (2, 0.002)])
+def test_calculix_finds_the_widening_of_a_ring(tmp_path, order, tolerance):
+    ccx = program("ccx")
+    prepare("CalculiX", tmp_path, "--set", f"output.order={order}")
+    (deck,) = blocks("CalculiX", "inp")
+    (tmp_path / "ring.inp").write_text(deck)
+    printed = run([ccx, "ring"], tmp_path)
+    assert "*ERROR" not in printed
+    rows = re.findall(r"^ +\d+ +(\S+) +(\S+) +\S+$", (tmp_path / "ring.dat").read_text(), flags=re.M)
+    widening = np.hypot(*np.array(rows, float).T)
+    # Lamé: u = A r + B / r vanishes at radius b, and its radial stress is the pressure at radius a.
+    a, b, young, poisson, pressure = 0.4, 1.0, 210000.0, 0.3, 100.0
+    scale = -pressure * (1 - poisson**2) / young / (1 + poisson + (1 - poisson) * b**2 / a**2)
+    assert len(rows) > 20
+    np.testing.assert_allclose(widening, scale * (a - b**2 / a), rtol=tolerance)
+
+
+# MFEM
+
+MFEM_POISSON = """
+import numpy as np
+
+assert (mesh.Dimension(), mesh.SpaceDimension()) == (2, 2)
+assert (rim.ToList(), bore.ToList(), disc.ToList()) == ([1, 0], [0, 1], [0, 0, 1])
+
+
+class Exact(mfem.PyCoefficient):
+    def EvalValue(self, x):
+        return np.exp(x[0]) * np.cos(2 * x[1])
+
+
+class Source(mfem.PyCoefficient):
+    def EvalValue(self, x):
+        return 3 * np.exp(x[0]) * np.cos(2 * x[1])
+
+
+class Slope(mfem.VectorPyCoefficient):
+    def EvalValue(self, x):
+        return [np.exp(x[0]) * np.cos(2 * x[1]), -2 * np.exp(x[0]) * np.sin(2 * x[1])]
+
+
+exact, source, slope = Exact(), Source(), Slope(2)
+kind = mfem.H1_FECollection(ORDER, 2)
+space = mfem.FiniteElementSpace(mesh, kind)
+stiffness, load, u = mfem.BilinearForm(space), mfem.LinearForm(space), mfem.GridFunction(space)
+stiffness.AddDomainIntegrator(mfem.DiffusionIntegrator())
+stiffness.Assemble()
+load.AddDomainIntegrator(mfem.DomainLFIntegrator(source))
+load.AddBoundaryIntegrator(mfem.BoundaryNormalLFIntegrator(slope), bore)
+load.Assemble()
+u.ProjectCoefficient(exact)
+fixed, A, X, B = mfem.intArray(), mfem.SparseMatrix(), mfem.Vector(), mfem.Vector()
+space.GetEssentialTrueDofs(rim, fixed)
+stiffness.FormLinearSystem(fixed, u, load, A, X, B)
+mfem.PCG(A, mfem.GSSmoother(A), B, X, 0, 2000, 1e-24, 0.0)
+stiffness.RecoverFEMSolution(X, load, u)
+print("error", u.ComputeL2Error(exact), mesh.GetNE(), mesh.GetNBE())
+"""
+
+
+def mfem_python():
+    """A Python with MFEM; without it the test is skipped."""
+    python = python_with("mfem.ser")
+    if python is None:
+        pytest.skip("the Python package mfem is not installed, so that MFEM's reading of the files is not tested")
+    return python
+
+
+@pytest.mark.parametrize(("order", "bound"), [(1, 0.005), (2, 0.0001)])
+def test_mfem_solves_with_the_labels(tmp_path, order, bound):
+    python = mfem_python()
+    prepare("MFEM", tmp_path, "--set", f"output.order={order}")
+    (code,) = blocks("MFEM", "python")
+    printed = run([python, "-c", code + MFEM_POISSON.replace("ORDER", str(order))], tmp_path)
+    error, triangles, edges = re.search(r"^error (\S+) (\d+) (\d+)", printed, flags=re.M).groups()
+    report = json.loads((tmp_path / "out/disc.report.json").read_text())
+    assert float(error) < bound
+    assert (int(triangles), int(edges)) == (report["triangles"], report["boundary_nodes"])
+
+
+# OpenFOAM
+
+SYSTEM = {
+    "controlDict": "startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1; writeInterval 1;\n",
+    "fvSchemes": "ddtSchemes {} gradSchemes {} divSchemes {} laplacianSchemes {}\n",
+    "fvSolution": "solvers {}\n",
+}
+ETC = Path("/usr/share/openfoam")  # where Debian keeps what OpenFOAM's programs look for
+
+
+def openfoam(folder, lines, system):
+    """What OpenFOAM's programs print in a case folder with these files in ``system``."""
+    (folder / "system").mkdir()
+    for name, text in system.items():
+        head = f"FoamFile {{version 2.0; format ascii; class dictionary; object {name};}}\n"
+        (folder / "system" / name).write_text(head + text)
+    environment = os.environ if "WM_PROJECT_DIR" in os.environ else {**os.environ, "WM_PROJECT_DIR": str(ETC)}
+    return run(["bash", "-ec", lines], folder, env=environment)
+
+
+def test_openfoam_finds_a_sound_plane_mesh(tmp_path):
+    program("gmshToFoam")
+    prepare("OpenFOAM", tmp_path)
+    (lines,) = blocks("OpenFOAM", "sh")
+    printed = openfoam(tmp_path, lines, SYSTEM)
+    assert "Mesh OK." in printed
+    boundary = (tmp_path / "constant/polyMesh/boundary").read_text()
+    for patch in ("rim", "bore", "front", "back"):
+        assert re.search(rf"^\s*{patch}$", boundary, flags=re.M)
+    assert "(1 1 0)" in printed  # geometric directions: a plane case
+
+
+# Periodic sides: the effective conductivity of a perforated cell, the same in all programs that can tell it
+
+CONDUCTIVITY = 0.78086
+
+SCIKIT_FEM_CELL = """
+from skfem import Basis, BilinearForm, ElementTriP1, Functional, LinearForm, condense, solve
+from skfem.helpers import dot, grad
+from skfem.io.meshio import from_meshio
+
+basis = Basis(from_meshio(mesh.to_meshio()), ElementTriP1())
+stiffness = spread.T @ BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis) @ spread
+load = spread.T @ LinearForm(lambda v, w: -grad(v)[0]).assemble(basis)
+u = spread @ solve(*condense(stiffness.tocsr(), load, D=np.zeros(1, int)))
+print("conductivity", Functional(lambda w: 1 + w["u"].grad[0]).assemble(basis, u=basis.interpolate(u)))
+"""
+
+MFEM_CELL = """
+import mfem.ser as mfem
+
+mesh = mfem.Mesh("out/cell.msh")
+kind = mfem.H1_FECollection(1, 2)
+space = mfem.FiniteElementSpace(mesh, kind)
+stiffness, load, area = mfem.BilinearForm(space), mfem.LinearForm(space), mfem.LinearForm(space)
+one, small, pull = mfem.ConstantCoefficient(1.0), mfem.ConstantCoefficient(1e-10), mfem.Vector([-1.0, 0.0])
+pull = mfem.VectorConstantCoefficient(pull)
+stiffness.AddDomainIntegrator(mfem.DiffusionIntegrator())
+stiffness.AddDomainIntegrator(mfem.MassIntegrator(small))
+load.AddDomainIntegrator(mfem.DomainLFGradIntegrator(pull))
+area.AddDomainIntegrator(mfem.DomainLFIntegrator(one))
+for form in (stiffness, load, area):
+    form.Assemble()
+u, ones = mfem.GridFunction(space), mfem.GridFunction(space)
+u.Assign(0.0)
+ones.Assign(1.0)
+A, X, B, none = mfem.SparseMatrix(), mfem.Vector(), mfem.Vector(), mfem.intArray()
+stiffness.FormLinearSystem(none, u, load, A, X, B)
+mfem.PCG(A, mfem.GSSmoother(A), B, X, 0, 2000, 1e-24, 0.0)
+stiffness.RecoverFEMSolution(X, load, u)
+print("conductivity", area(ones) - load(u))
+"""
+
+
+def conductivity(printed):
+    return float(re.search(r"^conductivity (\S+)", printed, flags=re.M)[1])
+
+
+def test_scikit_fem_joins_periodic_sides_by_their_pairs(tmp_path):
+    meshed(tmp_path, "cell.yaml")
+    (code,) = blocks("Periodic sides", "python")
+    printed = run([sys.executable, "-W", "error", "-c", code + SCIKIT_FEM_CELL], tmp_path)
+    assert conductivity(printed) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+
+
+def test_freefem_joins_periodic_sides_by_their_labels(tmp_path):
+    freefem = program("FreeFem++-nw", "FreeFem++")
+    meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "freefem")
+    (code,) = blocks("Periodic sides", "freefem")
+    (tmp_path / "cell.edp").write_text(code)
+    printed = run([freefem, "-nw", "-v", "0", "cell.edp"], tmp_path)
+    assert conductivity(printed) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+
+
+def test_mfem_joins_periodic_sides_by_itself(tmp_path):
+    python = mfem_python()
+    meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "mfem")
+    assert conductivity(run([python, "-c", MFEM_CELL], tmp_path)) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+
+
+def test_openfoam_joins_periodic_sides_as_cyclic_patches(tmp_path):
+    program("gmshToFoam")
+    meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "openfoam")
+    (patches,) = blocks("Periodic sides", "foam")
+    (lines,) = blocks("OpenFOAM", "sh")
+    lines = lines.replace("disc", "cell").replace("checkMesh", "createPatch -overwrite\ncheckMesh")
+    printed = openfoam(tmp_path, lines, {**SYSTEM, "createPatchDict": patches})
+    assert "Mesh OK." in printed
+    boundary = (tmp_path / "constant/polyMesh/boundary").read_text()
+    for patch in ("west", "east", "south", "north"):
+        assert re.search(rf"^\s*{patch}\s*{{\s*type\s+cyclic;", boundary, flags=re.M)
+
+
+# Meshless codes
+
+
+def test_nodes_on_the_page(tmp_path):
+    prepare("Meshless codes", tmp_path)
+    (code,) = blocks("Meshless codes", "python")
+    check = """
+points = np.column_stack([nodes["x"], nodes["y"]])
+assert inside.sum() > bore.sum() > 20
+np.testing.assert_allclose(normals, -points[bore] / 0.4, atol=1e-6)
+rim = nodes["label"] == "rim"
+np.testing.assert_allclose(np.column_stack([nodes["nx"], nodes["ny"]])[rim], points[rim], atol=1e-6)
+"""
+    run([sys.executable, "-W", "error", "-c", code + check], tmp_path)

@@ -1,0 +1,188 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lattices import packed_hexagon, uniform
+
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import CYCLES, Shaking
+from bubblemesh.packing.forces import VanDerWaals
+from bubblemesh.packing.motion import SemiImplicitEuler
+from bubblemesh.packing.net import connected, enmeshed
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.packing.placement.perturbation import CLIPPED_AT
+from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxed
+
+SIDE = 7
+
+
+class Recorder:
+    """A relaxation that moves nothing, and keeps what it was given."""
+
+    def __init__(self):
+        self.nets, self.steps = [], []
+
+    def __call__(self, net, steps):
+        self.nets.append(net)
+        self.steps.append(steps)
+        return Relaxed(net.bubbles, 0, 0, np.full(steps, float(len(self.nets))), 10)
+
+    @property
+    def places(self):
+        return [net.bubbles.x for net in self.nets]
+
+
+def shaken(scheme, domain, spacing, bubbles, seed=0, relax=None):
+    recorder = relax or Recorder()
+    result = scheme(connected(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder)
+    return result, recorder
+
+
+def with_vacancy():
+    """The perfect hexagon without the bubble in its middle."""
+    domain, spacing, bubbles = packed_hexagon(SIDE)
+    (middle,) = np.flatnonzero(np.hypot(*bubbles.x.T) < 0.1)
+    return domain, spacing, bubbles.kept(np.delete(np.arange(len(bubbles)), middle))
+
+
+def irregular_and_next(net):
+    """By loops: the bubbles whose number of neighbours is not six, and their neighbours."""
+    near = {i: set() for i in range(len(net.bubbles))}
+    for i, j in net.edges.tolist():
+        near[i].add(j)
+        near[j].add(i)
+    irregular = {i for i in near if len(near[i]) != 6}
+    return irregular | {j for i in irregular for j in near[i]}
+
+
+def test_only_irregular_bubbles_and_their_neighbours_are_displaced():
+    domain, spacing, bubbles = with_vacancy()
+    net = connected(bubbles, domain)
+    _, recorder = shaken(Shaking(effort="fast"), domain, spacing, bubbles)
+    moved = (recorder.places[0] != bubbles.x).any(axis=1)
+    expected = {i for i in irregular_and_next(net) if i >= bubbles.boundary_count}
+    assert set(np.flatnonzero(moved).tolist()) == expected
+    assert 10 < len(expected) < len(bubbles) - bubbles.boundary_count - 20
+
+
+def test_boundary_never_moves():
+    domain, spacing, bubbles = with_vacancy()
+    at = bubbles.boundary_count
+    result, recorder = shaken(Shaking(effort="fast"), domain, spacing, bubbles)
+    for x in [*recorder.places, result.bubbles.x]:
+        np.testing.assert_array_equal(x[:at], bubbles.x[:at])
+
+
+@pytest.mark.parametrize("effort", CYCLES)
+def test_cycles_follow_the_effort(effort):
+    domain, spacing, bubbles = packed_hexagon(3)
+    result, recorder = shaken(Shaking(effort=effort, shake_steps=5), domain, spacing, bubbles)
+    assert len(recorder.nets) == {"fast": 20, "normal": 100, "best": 400}[effort]
+    assert set(recorder.steps) == {5}
+    assert result.speeds.tolist() == [float(k) for k in range(1, len(recorder.nets) + 1) for _ in range(5)]
+    assert result.evaluations == 10 * len(recorder.nets)
+
+
+@pytest.mark.parametrize(("full", "cycles"), [(1000, 100), (37, 100), (20, 55), (4, 11), (1, 3)])
+def test_large_systems_have_fewer_cycles(full, cycles):
+    domain, spacing, bubbles = packed_hexagon(3)
+    assert len(bubbles) == 37
+    _, recorder = shaken(Shaking(fully_shaken=full), domain, spacing, bubbles)
+    assert len(recorder.nets) == cycles
+
+
+def test_the_largest_systems_have_one_cycle():
+    domain, spacing, bubbles = packed_hexagon(15)
+    result, recorder = shaken(Shaking(effort="fast", fully_shaken=1), domain, spacing, bubbles)
+    assert len(recorder.nets) == 1
+    assert len(result.speeds) > 0
+
+
+@pytest.mark.parametrize("d", [1.0, 0.01])
+def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
+    domain = Domain.of(rings.rectangle(0, 0, 25 * d, 20 * d))
+    start = ErrorDiffusion()(domain, uniform(d), 10_000)
+    net = connected(start, domain)
+    x = start.x
+    near = {i for edge in net.edges.tolist() if min(edge) < start.boundary_count for i in edge}
+    beside = np.array([i in near and i >= start.boundary_count for i in range(len(x))])
+    off = ~beside & (np.arange(len(x)) >= start.boundary_count)
+    moves = []
+
+    def back(net, steps):
+        moves.append((net.bubbles.x - x) / d)
+        return Relaxed(replace(net.bubbles, x=x), 0, 0, np.zeros(steps), 0)
+
+    shaken(Shaking(amplitude=0.05, amplitude_at_boundary=0.5), domain, uniform(d), start, relax=back)
+    for number in (0, 25, 50, 75, 99):
+        share = 1 - number / 100
+        move = moves[number]
+        for which, sigma in ((off, 0.05), (beside, 0.025)):
+            some = move[which][(move[which] != 0).any(axis=1)]
+            assert np.abs(some).max() <= CLIPPED_AT * sigma * share * (1 + 1e-9)
+            # Clipping at two standard deviations leaves 0.96 of one.
+            assert some.std() == pytest.approx(0.96 * sigma * share, rel=0.15)
+
+
+def test_a_seed_gives_one_result_and_another_seed_another():
+    domain, spacing, bubbles = with_vacancy()
+    one, same, other = (
+        shaken(Shaking(effort="fast"), domain, spacing, bubbles, seed)[0].bubbles.x for seed in (1, 1, 2)
+    )
+    assert one.tobytes() == same.tobytes()
+    assert one.tobytes() != other.tobytes()
+
+
+def test_bubbles_that_get_lost_are_left_out_from_then_on():
+    domain, spacing, bubbles = with_vacancy()
+    sizes = []
+
+    def losing(net, steps):
+        sizes.append(len(net.bubbles))
+        assert net.valence.shape == (len(net.bubbles),)
+        assert (net.valence > 0).all()
+        rest = net.bubbles.kept(np.arange(len(net.bubbles) - 1)) if len(sizes) in (3, 7) else net.bubbles
+        return Relaxed(rest, 0, len(net.bubbles) - len(rest), np.zeros(steps), 0)
+
+    result, _ = shaken(Shaking(effort="fast", amplitude=0.01), domain, spacing, bubbles, relax=losing)
+    n = len(bubbles)
+    assert sizes == [n] * 3 + [n - 1] * 4 + [n - 2] * 13
+    assert result.lost == 2
+    assert len(result.bubbles) == n - 2
+
+
+def test_bubbles_shaken_out_of_the_domain_are_gone():
+    domain, spacing, bubbles = packed_hexagon(3)
+    x = bubbles.x.copy()
+    x[-1] = [0, 2.59]  # just inside the upper side, which is at 2.598
+    result, _ = shaken(Shaking(effort="best", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
+    net = enmeshed(result.bubbles, domain, spacing)
+    assert len(net.bubbles) < len(bubbles)
+
+
+def test_perfect_lattice_far_from_the_boundary_is_left_alone():
+    domain, spacing, bubbles = packed_hexagon(SIDE)
+    result, _ = shaken(Shaking(effort="fast", amplitude=0.05), domain, spacing, bubbles)
+    still = (result.bubbles.x == bubbles.x).all(axis=1)
+    deep = domain.signed_distance(bubbles.x) > 3 * np.sqrt(3) / 2 + 0.1
+    assert deep.sum() > 20
+    assert still[deep].all()
+
+
+def test_shaking_heals_a_disordered_packing():
+    domain, spacing = Domain.of(rings.rectangle(0, 0, 16, 16)), uniform(1.0)
+    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.0)
+
+    def relax(net, steps):
+        return Connected()(net, domain, spacing, dynamics, steps)
+
+    def irregular(bubbles):
+        net = enmeshed(bubbles, domain, spacing)
+        return (net.valence[bubbles.interior] != 6).mean()
+
+    start = relax(connected(ErrorDiffusion()(domain, spacing, 10_000), domain), 150).bubbles
+    result, _ = shaken(Shaking(), domain, spacing, start, relax=relax)
+    still = relax(connected(start, domain), 1200).bubbles
+    assert irregular(start) > 0.2
+    assert irregular(result.bubbles) < 0.7 * irregular(still)

@@ -1,0 +1,122 @@
+import dataclasses
+
+import pytest
+from paths import ROOT
+
+from bubblemesh.packing.configure import OptionError, configured, options
+from bubblemesh.packing.methods import METHODS, SCHEMES
+from bubblemesh.packing.motion import ClassicalRungeKutta
+from bubblemesh.packing.termination import SelfAdaptive
+from bubblemesh.packing.viscosity import Constant
+
+NAMES = sorted(METHODS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_given_leaves_the_row_of_the_table(name):
+    assert configured(name, {}, {}) == METHODS[name]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_options_set_again_give_the_same_method(name):
+    given = options(METHODS[name])
+    assert configured(name, given["packing"], given["schedule"]) == METHODS[name]
+
+
+def test_each_key_belongs_to_one_scheme():
+    method = configured("accelerated", {"w1": 1.2, "seed": 7, "dt": 0.1}, {"c_out": 0.3, "c_odd": 2.0, "rounds": 4})
+    assert method.placement.w1 == 1.2
+    assert method.perturbation.seed == 7
+    assert method.motion.dt == 0.1
+    assert method.viscosity.c_out == 0.3
+    assert method.odd.c_odd == 2.0
+    assert method.termination.rounds == 4
+    found = options(method)
+    assert found["packing"]["w1"] == 1.2
+    assert found["schedule"]["rounds"] == 4
+
+
+def test_table_itself_stays():
+    before = options(METHODS["accelerated"])
+    configured("accelerated", {"w2": 0.7}, {})
+    assert options(METHODS["accelerated"]) == before
+
+
+def test_whole_numbers_do_for_real_ones():
+    assert configured("accelerated", {"w2": 1}, {"c0": 2}).placement.w2 == 1
+
+
+@pytest.mark.parametrize(
+    ("packing", "schedule", "section", "key", "message"),
+    [
+        ({"sead": 1}, {}, "packing", "sead", "did you mean 'seed'?"),
+        ({}, {"round": 3}, "schedule", "round", "did you mean 'rounds'?"),
+        ({"rounds": 3}, {}, "packing", "rounds", "does not use this key: allowed: w1, w2"),
+        ({"w2": 0}, {}, "packing", "w2", "greater than 0 (found 0)"),
+        ({"w2": -0.5}, {}, "packing", "w2", "greater than 0 (found -0.5)"),
+        ({"w2": "0.6"}, {}, "packing", "w2", "valid number (found '0.6')"),
+        ({"w2": float("nan")}, {}, "packing", "w2", "finite number (found nan)"),
+        ({"seed": -1}, {}, "packing", "seed", "greater than or equal to 0 (found -1)"),
+        ({"seed": 1.5}, {}, "packing", "seed", "valid integer (found 1.5)"),
+        ({"seed": True}, {}, "packing", "seed", "valid integer (found True)"),
+        ({"force": "strong"}, {}, "packing", "force", "'scaled' or 'plain' (found 'strong')"),
+        ({}, {"rounds": 0}, "schedule", "rounds", "greater than 0 (found 0)"),
+        ({}, {"c0": None}, "schedule", "c0", "valid number (found None)"),
+    ],
+)
+def test_wrong_option_is_named_with_what_was_found(packing, schedule, section, key, message):
+    with pytest.raises(OptionError) as caught:
+        configured("accelerated", packing, schedule)
+    assert (caught.value.section, caught.value.key) == (section, key)
+    assert message in caught.value.message
+
+
+def test_unknown_method_is_named():
+    with pytest.raises(OptionError, match="unknown method 'acelerated': did you mean 'accelerated'") as caught:
+        configured("acelerated", {}, {})
+    assert (caught.value.section, caught.value.key) == ("method", None)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("column", "scheme"), [(column, name) for column, known in SCHEMES.items() for name in known])
+def test_each_scheme_replaces_that_of_any_method_and_leaves_the_others(name, column, scheme):
+    (section,) = (section for section, keys in options(METHODS[name]).items() if column in keys)
+    method = configured(name, **({"packing": {}, "schedule": {}} | {section: {column: scheme}}))
+    kind = SCHEMES[column][scheme]
+    assert getattr(method, column) is None if kind is None else type(getattr(method, column)) is kind
+    others = {field.name for field in dataclasses.fields(method)} - {column}
+    assert all(getattr(method, other) == getattr(METHODS[name], other) for other in others)
+    assert options(method)[section][column] == scheme
+
+
+def test_a_scheme_that_takes_the_place_of_another_keeps_the_parameters_of_both():
+    method = configured("bpm", {}, {"rounds": 4, "termination": "self-adaptive", "tolerance": 0.01})
+    assert method.termination == SelfAdaptive(rounds=4, iterations=250, tolerance=0.01)
+    assert configured("fnpbs", {"dt": 0.1, "motion": "runge-kutta"}, {}).motion == ClassicalRungeKutta(dt=0.1)
+
+
+def test_a_parameter_belongs_to_the_scheme_in_use():
+    assert configured("fnpbs", {}, {"viscosity": "constant", "c": 2}).viscosity == Constant(2.0)
+    with pytest.raises(OptionError, match="does not use this key") as caught:
+        configured("fnpbs", {}, {"viscosity": "constant", "c_in": 0.1})
+    assert caught.value.key == "c_in"
+    with pytest.raises(OptionError, match="does not use this key"):
+        configured("fnpbs", {}, {"c_odd": 2})
+
+
+@pytest.mark.parametrize("found", ["constnt", 3, None, ["constant"]])
+def test_an_unknown_scheme_is_named_with_the_known_ones(found):
+    with pytest.raises(OptionError, match=r"no such scheme.*constant") as caught:
+        configured("fnpbs", {}, {"viscosity": found})
+    assert (caught.value.section, caught.value.key) == ("schedule", "viscosity")
+
+
+def test_the_page_on_methods_shows_every_key_with_its_values():
+    page = (ROOT / "docs/methods.md").read_text()
+    for name in NAMES:
+        for section, keys in options(METHODS[name]).items():
+            for key, value in keys.items():
+                (row,) = (line for line in page.splitlines() if line.startswith(f"| `{section}.{key}` |"))
+                columns = ["key", "bpm", "fnpbs", "accelerated", "multilevel"]
+                cells = dict(zip(columns, map(str.strip, row.split("|")[1:]), strict=False))
+                assert cells[name] == str(value), key

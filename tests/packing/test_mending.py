@@ -1,0 +1,203 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lattices import DAMPED, packed_hexagon
+
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
+from bubblemesh.packing.net import connected, enmeshed
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.packing.relaxation import Connected
+from bubblemesh.packing.smoothing import ShapeSteps, eta
+from bubblemesh.spacing.spacing import Spacing
+
+DOMAINS = {
+    "square": (Domain.of(rings.rectangle(0, 0, 4, 4)), lambda x, y: 0.2 + 0 * x),
+    "graded": (
+        Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.3)]),
+        lambda x, y: 0.15 * np.hypot(x, y),
+    ),
+    "sector": (
+        Domain.of(rings.path((0, 0), [rings.LineTo((3, 0)), rings.ArcTo((0, 3), (0, 0), True)])),
+        lambda x, y: 0.15 + 0.05 * np.hypot(x, y),
+    ),
+    "strip": (Domain.of(rings.rectangle(0, 0, 6, 0.5)), lambda x, y: 0.3 + 0 * x),
+    "ring": (Domain.of(rings.circle((0, 0), 2), [rings.circle((0, 0), 1.5)]), lambda x, y: 0.33 + 0 * x),
+}
+
+
+def polished_net(name, seed=0, steps=60):
+    domain, function = DOMAINS[name]
+    spacing = Spacing(function)
+    start = ErrorDiffusion()(domain, spacing, 10_000)
+    x = start.x.copy()
+    x[start.interior] += 0.01 * np.random.default_rng(seed).standard_normal(x[start.interior].shape)
+    net = connected(replace(start, x=x), domain)
+    bubbles = Connected()(net, domain, spacing, DAMPED, steps).bubbles
+    return domain, spacing, ShapeSteps()(enmeshed(bubbles, domain, spacing), domain, spacing)
+
+
+def mended(domain, spacing, net, seed=0, scheme=None):
+    return (scheme or Mending())(net, domain, spacing, ShapeSteps(), np.random.default_rng(seed))
+
+
+def worst(net):
+    return eta(net.bubbles.x, net.triangles).max()
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("steps", [5, 60])
+def test_worst_triangle_never_gets_worse_and_no_bubble_is_lost(name, seed, steps):
+    domain, spacing, net = polished_net(name, seed, steps)
+    found = mended(domain, spacing, net, seed)
+    assert worst(found) <= worst(net)
+    assert len(found.bubbles) == len(net.bubbles)
+    assert (found.valence > 0).all()
+
+
+@pytest.mark.parametrize("name", ["square", "sector"])
+def test_worst_triangles_get_better(name):
+    gains = []
+    for seed in range(3):
+        domain, spacing, net = polished_net(name, seed)
+        found = mended(domain, spacing, net, seed)
+        gains.append((worst(net) - worst(found)) / (worst(net) - 1))
+    assert np.mean(gains) > 0.1
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+def test_bubbles_off_the_patches_stay_bit_for_bit(name):
+    domain, spacing, net = polished_net(name)
+    measure = eta(net.bubbles.x, net.triangles)
+    limit = np.sort(measure)[-3]  # two triangles to mend
+    found = mended(domain, spacing, net, scheme=Mending(mend_worse=max(limit, 1)))
+    bad = net.triangles[measure > limit]
+    near = net.within(bad, AROUND)
+    np.testing.assert_array_equal(found.bubbles.x[~near], net.bubbles.x[~near])
+    moved = (found.bubbles.x != net.bubbles.x).any(axis=1)
+    assert moved.any()
+    first = net.within(bad, 2 * MOVING)  # new bad triangles come next to the old ones
+    assert not moved[~first].any()
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+def test_corners_stay_and_sliding_bubbles_stay_on_their_curve(name):
+    domain, spacing, net = polished_net(name)
+    before, after = net.bubbles, mended(domain, spacing, net).bubbles
+    assert (after.corners, after.boundary_count) == (before.corners, before.boundary_count)
+    np.testing.assert_array_equal(after.x[: after.corners], domain.boundary.corners)
+    np.testing.assert_array_equal(after.piece, before.piece)
+    on_curve = domain.boundary.points(after.piece, after.s)
+    np.testing.assert_allclose(after.x[after.sliding], on_curve, rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(after.d, spacing(after.x))
+
+
+def test_net_without_bad_triangles_is_left_alone():
+    domain, spacing, bubbles = packed_hexagon(4)
+    net = connected(bubbles, domain)
+    assert mended(domain, spacing, net) is net
+    domain, spacing, net = polished_net("square")
+    assert mended(domain, spacing, net, scheme=Mending(mend_worse=100.0)) is net
+    assert mended(domain, spacing, net, scheme=Mending(mend_attempts=0)) is net
+
+
+@pytest.mark.parametrize("name", ["strip", "ring"])
+def test_bubbles_on_the_boundary_are_not_displaced(name):
+    domain, spacing, net = polished_net(name)
+    seen = []
+
+    class Recording(ShapeSteps):
+        def moved(self, net, domain, free):
+            seen.append(net.bubbles)
+            return net.bubbles
+
+    Mending(mend_attempts=3)(net, domain, spacing, Recording(), np.random.default_rng(0))
+    assert len(seen) > 2
+    for bubbles in seen:
+        on_curve = domain.boundary.points(bubbles.piece, bubbles.s)
+        np.testing.assert_allclose(bubbles.x[bubbles.sliding], on_curve, atol=1e-14)
+
+
+def test_attempts_that_make_it_worse_are_not_kept():
+    class Spoiling(ShapeSteps):
+        def moved(self, net, domain, free):
+            x = net.bubbles.x.copy()
+            inside = free & (np.arange(len(free)) >= net.bubbles.boundary_count)
+            x[inside] += 0.4 * net.bubbles.d[inside, None] * np.sin(1000 * x[inside])
+            return replace(net.bubbles, x=x)
+
+    domain, spacing, net = polished_net("square")
+    found = Mending()(net, domain, spacing, Spoiling(), np.random.default_rng(0))
+    assert found is net
+
+
+def test_a_seed_gives_one_result_and_another_seed_another():
+    domain, spacing, net = polished_net("square")
+    one, same, other = (mended(domain, spacing, net, seed).bubbles.x.tobytes() for seed in (1, 1, 2))
+    assert one == same != other
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+def test_patches_are_apart_and_hold_what_must_not_move(name):
+    _, _, net = polished_net(name)
+    measure = eta(net.bubbles.x, net.triangles)
+    bad = np.argsort(-measure)[:MOST_PATCHES]
+    _, part = net.part(net.within(net.triangles[bad[:5]], AROUND))
+    for one in (net, part):
+        order = np.argsort(-eta(one.bubbles.x, one.triangles))[:MOST_PATCHES]
+        patches = disjoint_patches(one, order)
+        assert patches.number >= 1
+        assert (patches.moving[: one.bubbles.corners] == -1).all()
+        cut = one.facets[one.facet_piece < 0]
+        assert (patches.moving[cut] == -1).all()
+        assert (patches.moving[patches.displaced] >= 0).all()
+        of = patches.moving[one.triangles]
+        for row in of.tolist():
+            assert len({number for number in row if number >= 0}) <= 1
+        seen = set(patches.moving.tolist()) - {-1}
+        assert seen == set(range(patches.number))
+        first = one.within(one.triangles[order[0]], MOVING)
+        assert set(np.flatnonzero(patches.moving == 0).tolist()) <= set(np.flatnonzero(first).tolist())
+
+
+def test_rim_of_a_part_does_not_move_though_a_patch_reaches_it():
+    _, _, net = polished_net("square")
+    (middle,) = np.flatnonzero(np.hypot(*(net.bubbles.x - [2, 2]).T) == np.hypot(*(net.bubbles.x - [2, 2]).T).min())
+    _, part = net.part(net.within(np.array([middle]), 2))
+    patches = disjoint_patches(part, np.arange(len(part.triangles)))
+    rim = np.unique(part.facets)
+    assert (part.facet_piece == -1).all()
+    assert (patches.moving[rim] == -1).all()
+    assert not patches.displaced[rim].any()
+    assert (patches.moving == 0).sum() == 7  # the middle and its neighbours, if they are six
+
+
+def test_worst_of_a_patch_is_that_of_the_triangles_at_its_moving_bubbles():
+    _, _, net = polished_net("square")
+    order = np.argsort(-eta(net.bubbles.x, net.triangles))[:MOST_PATCHES]
+    patches = disjoint_patches(net, order)
+    found = worst_of(net, patches)
+    measure = eta(net.bubbles.x, net.triangles)
+    for number in range(patches.number):
+        mine = [m for m, t in zip(measure, net.triangles, strict=True) if (patches.moving[t] == number).any()]
+        assert found[number] == max(mine)
+    assert found[0] == measure.max()
+
+
+def test_bad_triangles_are_the_worst_ones_first():
+    _, _, net = polished_net("square", steps=5)
+    measure = eta(net.bubbles.x, net.triangles)
+    tried = []
+
+    class Recording(ShapeSteps):
+        def moved(self, net, domain, free):
+            tried.append(net.bubbles.x[free])
+            return net.bubbles
+
+    domain, spacing = DOMAINS["square"][0], Spacing(DOMAINS["square"][1])
+    Mending(mend_attempts=1)(net, domain, spacing, Recording(), np.random.default_rng(0))
+    worst_place = net.bubbles.x[net.triangles[measure.argmax()]].mean(axis=0)
+    assert np.hypot(*(tried[0] - worst_place).T).min() < 0.3

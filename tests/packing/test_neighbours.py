@@ -1,0 +1,105 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lattices import hexagonal
+
+from bubblemesh.packing.neighbours import Neighbours, independent, pairs_within
+
+
+def all_pairs_within(x, d, reach):
+    n = range(len(x))
+    return [
+        [i, j] for i in n for j in n if i < j and np.hypot(*(x[i] - x[j])) < reach * (d[i] + d[j]) / 2
+    ]  # ascending, like the pairs
+
+
+def greedy(pairs, rank):
+    rivals = {i: set() for i in range(len(rank))}
+    for i, j in pairs:
+        rivals[i].add(j)
+        rivals[j].add(i)
+    chosen = set()
+    for i in np.argsort(rank):
+        if not rivals[i] & chosen:
+            chosen.add(int(i))
+    return [i in chosen for i in range(len(rank))]
+
+
+@pytest.mark.parametrize("reach", [0.85, 1.9])
+@pytest.mark.parametrize("octaves", [0, 1, 10])
+@pytest.mark.parametrize("seed", range(3))
+def test_pairs_are_those_of_the_double_loop(seed, octaves, reach):
+    rng = np.random.default_rng(seed)
+    d = 0.3 * 2.0 ** -rng.uniform(0, octaves, 150)
+    x = rng.random((150, 2)) * rng.choice([1.0, 0.05], (150, 1))
+    assert pairs_within(x, d, reach).tolist() == all_pairs_within(x, d, reach)
+
+
+def test_pairs_follow_a_spacing_that_grows_a_thousandfold_from_a_point():
+    rng = np.random.default_rng(0)
+    distance, angle = 10.0 ** rng.uniform(-3, 0, 200), rng.uniform(0, 2 * np.pi, 200)
+    x = distance[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    d = 0.3 * distance
+    pairs = pairs_within(x, d, 1.9)
+    assert d.max() / d.min() > 900
+    assert len(pairs) > 200
+    assert pairs.tolist() == all_pairs_within(x, d, 1.9)
+
+
+@given(st.data())
+@settings(derandomize=True, deadline=None, max_examples=40)
+def test_pairs_of_any_points_are_those_of_the_double_loop(data):
+    n = data.draw(st.integers(1, 12))
+    numbers = st.integers(-4, 4).map(lambda k: k / 4)
+    x = np.array(data.draw(st.lists(st.tuples(numbers, numbers), min_size=n, max_size=n)))
+    d = np.array(data.draw(st.lists(st.sampled_from([0.001, 0.1, 0.5, 1.0]), min_size=n, max_size=n)))
+    assert pairs_within(x, d, 1.5).tolist() == all_pairs_within(x, d, 1.5)
+
+
+def test_far_points_have_no_pairs():
+    pairs = pairs_within(np.array([[0.0, 0.0], [5.0, 0.0]]), np.ones(2), 1.9)
+    assert pairs.shape == (0, 2)
+    assert np.issubdtype(pairs.dtype, np.integer)
+
+
+def test_hexagonal_lattice_has_six_neighbours_inside():
+    x = hexagonal(9, 9)
+    pairs = pairs_within(x, np.ones(81), 1.5)
+    valence = np.bincount(pairs.ravel(), minlength=81).reshape(9, 9)
+    assert (valence[1:-1, 1:-1] == 6).all()
+    assert (valence[[0, -1]] < 6).all()
+
+
+def test_contact_is_the_sum_of_the_radii_and_drift_is_in_units_of_spacing():
+    x, d = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([1.0, 0.5])
+    near = Neighbours.of(x, d, 1.9)
+    assert near.contact.tolist() == [0.75]
+    assert near.drift(x) == 0
+    assert near.drift(x + np.array([[0.1, 0.0], [0.0, 0.1]])) == pytest.approx(0.2)
+    assert near.drift(x + np.array([[0.3, 0.0], [0.0, 0.1]])) == pytest.approx(0.3)
+
+
+def test_neighbours_along_edges_are_these_pairs():
+    x, d = hexagonal(4, 3), np.linspace(0.5, 1.5, 12)
+    edges = np.array([[3, 1], [0, 5], [10, 11]])
+    near = Neighbours.along(edges, x, d)
+    assert near.pairs.tolist() == edges.tolist()
+    assert near.contact.tolist() == [(d[i] + d[j]) / 2 for i, j in edges]
+    assert near.drift(x) == 0
+
+
+@given(st.data())
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_independent_choice_is_that_of_the_sequential_algorithm(data):
+    n = data.draw(st.integers(1, 12))
+    rank = np.array(data.draw(st.permutations(range(n))))
+    members = st.integers(0, n - 1)
+    found = data.draw(st.sets(st.tuples(members, members).filter(lambda pair: pair[0] < pair[1])))
+    pairs = np.array(sorted(found), int).reshape(-1, 2)
+    assert independent(pairs, rank).tolist() == greedy(pairs.tolist(), rank)
+
+
+def test_independent_choice_goes_along_a_chain_in_the_worst_order():
+    pairs = np.column_stack([np.arange(50), np.arange(1, 51)])
+    assert independent(pairs, np.arange(51)).tolist() == [k % 2 == 0 for k in range(51)]

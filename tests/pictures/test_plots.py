@@ -1,0 +1,415 @@
+"""Pictures of meshes, of this package and of files."""
+
+import dataclasses
+import re
+import sys
+
+import matplotlib as mpl
+import meshio
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_hex
+from squares import holed_square
+from typer.testing import CliRunner
+
+import bubblemesh
+from bubblemesh.cli import app
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshfiles import FORMATS, write_file
+from bubblemesh.meshfiles.foreign import read_foreign
+from bubblemesh.meshfiles.read import read_triangles
+from bubblemesh.pictures.colours import BARE, INK
+from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
+
+ENDINGS = ["png", "svg", "pdf"]
+MM = 72 / 25.4  # points
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    """A mesh with five labels and two regions."""
+    plain = holed_square()
+    middle = plain.points[plain.triangles].mean(axis=1)[:, 0] > plain.points[:, 0].mean()
+    return dataclasses.replace(plain, regions=("west", "east"), triangle_regions=middle.astype(np.int64))
+
+
+@pytest.fixture(scope="module")
+def data(mesh):
+    x, y = mesh.points.T
+    cells = {"target_spacing": np.linspace(0.2, 0.5, len(mesh.triangles)), "count": np.arange(len(mesh.triangles)) / 7}
+    return MeshData(cells, {"height": x - 2 * y, "flow": np.column_stack([x, y, 0 * x])})
+
+
+def png_size(path):
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+
+
+def triangles_of(figure):
+    (found,) = [artist for artist in figure.axes[0].collections if isinstance(artist, PolyCollection)]
+    return found
+
+
+def lines_of(figure):
+    """Colour and number of the lines of each label."""
+    found = [artist for artist in figure.axes[0].collections if isinstance(artist, LineCollection)]
+    return [(to_hex(lines.get_colors()[0]), len(lines.get_segments())) for lines in found if lines.get_segments()]
+
+
+def legend_of(figure):
+    legend = figure.axes[0].get_legend()
+    return [] if legend is None else [text.get_text() for text in legend.get_texts()]
+
+
+def run(*arguments):
+    """Exit code and messages of a command."""
+    done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert done.stdout == ""
+    return done.exit_code, done.stderr
+
+
+# Files
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_same_mesh_gives_the_same_picture(mesh, tmp_path, ending):
+    for name in "ab":
+        draw_mesh(mesh, tmp_path / "new" / f"{name}.{ending}", PlotOptions(title="a plate", labels=True))
+    first, second = sorted((tmp_path / "new").iterdir())
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_a_png_has_the_shape_of_the_mesh(mesh, tmp_path):
+    flat = dataclasses.replace(mesh, points=mesh.points * [1, 0.1])
+    draw_mesh(mesh, tmp_path / "square.png", PlotOptions(color="none"))
+    draw_mesh(flat, tmp_path / "flat.png", PlotOptions(color="none"))
+    width, height = png_size(tmp_path / "square.png")
+    assert width > 800
+    assert abs(width - height) < 0.15 * width
+    width, height = png_size(tmp_path / "flat.png")
+    assert width > 3 * height
+
+
+@pytest.mark.parametrize("stretch", [(1, 1), (5, 1), (1, 5)])
+def test_a_picture_for_paper_is_a_column_wide_and_its_triangles_are_lines(mesh, tmp_path, stretch):
+    shaped = dataclasses.replace(mesh, points=mesh.points * stretch)
+    draw_mesh(shaped, tmp_path / "a.pdf", PlotOptions(style="paper", title="wide"))
+    content = (tmp_path / "a.pdf").read_bytes()
+    _, _, width, height = map(float, re.search(rb"/MediaBox \[([^]]*)\]", content)[1].split())
+    assert abs(width - 85 * MM) < 0.01
+    assert height < 260 * MM
+    assert b"STIXGeneral" in content
+    assert b"/Subtype /Image" not in content
+
+
+@pytest.mark.parametrize(("width", "dpi"), [(60, 200), (120, 100)])
+def test_width_and_resolution_give_the_number_of_pixels(mesh, tmp_path, width, dpi):
+    draw_mesh(mesh, tmp_path / "a.png", PlotOptions(width=width, dpi=dpi))
+    assert abs(png_size(tmp_path / "a.png")[0] - width / 25.4 * dpi) <= 1
+
+
+def test_an_svg_shows_labels_title_and_scale(mesh, tmp_path):
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        draw_mesh(mesh, tmp_path / "a.svg", PlotOptions(title="a $plate$"))
+    text = (tmp_path / "a.svg").read_text()
+    for word in (*mesh.labels, "a $plate$", "radius ratio"):
+        assert word in text
+
+
+@pytest.mark.parametrize("ending", ["svg", "pdf"])
+def test_only_the_triangles_of_a_large_mesh_become_a_bitmap(mesh, tmp_path, ending):
+    mark = {"svg": b"<image", "pdf": b"/Subtype /Image"}[ending]
+    draw_mesh(mesh, tmp_path / f"small.{ending}", PlotOptions(color="none"))
+    draw_mesh(holed_square(60), tmp_path / f"large.{ending}", PlotOptions(color="none"))
+    assert mark not in (tmp_path / f"small.{ending}").read_bytes()
+    assert mark in (tmp_path / f"large.{ending}").read_bytes()
+
+
+def test_a_picture_of_an_unknown_kind(mesh, tmp_path):
+    with pytest.raises(CaseError, match=r"\.png, \.svg, \.pdf"):
+        draw_mesh(mesh, tmp_path / "a.jpg")
+
+
+def test_a_picture_that_cannot_be_written(mesh, tmp_path):
+    (tmp_path / "a.png").mkdir()
+    with pytest.raises(FileError, match=r"a\.png"):
+        draw_mesh(mesh, tmp_path / "a.png")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_pictures_leave_no_global_state(mesh, tmp_path):
+    before = dict(mpl.rcParams)
+    draw_mesh(mesh, tmp_path / "a.png", PlotOptions(style="paper"))
+    assert dict(mpl.rcParams) == before
+    assert "matplotlib.pyplot" not in sys.modules or not sys.modules["matplotlib.pyplot"].get_fignums()
+
+
+# What is drawn
+
+
+def test_every_triangle_is_drawn_where_it_is_with_its_quality(mesh):
+    drawn = triangles_of(mesh_figure(mesh))
+    corners = np.array([path.vertices[:3] for path in drawn.get_paths()])
+    assert np.array_equal(corners, mesh.points[mesh.triangles])
+    assert np.array_equal(drawn.get_array(), radius_ratios(mesh.points, mesh.triangles))
+    assert drawn.get_clim() == (0.8, 1.0)
+
+
+def test_a_triangle_of_second_order_is_drawn_by_its_corners(mesh):
+    curved, _ = mesh.second_order()
+    drawn = triangles_of(mesh_figure(curved, PlotOptions(nodes=True)))
+    corners = np.array([path.vertices[:3] for path in drawn.get_paths()])
+    assert np.array_equal(corners, mesh.points[mesh.triangles])
+
+
+def test_spacing_is_the_mean_edge_length_over_the_wanted_one(mesh, data):
+    drawn = triangles_of(mesh_figure(mesh, PlotOptions(color="spacing"), data))
+    for triangle in (0, 37):
+        corners = mesh.points[mesh.triangles[triangle]]
+        lengths = [np.linalg.norm(corners[k] - corners[k - 1]) for k in range(3)]
+        wanted = np.mean(lengths) / data.cells["target_spacing"][triangle]
+        assert drawn.get_array()[triangle] == pytest.approx(wanted, rel=1e-12)
+    low, high = drawn.get_clim()
+    assert low == pytest.approx(2 - high)
+
+
+@pytest.mark.parametrize(("name", "title"), [("count", "count"), ("height", "height"), ("flow", "|flow|")])
+def test_fields_of_triangles_nodes_and_vectors(mesh, data, name, title):
+    figure = mesh_figure(mesh, PlotOptions(color=name), data)
+    x, y = mesh.points.T
+    at_nodes = {"height": x - 2 * y, "flow": np.hypot(x, y)}
+    wanted = data.cells[name] if name == "count" else at_nodes[name][mesh.triangles].mean(axis=1)
+    assert np.allclose(triangles_of(figure).get_array(), wanted, rtol=1e-14)
+    assert figure.axes[1].get_xlabel().startswith(title) or figure.axes[1].get_ylabel().startswith(title)
+    assert triangles_of(figure).get_clim() == (wanted.min(), wanted.max())
+
+
+def test_values_that_are_no_numbers_have_no_colour(mesh, data):
+    values = np.array(data.cells["count"])
+    values[::2] = np.nan
+    drawn = triangles_of(mesh_figure(mesh, PlotOptions(color="count"), MeshData({"count": values})))
+    assert drawn.get_array().mask.sum() == np.isnan(values).sum()
+    with pytest.raises(CaseError, match="count has no finite value"):
+        mesh_figure(mesh, PlotOptions(color="count"), MeshData({"count": values * np.nan}))
+
+
+def test_regions_have_a_colour_and_a_name_each(mesh):
+    figure = mesh_figure(mesh, PlotOptions(color="material", labels=False))
+    assert np.array_equal(triangles_of(figure).get_array(), mesh.triangle_regions)
+    assert legend_of(figure) == ["west", "east"]
+    assert len(figure.axes) == 1  # no colour bar
+
+
+def test_each_label_has_its_edges_in_a_colour_of_its_own(mesh):
+    figure = mesh_figure(mesh)
+    lines = lines_of(figure)
+    assert len({color for color, _ in lines}) == 5
+    assert [count for _, count in lines] == np.bincount(mesh.facet_labels).tolist()
+    assert legend_of(figure) == list(mesh.labels)
+    assert lines_of(mesh_figure(mesh, PlotOptions(labels=False))) == [(INK, len(mesh.facets))]
+
+
+def test_the_boundary_of_a_mesh_without_labels_is_drawn_all_the_same(mesh):
+    bare = dataclasses.replace(mesh, facets=np.zeros((0, 2), np.int64), facet_labels=np.zeros(0, np.int64), labels=())
+    assert lines_of(mesh_figure(bare)) == [(INK, len(mesh.facets))]
+    assert legend_of(mesh_figure(bare)) == []
+
+
+def test_many_labels_are_told_apart_only_where_asked_for(mesh):
+    labels = tuple(f"side{i}" for i in range(30))
+    many = dataclasses.replace(mesh, labels=labels, facet_labels=np.arange(len(mesh.facets)) % 30)
+    assert legend_of(mesh_figure(many)) == []
+    legend = legend_of(mesh_figure(many, PlotOptions(color="label")))
+    assert legend == [*labels[:23], "and 7 more"]
+    assert len(lines_of(mesh_figure(many, PlotOptions(color="label")))) == 30
+
+
+def test_a_legend_fits_into_the_width(mesh):
+    labels = tuple(f"a rather long name of a side, the {i}th" for i in range(5))
+    figure = mesh_figure(dataclasses.replace(mesh, labels=labels), PlotOptions(style="paper", labels=True))
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_legend().get_window_extent().width < figure.bbox.width
+    # The mesh keeps nearly all of the width.
+    assert figure.axes[0].get_window_extent().width > 0.95 * figure.bbox.width
+
+
+@pytest.mark.parametrize("label", ["_hidden", r"$\wrong{$", "a & <b>", "größe 漢"])
+def test_any_label_can_be_drawn(tmp_path, label):
+    draw_mesh(holed_square(labels=(label, "b", "c", "d", "e")), tmp_path / "a.svg", PlotOptions(title=label))
+    assert (tmp_path / "a.svg").stat().st_size > 1000
+
+
+def test_nodes_are_drawn_where_asked_for(mesh):
+    def dots(**options):
+        return [line for line in mesh_figure(mesh, PlotOptions(**options)).axes[0].lines if line.get_marker() == "o"]
+
+    assert dots() == []
+    (drawn,) = dots(nodes=True)
+    assert {tuple(point) for point in drawn.get_xydata()} == {tuple(point) for point in mesh.points}
+
+
+def test_edges_that_would_only_darken_the_picture_are_left_out(mesh):
+    fine = holed_square(60)
+
+    def edge_colors(**options):
+        return {to_hex(color) for color in triangles_of(mesh_figure(fine, PlotOptions(**options))).get_edgecolor()}
+
+    assert edge_colors(color="none") == {INK}
+    assert edge_colors(color="none", dpi=12) == {BARE}
+    assert edge_colors(color="none", dpi=12, edges=True) == {INK}
+    assert edge_colors(color="none", edges=False) == {BARE}
+    drawn = triangles_of(mesh_figure(fine, PlotOptions(dpi=12)))
+    drawn.update_scalarmappable()
+    assert np.array_equal(drawn.get_edgecolor(), drawn.get_facecolor())
+
+
+def test_a_view_shows_its_part_of_the_mesh_only(mesh):
+    x0, y0 = mesh.points.min(axis=0)
+    view = (x0 - 0.1, y0 - 0.1, x0 + 0.7, y0 + 0.4)
+    figure = mesh_figure(mesh, PlotOptions(view=view))
+    corners = mesh.points[mesh.triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    reaching = [i for i in range(len(corners)) if (low[i] < view[2:]).all() and (high[i] > view[:2]).all()]
+    assert 0 < len(reaching) < len(corners) / 4
+    assert np.array_equal([path.vertices[:3] for path in triangles_of(figure).get_paths()], corners[reaching])
+    assert figure.axes[0].get_xlim() == (view[0], view[2])
+    assert figure.axes[0].get_ylim() == (view[1], view[3])
+    assert legend_of(figure) == ["bottom", "left"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"color": "qualty"}, "no 'qualty': did you mean 'quality'.* allowed: quality, .*count, height, flow"),
+        ({"color": "spacing"}, "no target_spacing"),
+        ({"colormap": "virdis"}, "'virdis' is unknown: did you mean 'viridis'"),
+        ({"style": "papr"}, "did you mean 'paper'"),
+        ({"view": (9, 9, 10, 10)}, r"no triangle is there: the mesh covers \[0.333333, 3.33333\] x \[-3.14159, "),
+        ({"view": (1, 0, 0, 1)}, "x0 < x1"),
+        ({"view": (0, 0, np.inf, 1)}, "x0 < x1"),
+        ({"limits": (1, 1)}, "first less than the second"),
+        ({"width": 5}, "width: is 5: it has to be between 10 and 2400"),
+        ({"dpi": np.nan}, "dpi: is nan"),
+        ({"dpi": 2400, "width": 2000}, "pixels long"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(mesh, data, options, message):
+    known = MeshData({"count": data.cells["count"]}, data.points)
+    with pytest.raises(CaseError, match=message):
+        mesh_figure(mesh, PlotOptions(**options), known)
+
+
+def test_a_mesh_without_labels_regions_or_area(mesh):
+    bare = dataclasses.replace(mesh, facets=mesh.facets[:0], facet_labels=mesh.facet_labels[:0], labels=(), regions=())
+    for color, what in (("label", "no labelled edges"), ("material", "no regions")):
+        with pytest.raises(CaseError, match=what):
+            mesh_figure(bare, PlotOptions(color=color))
+    with pytest.raises(CaseError, match="no area"):
+        mesh_figure(dataclasses.replace(mesh, points=mesh.points * [1, 0]))
+
+
+def test_a_mesh_of_the_programming_interface_is_drawn_with_its_fields(mesh, data, tmp_path):
+    mine = bubblemesh.Mesh.of(mesh)
+    figure = mine.plot(tmp_path / "a.pdf", color="spacing", style="paper", fields=data.cells, edges=False)
+    assert (tmp_path / "a.pdf").stat().st_size > 1000
+    assert len(triangles_of(figure).get_paths()) == len(mesh.triangles)
+
+
+# Files of other programs
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if not name.startswith(("nodes", "openfoam"))])
+def test_labels_regions_and_data_of_all_formats_are_found(name, mesh, data, tmp_path):
+    fields = {"quality": radius_ratios(mesh.points, mesh.triangles), "target_spacing": data.cells["target_spacing"]}
+    path = tmp_path / f"a{FORMATS[name].files[0]}"
+    write_file(mesh, fields, {}, path)
+    read, points, triangles = read_foreign(path), *read_triangles(path)[:2]
+    assert np.array_equal(read.mesh.points, points)
+    assert np.array_equal(read.mesh.triangles, triangles)
+    if name != "su2":  # which leaves regions out
+        counts = dict(zip(read.mesh.regions, np.bincount(read.mesh.triangle_regions).tolist(), strict=True))
+        wanted = np.bincount(mesh.triangle_regions).tolist()
+        named = name.startswith(("msh", "xdmf", "inp", "med"))
+        assert counts == dict(zip(mesh.regions if named else ("region 6", "region 7"), wanted, strict=True))
+    if name in {"vtu", "vtk", "xdmf", "dat"}:
+        assert np.allclose(read.cell_data["target_spacing"], fields["target_spacing"], rtol=1e-15)
+        assert read.mesh.labels == ()
+    elif not name.startswith("inp"):
+        counts = dict(zip(read.mesh.labels, np.bincount(read.mesh.facet_labels).tolist(), strict=True))
+        named = name.startswith(("msh", "med")) and name != "mesh"
+        labels = mesh.labels if named else [f"label {k}" for k in range(1, 6)]
+        assert counts == dict(zip(labels, np.bincount(mesh.facet_labels).tolist(), strict=True))
+
+
+def test_of_overlapping_sets_of_cells_the_smallest_counts(tmp_path):
+    points = [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (2, 1)]
+    cells = [("triangle", [(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 2)])]
+    sets = {"all but one": [[0, 1, 2]], "first": [[0]], "second": [[1]]}
+    meshio.Mesh(points, cells, cell_sets=sets).write(tmp_path / "a.inp")
+    read = read_foreign(tmp_path / "a.inp").mesh
+    names = [read.regions[k] for k in read.triangle_regions]
+    assert names == ["first", "second", "all but one", "no region"]
+
+
+def test_damaged_edges_and_those_beside_the_triangles(tmp_path):
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 5, 0)]
+    tags = {"gmsh:physical": [np.array([3, 4]), np.array([9])], "gmsh:geometrical": [np.array([1, 1]), np.array([1])]}
+    good = meshio.Mesh(points, [("line", [(0, 1), (0, 3)]), ("triangle", [(0, 1, 2)])], cell_data=tags)
+    good.write(tmp_path / "good.msh", file_format="gmsh22", binary=False)
+    read = read_foreign(tmp_path / "good.msh").mesh
+    assert (read.labels, len(read.facets)) == (("label 3",), 1)
+    text = (tmp_path / "good.msh").read_text().replace("1 1 2 3 1 1 2", "1 1 2 3 1 1 9")
+    (tmp_path / "bad.msh").write_text(text)
+    with pytest.raises(FileError, match=r"bad\.msh: .*damaged|bad\.msh: is no mesh"):
+        read_foreign(tmp_path / "bad.msh")
+
+
+# The command
+
+
+@pytest.fixture
+def vtu(mesh, data, tmp_path):
+    write_file(mesh, {"target_spacing": data.cells["target_spacing"]}, {}, tmp_path / "a.vtu")
+    return tmp_path / "a.vtu"
+
+
+def test_plot_writes_the_picture_that_is_named(vtu, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("plot", "a.vtu") == (0, "files      a.png\n")
+    assert run("plot", "a.vtu", "-o", "new/a.pdf", "--style", "paper", "--color", "spacing", "--nodes")[0] == 0
+    assert (
+        run("plot", "a.vtu", "-o", "b.svg", "--view", "0", "-4", "2", "-1", "--range", "0", "1", "--title", "B")[0] == 0
+    )
+    assert (tmp_path / "new/a.pdf").read_bytes().startswith(b"%PDF")
+    assert "<svg" in (tmp_path / "b.svg").read_text()
+    assert png_size(tmp_path / "a.png")[0] > 800
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exit_code", "message"),
+    [
+        (["-o", "a.gif"], 2, "error: a.gif: unknown ending '.gif' for a picture: choose one of .png, .svg, .pdf\n"),
+        (["--color", "flux"], 2, "error: --color: the mesh has no 'flux': allowed: quality, "),
+        (["--color", "flux"], 2, "material, none, target_spacing\n"),
+        (["--style", "poster"], 2, "error: --style: 'poster' is unknown: allowed: screen, paper"),
+        (["--dpi", "0"], 2, "error: --dpi: is 0: "),
+        (["--range", "2", "1"], 2, "error: --range: give two numbers"),
+        (["-o", "a.vtu/b.png"], 5, "a.vtu"),
+    ],
+)
+def test_errors_of_plot_name_the_option(arguments, exit_code, message, vtu, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said = run("plot", "a.vtu", *arguments)
+    assert code == exit_code
+    assert message in said
+    assert not {".png", ".svg", ".pdf", ".gif"} & {path.suffix for path in tmp_path.rglob("*")}
+
+
+def test_a_file_that_is_no_mesh_is_not_drawn(tmp_path):
+    (tmp_path / "a.vtu").write_text("no mesh")
+    assert run("plot", tmp_path / "a.vtu", "-o", tmp_path / "a.png")[0] == 5
+    assert run("plot", tmp_path / "b.vtu")[0] == 5
+    assert not (tmp_path / "a.png").exists()

@@ -1,0 +1,186 @@
+"""Pictures of the wanted spacing, and what an estimate tells."""
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from commands import within
+from invariants import check_mesh
+from matplotlib.colors import LogNorm, Normalize
+
+from bubblemesh.case import load_case
+from bubblemesh.pictures.spacing_plots import draw_spacing, spacing_figure
+from bubblemesh.problem.problem import prepared
+from bubblemesh.run.preview import previewed
+from bubblemesh.run.report import estimate
+
+WIDE = """
+name: wide
+domain: {outer: {rectangle: [0, 0, 2, 1], labels: [s, e, n, w]}, holes: [{circle: {center: [1.5, 0.5], radius: 0.2}}]}
+spacing: "0.01 + 0.3*hypot(x - 0.5, y - 0.25)"
+"""
+NARROW = WIDE.replace("0.01 +", "0.3 +")
+UNIFORM = WIDE.replace('"0.01 + 0.3*hypot(x - 0.5, y - 0.25)"', "0.1")
+STEEP = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}, holes: [{circle: {center: [1.5, 0.5], radius: 0.02}}]}
+spacing: {value: "x < 0.5 ? 0.02 : 0.2", growth: 0.2, nodes: 700}
+""".replace("x < 0.5 ? 0.02 : 0.2", "0.02 if x < 0.5 else 0.2")
+REFINED = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}, holes: [{circle: {center: [1.5, 0.5], radius: 0.02}}]}
+spacing: 0.2
+"""
+
+
+def problem_of(text, *overrides):
+    return prepared(load_case("-", text=text, overrides=overrides))
+
+
+def figure_of(problem, title=None):
+    shown = previewed(problem)
+    return spacing_figure(shown.mesh, shown.spacing, (shown.extremes[:2], shown.extremes[2:]), title)
+
+
+@pytest.mark.parametrize("spacing", ["1e-5 + 0.3*hypot(x - 0.5, y - 0.25)", "0.004", "50"])
+def test_the_mesh_of_a_picture_is_never_large_and_never_coarse(spacing):
+    shown = previewed(problem_of(WIDE, f"spacing={spacing}"))
+    check_mesh(shown.mesh)
+    assert 2000 < len(shown.mesh.points) < 40_000
+    assert shown.mesh.labels == ("s", "e", "n", "w", "hole-1")
+
+
+def test_values_and_extremes_are_those_that_the_packing_goes_by():
+    problem = problem_of(REFINED)
+    shown = previewed(problem)
+    np.testing.assert_allclose(shown.spacing, problem.spacing(shown.mesh.points))
+    assert shown.extremes.maximum == pytest.approx(0.2)
+    assert shown.extremes.minimum == pytest.approx(0.02 * np.pi / 3, rel=0.05)
+    assert np.hypot(shown.extremes.minimum_at[0] - 1.5, shown.extremes.minimum_at[1] - 0.5) < 0.03
+
+
+@pytest.mark.parametrize(("text", "norm"), [(WIDE, LogNorm), (NARROW, Normalize)])
+def test_colours_tell_the_spacing(text, norm):
+    problem = problem_of(text)
+    figure = figure_of(problem)
+    axes, bar = figure.axes
+    colours = axes.collections[-1]
+    assert type(colours.norm) is norm
+    assert bar.get_ylabel() + bar.get_xlabel() == "spacing d"
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[::-1] / 255
+    for point in ((0.3, 0.8), (1.0, 0.2), (1.9, 0.9), (0.1, 0.1)):
+        column, row = np.rint(axes.transData.transform(point)).astype(int)
+        wanted = mpl.colormaps["viridis"](colours.norm(problem.spacing(np.array([point]))[0]))
+        np.testing.assert_allclose(pixels[row, column, :3], wanted[:3], atol=0.03)
+    column, row = np.rint(axes.transData.transform((1.5, 0.5))).astype(int)
+    np.testing.assert_allclose(pixels[row, column, :3], 1)  # the hole
+
+
+@pytest.mark.parametrize("low", [1.1e-6, 0.0013, 0.02, 70])
+@pytest.mark.parametrize("ratio", [4.5, 9.9, 11, 80, 990, 1100, 1e6, 1e12])
+@pytest.mark.parametrize("turn", [1, -1])
+def test_numbers_at_a_long_scale_keep_apart(low, ratio, turn):
+    shown = previewed(problem_of("domain: {outer: {rectangle: [0, 0, 3, 1]}}\nspacing: 1\n"))
+    x, y = shown.mesh.points[:, ::turn].T
+    mesh = replace(shown.mesh, points=np.column_stack([x, y]))
+    places = mesh.points[shown.spacing.argmin()], mesh.points[-1]
+    high = ratio * low
+    figure = spacing_figure(mesh, low * ratio ** (x / x.max()), ((low, places[0]), (high, places[1])))
+    figure.canvas.draw()
+    axis = figure.axes[1].xaxis if turn == 1 else figure.axes[1].yaxis
+    ticks = [tick.label1 if turn == 1 else tick.label2 for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())]
+    ends = [text for text in ticks if text.get_text() and low <= float(text.get_text()) <= high]
+    assert len(ends) >= 2
+    boxes = sorted(text.get_window_extent().extents[[0, 2] if turn == 1 else [1, 3]].tolist() for text in ends)
+    assert all(one[1] < other[0] for one, other in pairwise(boxes))
+
+
+def test_extremes_are_marked_where_they_are():
+    problem = problem_of(WIDE)
+    axes = figure_of(problem, "A title").axes[0]
+    places = [line.get_xydata()[0] for line in axes.lines]
+    np.testing.assert_allclose(places, [(0.5, 0.25), problem.packed.maximum_at], atol=1e-3)
+    assert [text.get_text() for text in axes.texts] == ["least 0.01", f"largest {problem.packed.maximum:.4g}"]
+    assert axes.get_title() == "A title"
+    assert {text.get_text() for text in axes.get_legend().get_texts()} == {"s", "e", "n", "w", "hole-1"}
+
+
+def test_a_uniform_spacing_has_one_colour_and_no_marks():
+    axes, _ = figure_of(problem_of(UNIFORM)).axes
+    assert len(axes.lines) == len(axes.texts) == 0
+    assert axes.collections[-1].norm.vmin < 0.1 < axes.collections[-1].norm.vmax
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_same_problem_same_bytes(tmp_path, ending):
+    shown = previewed(problem_of(WIDE))
+    for name in ("a", "b"):
+        path = tmp_path / name / f"d.{ending}"
+        draw_spacing(shown.mesh, shown.spacing, (shown.extremes[:2], shown.extremes[2:]), path, "wide")
+    assert (tmp_path / "a" / f"d.{ending}").read_bytes() == (tmp_path / "b" / f"d.{ending}").read_bytes()
+
+
+def test_an_estimate_tells_what_the_rules_changed_and_the_scale():
+    found = estimate(problem_of(STEEP))
+    assert found["budget"]["nodes"] == 700
+    assert found["expected_nodes"] == pytest.approx(700, rel=0.01)
+    assert found["rules"]["ratio"] > 3
+    x, y = found["rules"]["ratio_at"]
+    assert np.hypot(x - 1.5, y - 0.5) < 0.05  # the tight curve is finer than the step
+    assert "rules" not in estimate(problem_of(UNIFORM))
+
+
+def test_an_estimate_tells_the_extremes_of_both_spacings():
+    found = estimate(problem_of(REFINED))
+    assert (found["spacing"]["minimum"], found["spacing"]["maximum"]) == (0.2, 0.2)
+    assert found["packed_spacing"]["minimum"] == pytest.approx(0.021, abs=0.001)
+    assert "packed_spacing" not in estimate(problem_of(UNIFORM))
+    assert problem_of(UNIFORM).packed.maximum == 0.1
+
+
+# The commands
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "wide.yaml").write_text(WIDE)
+    return tmp_path
+
+
+def command(*arguments, folder):
+    done = within(*arguments, folder=folder)
+    done.stdout, done.stderr = done.stdout.decode(), done.stderr.decode()
+    return done
+
+
+@pytest.mark.parametrize("start", [["check", "wide.yaml"], ["run", "wide.yaml", "--dry-run"]], ids=["check", "dry run"])
+def test_the_picture_is_drawn_and_told(folder, start):
+    done = command(*start, "--plot", "pictures/d.svg", "--json", folder=folder)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["plot"] == "pictures/d.svg"
+    assert report["spacing"]["minimum_at"] == pytest.approx([0.5, 0.25], abs=1e-3)
+    assert "least 0.01" in (folder / "pictures" / "d.svg").read_text()
+    assert "d.svg in pictures" in done.stderr
+    assert "packed     0.01 at (0.5, 0.25) to 0.4" in done.stderr
+    assert sorted(path.name for path in folder.iterdir()) == ["pictures", "wide.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exit_code", "message"),
+    [
+        (["check", "wide.yaml", "--plot", "d.jpg"], 2, "d.jpg: unknown ending '.jpg' for a picture"),
+        (["run", "wide.yaml", "--plot", "d.png"], 2, "--plot: draws the spacing of a dry run: add --dry-run"),
+        (["check", "wide.yaml", "--plot", "wide.yaml/d.png"], 5, "cannot write into wide.yaml"),
+        (["check", "wide.yaml", "--set", "spacing=-x", "--plot", "d.png"], 2, "spacing: is -"),
+    ],
+)
+def test_errors_leave_no_picture(folder, arguments, exit_code, message):
+    done = command(*arguments, folder=folder)
+    assert done.returncode == exit_code, done.stderr
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in Path(folder).iterdir()] == ["wide.yaml"]

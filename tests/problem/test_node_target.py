@@ -1,0 +1,261 @@
+"""A number of nodes instead of a length: the search for the scale, and meshes that have the nodes."""
+
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from examples import BARE
+from invariants import check_mesh
+from paths import ROOT
+
+import bubblemesh
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.node_target import Scales, Scaling, next_aim, scaled_to
+from bubblemesh.problem.problem import prepared
+from bubblemesh.spacing.spacing import Spacing
+
+TEETH = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+STAR = np.round(np.where(np.arange(60) % 2, 1, 0.9) * np.array([np.cos(TEETH), np.sin(TEETH)]), 6).T.tolist()
+COMB = [[0, 0], [2, 0], [2, 1], [1.6, 1], [1.6, 0.2], [1.2, 0.2], [1.2, 1], [0.8, 1], [0.8, 0.2], [0.4, 0.2]]
+DOMAINS = {
+    **BARE,
+    "disc": "domain: {outer: {circle: {center: [1e6, 2], radius: 1e-3}}}\nspacing: 7\n",
+    "comb": f"domain: {{outer: {{polygon: {[*COMB, [0.4, 1], [0, 1]]}}}}}\nspacing: 0.1\n",
+    "regions": """
+domain:
+  outer: {rectangle: [0, 0, 2, 1]}
+  regions: [{name: fine, ring: {circle: {center: [0.6, 0.5], radius: 0.3}}, spacing: 0.01}]
+  lines: [{path: [[1.2, 0.2], [1.8, 0.8]]}]
+spacing: 0.05
+""",
+    "ruled": """
+domain: {outer: {rectangle: [0, 0, 2, 1]}, holes: [{circle: {center: [0.5, 0.5], radius: 0.1}}]}
+spacing: {value: 1 + x, per_circle: 24, across: 3, growth: 0.2, minimum: 0.004, maximum: 0.06}
+""",
+}
+
+
+def report_of(text, *overrides):
+    return bubblemesh.mesh_case(load_case("budget.yaml", text=text, overrides=overrides)).report
+
+
+def with_nodes(text, nodes, *overrides):
+    return report_of(text, f"spacing.nodes={nodes}", *overrides)
+
+
+@pytest.mark.parametrize(
+    ("name", "nodes"), [*((name, 150) for name in DOMAINS if name != "ruled"), ("ruled", 900), ("dense", 3000)]
+)
+def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
+    report = with_nodes(DOMAINS[name], nodes)
+    assert abs(report["nodes"] - nodes) <= 0.02 * nodes
+    assert report["budget"]["nodes"] == nodes
+    assert {"scale": report["budget"]["scale"], "nodes": report["nodes"]} in report["budget"]["attempts"]
+    assert not any("asked for" in warning for warning in report["warnings"])
+
+
+@pytest.mark.parametrize("method", ["bpm", "accelerated"])
+def test_published_methods_have_them_too(method):
+    report = with_nodes(BARE["1"], 200, f"method={method}", "schedule.iterations=100", "schedule.rounds=5")
+    assert abs(report["nodes"] - 200) <= 4
+    assert len(report["budget"]["attempts"]) > 1
+
+
+def test_the_scale_that_is_reported_is_that_of_the_spacing():
+    report = with_nodes(BARE["1"], 300)
+    again = report_of(BARE["1"], f"spacing.scale={report['budget']['scale']!r}")
+    assert again["nodes"] == report["nodes"]
+    assert again["quality"] == report["quality"]
+
+
+def test_spacings_of_regions_are_scaled_too():
+    plain, scaled = (
+        prepared(load_case("a.yaml", text=DOMAINS["regions"], overrides=overrides))
+        for overrides in ([], ["spacing.nodes=400", "spacing.scale=7"])
+    )
+    points = np.array([[0.6, 0.5], [0.55, 0.6], [1.5, 0.9], [1.9, 0.1]])
+    np.testing.assert_allclose(scaled.wanted(points), scaled.budget.scale * plain.wanted(points))
+
+
+def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
+    one, other = (with_nodes(BARE["3"], 300, f"spacing.scale={scale}") for scale in (1, 1e-7))
+    assert one["budget"] == other["budget"]
+
+
+def test_limits_of_the_spacing_hold():
+    problem = prepared(load_case("a.yaml", text=DOMAINS["ruled"], overrides=["spacing.nodes=1500"]))
+    assert problem.survey.minimum >= 0.004 * 0.999
+    assert problem.survey.maximum <= 0.06
+    assert problem.expected_nodes == pytest.approx(1500, rel=0.01)
+
+
+def test_a_minimum_that_allows_no_such_number_is_an_error_with_the_most_there_can_be():
+    with pytest.raises(CaseError, match=r"spacing.nodes: 5000 nodes are more than the minimum .* about 9\d\d:"):
+        prepared(load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=5000", "spacing.minimum=0.1"]))
+
+
+@pytest.mark.parametrize(
+    ("text", "needed"),
+    [
+        (f"domain: {{outer: {{polygon: {STAR}}}}}\nspacing: 1\n", r"9\d"),
+        (BARE["1"].replace("0.1", "{value: 0.1, maximum: 0.2}"), r"26\d"),
+    ],
+    ids=["vertices", "maximum"],
+)
+def test_too_few_nodes_for_the_boundary_or_the_rules_are_an_error_with_the_fewest(text, needed):
+    with pytest.raises(LimitError, match=rf"spacing.nodes: 40 nodes are too few: .* at least about {needed}:"):
+        prepared(load_case("a.yaml", text=text, overrides=["spacing.nodes=40"]))
+
+
+def test_slopes_go_with_the_scale_which_a_warning_tells():
+    outline = "[[0, 0], [0, -1], [1, -1], [1, 1], [-1, 1], [-1, 0]]"
+    text = f"domain: {{outer: {{polygon: {outline}}}}}\nspacing: {{near: {{point: [0, 0], size: 0.01}}, nodes: 60}}\n"
+    problem = prepared(load_case("a.yaml", text=text))
+    (warning,), scale = problem.warnings, problem.budget.scale
+    assert warning.startswith(f"the spacing, times {scale:.3g} for the wanted number of nodes, grows by ")
+    assert f" grows by {0.2 * scale:.2g} per length " in warning
+
+
+@pytest.mark.parametrize(
+    "terms", ["", "near: {point: [0.3, 0.3], size: 0.01}, ", "regions: {domain: 0.1}, growth: 0.1, "]
+)
+def test_without_a_value_the_nodes_decide_on_the_maximum(terms):
+    report = with_nodes(BARE["1"].replace("0.1", f"{{{terms}maximum: 0.1}}"), 1500)
+    assert report["nodes"] == pytest.approx(1500, rel=0.02)
+    assert report["budget"]["scale"] < 1
+
+
+def test_more_nodes_than_the_limit_are_an_error():
+    with pytest.raises(LimitError, match=r"limits.max_nodes: spacing.nodes asks for 500, more than the limit of 400"):
+        with_nodes(BARE["1"], 500, "limits.max_nodes=400")
+
+
+def test_what_no_mesh_meets_is_met_as_nearly_as_can_be_and_told():
+    report = with_nodes(f"domain: {{outer: {{polygon: {STAR}}}}}\nspacing: 1\n", 100)
+    (warning,) = [warning for warning in report["warnings"] if "asked for" in warning]
+    assert f"{report['nodes']} nodes, {report['nodes'] - 100:.1f}% more than the 100" in warning
+    assert report["nodes"] == min(attempt["nodes"] for attempt in report["budget"]["attempts"])
+    assert len({attempt["scale"] for attempt in report["budget"]["attempts"]}) > 1
+
+
+def test_time_of_all_attempts_is_told():
+    seconds = with_nodes(BARE["1"], 200, "method=accelerated", "schedule.iterations=100")["seconds"]
+    parts = [value for stage, value in seconds.items() if stage != "total"]
+    assert seconds["total"] == pytest.approx(sum(parts))
+    assert seconds["other_attempts"] > seconds["placement"]
+
+
+def test_same_case_same_mesh():
+    case = load_case("a.yaml", text=BARE["4"], overrides=["spacing.nodes=200"])
+    one, other = (bubblemesh.mesh_case(case).mesh for _ in range(2))
+    assert one.points.tobytes() == other.points.tobytes()
+
+
+@pytest.mark.parametrize("spacing", [3.0, "1 + x**2", lambda x, y: 1 + x * x])
+def test_python_programs_give_a_number_too(spacing):
+    mesh = bubblemesh.mesh(Domain.of(rings.rectangle(0, 0, 2, 1)), spacing, nodes=500)
+    check_mesh(mesh)
+    assert len(mesh.points) == pytest.approx(500, rel=0.02)
+
+
+@pytest.mark.parametrize("nodes", [2, -1, 100.5, True, "many"])
+def test_python_programs_get_an_error_for_what_is_no_number_of_nodes(nodes):
+    with pytest.raises(CaseError, match="nodes: must be a whole number of at least 3"):
+        bubblemesh.mesh(Domain.of(rings.rectangle(0, 0, 2, 1)), 0.1, nodes=nodes)
+
+
+class TestSearch:
+    """The search alone, with made-up numbers of nodes."""
+
+    scales = Scales(lambda u: float(np.log(1e4 * np.exp(-2 * u) + 30 * np.exp(-u) + 3)))
+
+    @pytest.mark.parametrize(
+        "count",
+        [
+            lambda s: 1.1e4 * s**-2 + 40 / s,
+            lambda s: 3e3 * s**-2 + 500,
+            lambda s: np.round(1e4 * s**-2),
+            lambda s: 2e4 * np.maximum(s, 1) ** -2 + 100 * s**-1.0,
+            lambda s: 7e3 * s**-1.5 * (1 + 0.02 * np.sin(20 * s)),
+            lambda s: np.where(s < 1, np.inf, 1e5 * s**-2),
+        ],
+    )
+    @pytest.mark.parametrize("nodes", [1000, 30_000])
+    def test_it_finds_the_scale_in_few_trials(self, count, nodes):
+        tried = []
+
+        def counted(scale):
+            tried.append(scale)
+            return float(count(scale))
+
+        scale = scaled_to(nodes, self.scales, counted)
+        assert count(scale) == pytest.approx(nodes, rel=0.006)
+        assert len(tried) <= 9
+        assert scale == tried[-1]
+
+    def test_a_number_out_of_reach_is_an_error_unless_the_nearest_will_do(self):
+        with pytest.raises(LimitError, match="at least about 700"):
+            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, asked="nodes")
+        scale = scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2)
+        assert scale > 50
+
+    def test_a_number_always_too_large_to_count_is_an_error(self):
+        with pytest.raises(LimitError, match="need far more"):
+            scaled_to(500, self.scales, lambda s: np.inf, asked="nodes")
+
+    def test_a_jump_across_the_number_ends_the_search(self):
+        scale = scaled_to(1000, self.scales, lambda s: 800.0 if s > 3 else 1300.0)
+        assert scale == pytest.approx(3, rel=0.1)
+
+    def test_the_secant_stays_between_both_sides(self):
+        assert next_aim([(1.0, 5.0)], 4.0) == 0.0
+        assert next_aim([(0.0, 0.0), (1.0, 2.0)], 1.0) == 0.5
+        assert next_aim([(0.0, 0.0), (1.0, np.inf)], 9.0) == 0.5
+        assert next_aim([(0.0, 1.0), (1.0, 1.0)], 1.2) > 1.0
+
+
+def test_rough_numbers_fall_with_the_scale():
+    scales = Scaling(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x))).scales()
+    fewest, most = scales.ends
+    assert fewest == pytest.approx(np.log(3), rel=1e-2)
+    assert most > 60
+    for aim in (fewest, np.log(1e5), most):
+        assert scales.rough(np.log(scales.at(aim))) == pytest.approx(aim, abs=1e-6)
+
+
+# The page
+
+PAGE = (ROOT / "docs" / "spacing.md").read_text()
+SECTIONS = {
+    title: PAGE.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
+    for title in ("A number of nodes", "A picture of the spacing")
+}
+
+
+def test_the_case_of_the_page_has_its_nodes_and_its_scale_gives_the_same_mesh():
+    (text,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
+    one = bubblemesh.mesh_case(load_case("plate.yaml", text=text))
+    assert len(one.mesh.points) == pytest.approx(2000, rel=0.02)
+    scaled = text.replace("nodes: 2000", f"scale: {one.report['budget']['scale']!r}")
+    other = bubblemesh.mesh_case(load_case("plate.yaml", text=scaled))
+    assert one.mesh.points.tobytes() == other.mesh.points.tobytes()
+
+
+def test_the_command_of_the_page_draws(tmp_path):
+    (case,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
+    (command,) = re.findall(r"```sh\nbubblemesh (.*?)\n```", SECTIONS["A picture of the spacing"])
+    (tmp_path / "plate.yaml").write_text(case)
+    run = [sys.executable, "-m", "bubblemesh", *command.split(), "--json"]
+    found = json.loads(subprocess.run(run, cwd=tmp_path, check=True, capture_output=True, timeout=120).stdout)
+    assert (tmp_path / "spacing.png").stat().st_size > 10_000
+    keys = re.findall(
+        r"`(\w+)`", SECTIONS["A picture of the spacing"].partition("has it all")[2].partition("`--plot")[0]
+    )
+    assert set(keys) - {"packed_spacing", "rules"} <= set(found)  # these where something was made finer
+    assert len(keys) == 5

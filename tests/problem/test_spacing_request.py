@@ -1,0 +1,224 @@
+"""The spacing of a case, bound to its domain: exact values of every kind of term, and errors with their keys."""
+
+import numpy as np
+import pytest
+import shapely
+from partitions import domain_of
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError
+from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.python_input import spacing_of
+from bubblemesh.problem.spacing import wanted_of
+
+DOMAIN = """
+parameters: {h: 0.1}
+domain:
+  outer: {rectangle: [0, 0, 4, 2], labels: [bottom, right, top, left]}
+  region: matrix
+  regions:
+    - {name: core, ring: {rectangle: [2, 0.5, 3, 1.5]}}
+    - {name: seed, ring: {rectangle: [2.2, 0.7, 2.6, 1.1]}OWN}
+  holes:
+    - {circle: {center: [1, 1], radius: 0.3}, label: bore}
+  lines:
+    - {path: [[0.2, 1.7], [0.8, 1.7]], label: crack}
+  points:
+    - {at: [3.5, 1.5], label: well}
+"""
+BOUND = domain_of(DOMAIN.replace("OWN", ""))
+X, Y = np.random.default_rng(1).uniform([0, 0], [4, 2], (600, 2)).T
+OUTSIDE_BORE = np.hypot(X - 1, Y - 1) > 0.3
+X, Y = X[OUTSIDE_BORE], Y[OUTSIDE_BORE]
+POINTS = np.column_stack([X, Y])
+
+BORE = np.hypot(X - 1, Y - 1) - 0.3
+WELL = np.hypot(X - 3.5, Y - 1.5)
+CRACK = np.hypot(X - np.clip(X, 0.2, 0.8), Y - 1.7)
+CORE = (X > 2) & (X < 3) & (Y > 0.5) & (Y < 1.5)
+SEED = (X > 2.2) & (X < 2.6) & (Y > 0.7) & (Y < 1.1)
+CORE_RIM = np.abs(shapely.distance(shapely.points(POINTS), shapely.box(2, 0.5, 3, 1.5).exterior))
+WALL = np.min([X, 4 - X, Y, 2 - Y, BORE], axis=0)
+
+
+def wanted(spacing, own=""):
+    case = load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', own)}spacing: {spacing}\n")
+    return wanted_of(case, BOUND).at(None)
+
+
+def values(spacing, own=""):
+    return wanted(spacing, own)(POINTS)
+
+
+TERMS = [
+    ("{near: [{label: bore, size: 0.05, growth: 0.15}]}", 0.05 + 0.15 * BORE),
+    ("{near: [{label: bore, size: 0.05}]}", 0.05 + 0.2 * BORE),
+    ("{near: [{label: bore, size: 0.05}], growth: 0.3}", 0.05 + 0.3 * BORE),
+    ("{near: [{label: bore, size: 0.05, until: 0.4, growth: 0.1}]}", 0.05 + 0.1 * np.maximum(BORE - 0.4, 0)),
+    ("{near: [{label: crack, size: 0.05}]}", 0.05 + 0.2 * CRACK),
+    ("{near: [{label: core-rim, size: 0.05}]}", 0.05 + 0.2 * CORE_RIM),
+    ("{near: [{label: well, size: 0.03}]}", 0.03 + 0.2 * WELL),
+    (
+        "{near: [{label: left, size: 0.03}, {label: right, size: 0.06, growth: 0.1}]}",
+        np.minimum(0.03 + 0.2 * X, 0.06 + 0.1 * (4 - X)),
+    ),
+    ("{near: [{point: [0.5, 0.5], size: 0.03}], value: 0.2}", np.minimum(0.03 + 0.2 * np.hypot(X - 0.5, Y - 0.5), 0.2)),
+    ("{near: [{line: [[0, 0.5], [4, 0.5]], size: 0.05}]}", 0.05 + 0.2 * np.abs(Y - 0.5)),
+    ("{labels: {bore: 0.05, well: 0.04}}", np.minimum(0.05 + 0.2 * BORE, 0.04 + 0.2 * WELL)),
+    ("{labels: {bore: 0.05}, growth: 0.1, maximum: 0.2}", np.minimum(0.05 + 0.1 * BORE, 0.2)),
+    ("{labels: {bore: 0.05}, scale: 2}", 2 * (0.05 + 0.2 * BORE)),
+    ("{labels: {bore: 0.01}, minimum: 0.05, maximum: 0.3}", np.clip(0.01 + 0.2 * BORE, 0.05, 0.3)),
+    ("{value: 0.2, regions: {core: 0.1}}", np.where(CORE & ~SEED, 0.1, 0.2)),
+    (
+        "{value: 0.2, regions: {core: 0.1, seed: 0.15, matrix: 'h*(1 + x)'}}",
+        np.where(SEED, 0.15, np.where(CORE, 0.1, np.minimum(0.1 * (1 + X), 0.2))),
+    ),
+    ("{value: 0.05, regions: {core: 0.1}}", np.full(len(X), 0.05)),
+    (
+        "{regions: {core: 0.1, seed: 0.15, matrix: 'h + 0.1*distance(\"bore\")'}}",
+        np.where(SEED, 0.15, np.where(CORE, 0.1, 0.1 + 0.1 * BORE)),
+    ),
+    ("\"h + 0.1*distance('bore', 'well')\"", 0.1 + 0.1 * np.minimum(BORE, WELL)),
+    ("{value: \"h + 0.1*distance('crack')**2\"}", 0.1 + 0.1 * CRACK**2),
+    ("'h + 0.2*distance()'", 0.1 + 0.2 * WALL),
+]
+
+
+@pytest.mark.parametrize(("spacing", "expected"), TERMS, ids=[spacing for spacing, _ in TERMS])
+def test_values_are_exact(spacing, expected):
+    np.testing.assert_allclose(values(spacing), expected, rtol=1e-9)
+
+
+def test_the_finest_counts_on_the_rim_of_a_region():
+    rim = np.array([[2.0, 1.0], [3.0, 0.7], [2.5, 0.5], [2.2, 0.9]])
+    np.testing.assert_array_equal(wanted("{value: 0.2, regions: {core: 0.1, seed: 0.15}}")(rim), 0.1)
+    np.testing.assert_array_equal(wanted("{value: 0.2, regions: {matrix: 0.1}}")(rim), [0.1, 0.1, 0.1, 0.2])
+
+
+def test_a_spacing_of_a_region_stands_in_place_of_the_value():
+    found = values("{value: 0.2, near: [{label: left, size: 0.05, growth: 0.1}], scale: 0.5}", ", spacing: 0.3")
+    np.testing.assert_allclose(found, 0.5 * np.minimum(np.where(SEED, 0.3, 0.2), 0.05 + 0.1 * X), rtol=1e-12)
+    found = values("{labels: {left: 0.1}}", ", spacing: \"0.05 + 0.1*distance('left')\"")
+    np.testing.assert_allclose(
+        found, np.where(SEED, np.minimum(0.05 + 0.1 * X, 0.1 + 0.2 * X), 0.1 + 0.2 * X), rtol=1e-12
+    )
+
+
+UNKNOWN = [
+    (
+        "{near: [{label: bore, size: 1}, {label: boer, size: 1}]}",
+        "spacing.near.1.label: unknown label 'boer'; did you mean 'bore'? known: ",
+    ),
+    ("{labels: {matrix: 1}}", "spacing.labels.matrix: unknown label 'matrix'; "),
+    (
+        "{value: 1, regions: {kore: 1}}",
+        "spacing.regions.kore: unknown region 'kore'; did you mean 'core'? known: core, seed, matrix",
+    ),
+    ("{regions: {core: 'distance(\"x\")'}}", "spacing.regions.core: column 1: unknown label 'x'; "),
+    ("'0.1 + distance(\"x\")'", "spacing: column 7: unknown label 'x'; "),
+    ("{value: '0.1 + distance(\"x\")'}", "spacing.value: column 7: unknown label 'x'; "),
+]
+
+
+@pytest.mark.parametrize(("spacing", "message"), UNKNOWN, ids=[spacing for spacing, _ in UNKNOWN])
+def test_unknown_names_are_told_with_their_key_and_the_known_ones(spacing, message):
+    with pytest.raises(CaseError) as caught:
+        wanted(spacing)
+    assert str(caught.value).startswith(message)
+    if "label" in message:
+        assert all(name in str(caught.value) for name in ("bore", "left", "core-rim", "crack", "well"))
+
+
+def test_unknown_names_in_the_spacing_of_a_region_are_told_with_their_key():
+    with pytest.raises(CaseError, match=r"^domain.regions.1.spacing: column 1: unknown label 'x'"):
+        wanted("1", ", spacing: \"distance('x')\"")
+
+
+def test_a_region_without_any_limit_is_named_by_a_point():
+    with pytest.raises(CaseError, match=r"spacing: is inf at \("):
+        values("{regions: {core: 0.1}}")
+
+
+def test_terms_that_take_long_count_as_others_do():
+    text = """
+domain:
+  outer: {rectangle: [0, 0, 4, 2], label: wall}
+  holes:
+    - {ellipse: {center: [1, 1], radii: [0.4, 0.2], angle: 30}, label: a}
+    - {ellipse: {center: [3, 1], radii: [0.2, 0.4], angle: 30}, label: b}
+spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, growth: 0.4}, value: 0.25}
+"""
+    domain = domain_of(text.partition("spacing")[0])
+    spacing = wanted_of(load_case("plate.yaml", text=text), domain).at(None)
+    assert spacing.costly
+    a, b, wall = (domain.distance_to(POINTS, label) for label in ("a", "b", "wall"))
+    expected = np.min([0.02 + 0.2 * a, 0.05 + 0.2 * b, 0.03 + 0.4 * b, 0.1 + 0.2 * wall, np.full(len(X), 0.25)], axis=0)
+    np.testing.assert_allclose(spacing(POINTS), expected, rtol=1e-9)
+    assert spacing_of("0.1 + distance('a')", domain).at(None).costly
+    assert not spacing_of("0.1 + distance('wall')", domain).at(None).costly
+    assert not wanted("{labels: {bore: 0.1}}").costly
+    assert not wanted("{value: 0.1, per_circle: 36}").costly
+
+
+BAD = [
+    ("{value: 0.2, regions: {core: 'x - 2.5'}}", "", r"spacing\.regions\.core: is -"),
+    ("{value: 'x - 0.5', regions: {core: 0.1}, scale: 2}", "", r"spacing\.value: is -"),
+    ("{value: 'x - 0.5'}", "", r"spacing\.value: is -"),
+    ("'x - 0.5'", "", r"spacing: is -"),
+    ("{value: 0.2, labels: {bore: 0.1}, maximum: 1}", ", spacing: 'x - 2.4'", r"domain\.regions\.1\.spacing: is -"),
+    ("{maximum: 0.2, regions: {core: 'sqrt(x - 2.5)'}}", "", r"spacing\.regions\.core: is nan"),
+]
+
+
+@pytest.mark.parametrize(("spacing", "own", "message"), BAD)
+def test_the_term_that_is_no_spacing_is_named(spacing, own, message):
+    with pytest.raises(CaseError, match=f"^{message}") as caught:
+        values(spacing, own)
+    assert str(caught.value).startswith(f"{caught.value.about}: ")
+
+
+def test_places_where_it_may_be_fine_are_known():
+    terms = "{near: [{point: [1, 0.2], size: 0.1}, {line: [[0, 0.5], [4, 0.5]], size: 0.05}], labels: {well: 0.1}}"
+    found = wanted(terms).spots.tolist()
+    assert [found[k] for k in (0, 1, -2, -1)] == [[1, 0.2], [0, 0.5], [4, 0.5], [3.5, 1.5]]
+    assert {y for _, y in found[1:-1]} == {0.5}
+    assert len(wanted("0.1").spots) == 0
+
+
+def test_a_tiny_spot_is_not_passed_by():
+    text = f"{DOMAIN.replace('OWN', '')}spacing: {{value: 0.5, near: {{point: [3.01, 0.17], size: 1e-4, growth: 9}}}}\n"
+    problem = prepared(load_case("plate.yaml", text=text))
+    assert problem.packed.minimum == pytest.approx(1e-4, rel=0.05)
+
+
+SCALED = [
+    ("{maximum: 0.2, scale: 0.5}", np.full(len(X), 0.1)),
+    ("{maximum: 0.2, scale: 3}", np.full(len(X), 0.2)),
+    ("{labels: {bore: 0.05}, maximum: 0.2, scale: 0.5}", 0.5 * np.minimum(0.05 + 0.2 * BORE, 0.2)),
+    ("{value: 1, labels: {bore: 0.05}, maximum: 0.2, scale: 0.5}", np.minimum(0.5 * (0.05 + 0.2 * BORE), 0.2)),
+    ("{regions: {core: 0.1}, maximum: 0.2, scale: 0.5}", np.where(CORE & ~SEED, 0.05, 0.1)),
+]
+
+
+@pytest.mark.parametrize(("spacing", "expected"), SCALED, ids=[spacing for spacing, _ in SCALED])
+def test_without_a_value_the_maximum_is_scaled_like_one(spacing, expected):
+    np.testing.assert_allclose(values(spacing), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("terms", "at", "size"),
+    [
+        ("near: {point: [0.71, 0.43], size: 0.001, growth: 20}", (0.71, 0.43), 0.001),
+        ("near: {line: [[0.61, 0.83], [1.31, 0.83]], size: 0.002, growth: 20}", (1.111, 0.83), 0.002),
+        ("scattered: {points: [[0, 0, 0.2], [2, 0, 0.2], [2, 1, 0.2], [0, 1, 0.2], %s]}", (1.31, 0.62), 0.003),
+    ],
+)
+def test_small_spots_of_terms_are_not_passed_over(terms, at, size):
+    x, y = at
+    ring = ", ".join(f"[{x + u}, {y + v}, 0.2]" for u, v in ((0.01, 0), (-0.01, 0), (0, 0.01), (0, -0.01)))
+    points = f"[{x}, {y}, {size}], {ring}"
+    text = "domain: {outer: {rectangle: [0, 0, 2, 1]}}\nspacing: {maximum: 0.2, growth: 0.2, %s}"
+    problem = prepared(load_case("-", text=text % (terms % points if "%s" in terms else terms)))
+    away = np.add(at, [[0, 0], [0, 0.01], [0, 0.1]])
+    np.testing.assert_allclose(problem.spacing(away), size + 0.2 * np.array([0, 0.01, 0.1]), rtol=0.05)
+    assert problem.survey.minimum == pytest.approx(size, rel=0.01)

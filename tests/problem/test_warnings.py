@@ -1,0 +1,184 @@
+import re
+
+import numpy as np
+import pytest
+
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
+from bubblemesh.problem.warnings import narrow_parts, poor_result, refined_boundary, sharp_angles
+from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
+from bubblemesh.spacing.spacing import Spacing
+
+
+def uniform(d):
+    return Spacing(lambda x, y: np.full(x.shape, float(d)))
+
+
+NONE = Sources(np.zeros((0, 2)), np.zeros(0))
+RADIAL = Spacing(lambda x, y: np.hypot(x, y) / 8)
+SQUARE = rectangle(-1, -1, 1, 1)
+ECCENTRIC = path(
+    (0.1, 0),
+    [
+        LineTo((1, 0)),
+        ArcTo((-1, 0), (0, 0), True),
+        LineTo((-0.9, 0)),
+        ArcTo((0.1, 0), (-0.4, 0), False),
+    ],
+)
+HARMLESS = {
+    "square": (Domain.of(SQUARE), uniform(0.1)),
+    "coarse square": (Domain.of(SQUARE), uniform(0.9)),
+    "disc": (Domain.of(circle((0, 0), 1)), uniform(0.05)),
+    "coarse disc": (Domain.of(circle((0, 0), 1)), uniform(0.9)),
+    "annulus": (Domain.of(circle((0, 0), 2), [circle((0, 0), 0.5)]), RADIAL),
+    "rectangle": (Domain.of(rectangle(-1, -2, 1, 2)), uniform(0.1)),
+    "perforated square": (Domain.of(SQUARE, [circle((0, 0), 0.4)]), RADIAL),
+    "valley": (Domain.of(rectangle(-3, -3, 3, 3)), Spacing(lambda x, y: 0.2 * np.abs(np.hypot(x, y) - 2) + 0.15)),
+    "steep valley": (
+        Domain.of(rectangle(-3, -3, 3, 3)),
+        Spacing(lambda x, y: 0.35 * np.abs(np.hypot(x, y) - 2) + 0.05),
+    ),
+    "eccentric half annulus": (Domain.of(ECCENTRIC), uniform(0.05)),
+    "slot outside": (
+        Domain.of(polygon([(0, 0), (1, 0), (1, 1), (0.53, 1), (0.53, 0.5), (0.47, 0.5), (0.47, 1), (0, 1)])),
+        uniform(0.08),
+    ),
+}
+harmless = pytest.mark.parametrize(("domain", "spacing"), HARMLESS.values(), ids=HARMLESS)
+
+
+@harmless
+def test_no_false_alarm_of_sharp_angles(domain, spacing):
+    assert sharp_angles(domain) == []
+
+
+@harmless
+def test_no_false_alarm_of_narrow_parts(domain, spacing):
+    assert narrow_parts(domain, spacing) == []
+
+
+@pytest.mark.parametrize("degrees", [1, 3, 4.9])
+@pytest.mark.parametrize("turn", [0, 2.5, 4.3])
+def test_sharp_corner_is_named_with_its_angle(degrees, turn):
+    a = np.radians([0, degrees]) + turn
+    needle = polygon([(2, 3), *(np.array([2, 3]) + np.column_stack([np.cos(a), np.sin(a)]))])
+    assert sharp_angles(Domain.of(needle)) == [
+        f"the angle at (2, 3) is {degrees:.2g} degrees: triangles there are as sharp"
+    ]
+
+
+@pytest.mark.parametrize("degrees", [5.1, 45, 180, 355.1, 359])
+def test_other_corners_are_not_sharp(degrees):
+    a = np.radians(degrees * np.array([0, 0.25, 0.5, 0.75, 1]))
+    assert sharp_angles(Domain.of(polygon([(0, 0), *np.column_stack([np.cos(a), np.sin(a)])]))) == []
+
+
+def test_spike_of_a_hole_is_not_sharp_in_the_domain():
+    hole = polygon([(0, 0), (0.5, -0.01), (0.5, 0.01)])
+    assert sharp_angles(Domain.of(SQUARE, [hole])) == []
+
+
+@pytest.mark.parametrize(
+    ("outer", "holes", "place"),
+    [
+        (SQUARE, [circle((0.1, -0.5), 0.5)], r"\(0.1, -1\)"),
+        (circle((0, 0), 1), [circle((0.5 * np.cos(1), 0.5 * np.sin(1)), 0.5)], r"\(0.540\d+, 0.841\d+\)"),
+        (SQUARE, [circle((-0.3, 0.5), 0.3), circle((0.3, 0.5), 0.3)], r"\(.*, 0.5\)"),
+        (SQUARE, [polygon([(0.5, -1), (0.9, -0.99), (0.5, -0.5)])], r"\(0.5, -1\)"),
+    ],
+)
+def test_wedge_beside_a_contact_is_sharp(outer, holes, place):
+    (warning,) = sharp_angles(Domain.of(outer, holes))
+    assert re.search(place, warning)
+
+
+@pytest.mark.parametrize("angle", [0, 0.37, 1.48, 3, 5.2])
+def test_tangent_circles_make_wedges_of_no_angle(angle):
+    inner = circle((0.5 * np.cos(angle), 0.5 * np.sin(angle)), 0.5)
+    (warning,) = sharp_angles(Domain.of(circle((0, 0), 1), [inner]))
+    assert "is 0 degrees" in warning
+
+
+def test_wide_contact_is_not_sharp():
+    assert sharp_angles(Domain.of(SQUARE, [polygon([(0.5, -1), (0.9, -0.5), (0.1, -0.5)])])) == []
+
+
+NARROW = {
+    "thin plate": (Domain.of(rectangle(0, 0, 1, 0.04)), 0.08, 0.04),
+    "thin ring": (Domain.of(circle((0, 0), 1), [circle((0, 0), 0.95)]), 0.1, 0.05),
+    "hole near a wall": (Domain.of(SQUARE, [circle((0.7, 0), 0.28)]), 0.1, 0.02),
+    "hole near a hole": (Domain.of(SQUARE, [rectangle(-0.5, -0.5, -0.02, 0.5), circle((0.3, 0), 0.28)]), 0.1, 0.04),
+    "slot of the domain": (
+        Domain.of(polygon([(0, 0), (1, 0), (1, 1), (0.53, 1), (0.53, 2), (0.47, 2), (0.47, 1), (0, 1)])),
+        0.09,
+        0.06,
+    ),
+    "spacing larger than the domain": (Domain.of(SQUARE), 3, 2),
+}
+
+
+@pytest.mark.parametrize(("domain", "d", "width"), NARROW.values(), ids=NARROW)
+def test_narrow_wall_is_named_with_its_width(domain, d, width):
+    (warning,) = narrow_parts(domain, uniform(d))
+    words = warning.split()
+    assert words[:3] == ["the", "domain", "is"]
+    assert float(words[3]) == pytest.approx(width, rel=0.05)
+    assert f"narrower than the spacing there ({d:.3g})" in warning
+
+
+@pytest.mark.parametrize(("domain", "d", "width"), NARROW.values(), ids=NARROW)
+def test_walls_wider_than_the_spacing_are_not_narrow(domain, d, width):
+    assert narrow_parts(domain, uniform(0.9 * width)) == []
+
+
+def test_short_edges_are_counted_and_the_shortest_is_named():
+    domain = Domain.of(polygon([(0, 0), (1, 0), (1, 0.97), (0.96, 1), (0.02, 1), (0, 0.98)]))
+    (warning,) = refined_boundary(short_pieces(domain, uniform(0.1)), NONE)
+    assert "2 boundary edges are shorter than the spacing" in warning
+    assert "(0.0283) at (0.02, 1)" in warning
+
+
+def test_one_short_edge_is_not_a_plural():
+    domain = Domain.of(polygon([(0, 0), (1, 0), (1, 0.97), (0.96, 1), (0, 1)]))
+    (warning,) = refined_boundary(short_pieces(domain, uniform(0.1)), NONE)
+    assert "1 boundary edge is shorter than the spacing, the shortest (0.05) at (1, 0.97)" in warning
+
+
+def test_tight_curve_is_named():
+    domain = Domain.of(SQUARE, [circle((0, 0), 0.05)])
+    (warning,) = refined_boundary(NONE, coarse_curves(domain, uniform(0.2)))
+    assert "too coarse for the curve at" in warning
+    assert "reduced to 0.0524" in warning
+
+
+@harmless
+def test_boundary_that_fits_the_spacing_is_not_mentioned(domain, spacing):
+    if spacing(np.array([[1.0, 1.0]]))[0] == 0.08:
+        return  # the slot's end is shorter than its spacing
+    assert refined_boundary(short_pieces(domain, spacing), coarse_curves(domain, spacing)) == []
+
+
+def figures(nodes=1000, boundary=100, quality=0.7):
+    worst = [{"quality": quality, "at": (1.0, 2.0)}]
+    return {"quality": {"worst": worst}, "nodes": nodes, "boundary_nodes": boundary}
+
+
+def test_good_result_has_no_warnings():
+    assert poor_result(figures(), 1000.0) == []
+
+
+def test_poor_triangle_is_named():
+    assert poor_result(figures(quality=0.1), 1000.0) == ["the worst triangle, at (1, 2), has a quality of 0.100 only"]
+
+
+@pytest.mark.parametrize(("nodes", "warned"), [(880, True), (920, False), (1140, False), (1160, True), (90, True)])
+def test_node_count_is_compared_with_the_ideal_one(nodes, warned):
+    assert bool(poor_result(figures(nodes, boundary=80), 1000.0)) == warned
+    assert poor_result(figures(nodes, boundary=80), None) == []
+
+
+def test_mesh_without_inner_nodes_is_mentioned():
+    assert poor_result(figures(50, boundary=50), 50.0) == [
+        "all nodes are on the boundary: the spacing is too large for a node inside"
+    ]

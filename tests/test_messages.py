@@ -1,0 +1,22 @@
+"""Phrases that messages share."""
+
+import pytest
+
+from bubblemesh.messages import duration
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0123, "12 ms"),
+        (0.9996, "1 s"),
+        (12.34, "12.3 s"),
+        (59.97, "1 min 0 s"),
+        (119.7, "2 min 0 s"),
+        (185.2, "3 min 5 s"),
+        (3599.9, "1 h 0 min"),
+        (7500, "2 h 5 min"),
+    ],
+)
+def test_durations_are_in_the_unit_that_suits_them(seconds, text):
+    assert duration(seconds) == text
