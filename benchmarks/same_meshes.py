@@ -127,11 +127,13 @@ def steady(value: Any) -> Any:
     return [steady(entry) for entry in value] if isinstance(value, list) else value
 
 
-def meshed(package: Path) -> dict[str, Any]:
-    """Exit code, hashes of files and report of each case, by group and name."""
+def meshed(package: Path, only: list[str] | None) -> dict[str, Any]:
+    """Exit code, hashes of files and report of each case, by group and name; of all groups, or of some."""
     found: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         for group, cases in groups(Path(folder)):
+            if only and group not in only:
+                continue
             out = Path(folder, "out", group)
             command = [sys.executable, "-m", "bubblemesh", "batch", *map(str, cases), "-o", str(out), "-q"]
             environment = os.environ | {"PYTHONPATH": str(package)}
@@ -175,14 +177,20 @@ def main() -> None:
     action.add_argument("--record", type=Path, metavar="FILE")
     action.add_argument("--against", type=Path, metavar="FILE")
     parser.add_argument("--package", type=Path, default=ROOT, metavar="DIR")
+    parser.add_argument(
+        "--only", action="append", metavar="GROUP", help="such as quickstart, paper, gallery, generated"
+    )
     options = parser.parse_args()
-    now = meshed(options.package.resolve())
+    now = meshed(options.package.resolve(), options.only)
     digest = sha256(json.dumps({name: case["files"] for name, case in now.items()}, sort_keys=True).encode())
     print(f"{len(now)} cases, {sum(len(case['files']) for case in now.values())} files: {digest.hexdigest()}")
     if options.record:
         options.record.write_text(json.dumps(now, indent=1), encoding="utf-8")
         return
-    different = list(differences(json.loads(options.against.read_text(encoding="utf-8")), now))
+    before = json.loads(options.against.read_text(encoding="utf-8"))
+    if options.only:
+        before = {name: case for name, case in before.items() if name.rpartition("/")[0] in options.only}
+    different = list(differences(before, now))
     print(*different or ["all files and reports are the same"], sep="\n")
     raise SystemExit(1 if different else 0)
 

@@ -311,7 +311,7 @@ def test_the_message_names_the_file_and_not_the_staging_directory(tmp_path):
 FULL_DISK = """
 import resource, sys
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
 from test_output import ALL, fields_of, holed_square
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles import write_files
