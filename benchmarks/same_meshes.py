@@ -178,7 +178,7 @@ def main() -> None:
     action.add_argument("--against", type=Path, metavar="FILE")
     parser.add_argument("--package", type=Path, default=ROOT, metavar="DIR")
     parser.add_argument(
-        "--only", action="append", metavar="GROUP", help="such as quickstart, paper, gallery, generated"
+        "--only", action="append", metavar="GROUP", help="such as quickstart, gallery, generated"
     )
     options = parser.parse_args()
     now = meshed(options.package.resolve(), options.only)
