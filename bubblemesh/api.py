@@ -22,7 +22,7 @@ from bubblemesh.meshfiles.solutions import read_nodal_field
 from bubblemesh.meshfiles.write.gmsh import as_meshio
 from bubblemesh.packing.configure import OptionError, configured, options
 from bubblemesh.problem.problem import Task, posed_for
-from bubblemesh.problem.python_input import domain_of, spacing_of
+from bubblemesh.problem.python_input import polygon_domain, spacing_of
 from bubblemesh.run import pipeline
 from bubblemesh.run.pipeline import Result
 from bubblemesh.run.report import RoundRow
@@ -183,7 +183,7 @@ def mesh(
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
-    domain = domain_of(geometry, labels)
+    domain = polygon_domain(geometry, labels)
     wanted = spacing_of(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
     task = Task("mesh", method, bound, max_nodes, None, parameters)

@@ -8,12 +8,13 @@ import pytest
 from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "labels", "messages"}
+FOUNDATION = {"arrays", "errors", "labels", "messages", "resources"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "labels": set(),
     "messages": {"arrays"},
+    "resources": set(),
     "meshes": FOUNDATION,
     "geometry": FOUNDATION,
     "readers": FOUNDATION | {"geometry"},
@@ -22,7 +23,7 @@ MAY_IMPORT = {
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
-    "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
+    "case": FOUNDATION | {"meshfiles", "packing", "spacing"},
     "problem": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
     | {"__version__", "case", "geometry", "meshes", "meshfiles", "packing", "pages", "problem", "spacing"},

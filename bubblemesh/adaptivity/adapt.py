@@ -23,11 +23,11 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import rim_nodes
 from bubblemesh.packing.placement.warm_start import Present, starting_from
-from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.problem import Problem, posed_for, task_of
 from bubblemesh.problem.spacing import Wanted, limits_of, nodes_of, rules_of
+from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, meshed
-from bubblemesh.run.resources import timed
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination
@@ -85,7 +85,7 @@ def adapted(
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        domain = domain_of(case)
+        domain = case_domain(case)
     with timed(seconds, "estimate"):
         require_coverage(domain, solution.points, solution.triangles)
         values = solution.values / solution.unit

@@ -7,7 +7,7 @@ from bubblemesh.batch.cluster import cluster_workers, require_address
 from bubblemesh.batch.local import local_workers
 from bubblemesh.batch.workers import Workers
 from bubblemesh.errors import CaseError
-from bubblemesh.run.resources import available_cores
+from bubblemesh.resources import available_cores
 
 
 def workers_at(jobs: int | None, cluster: str | None) -> Callable[[int], AbstractContextManager[Workers]]:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from bubblemesh.batch.jobs import Job
-from bubblemesh.case import Case, Variant, case_variants, load_case, named_files, parsed
+from bubblemesh.case import Case, Variant, case_variants, load_case, parsed
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.problem.rings import named_files
 from bubblemesh.run.destination import Destination, destination
 
 

@@ -16,9 +16,9 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import reason
 from bubblemesh.problem.problem import prepared
 from bubblemesh.readers.carried import carried
+from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import require_finished, require_quality
 from bubblemesh.run.pipeline import Result, meshed
-from bubblemesh.run.resources import forget_peak_memory
 
 
 def mesh_job(job: Job, tell: Tell) -> Outcome:

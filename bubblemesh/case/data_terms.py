@@ -38,19 +38,19 @@ class Tabulated(Strict):
     scale: Positive = Field(default=1.0, description="Factor from the values to the spacing.")
 
 
-class InFile(Tabulated):
+class DataFile(Tabulated):
     """Values in a file."""
 
     file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
 
 
-class FieldTerm(InFile):
+class FieldTerm(DataFile):
     """Data of a triangle mesh."""
 
     name: str | None = Field(default=None, description="Name of the data at nodes or of cells; needed if it has more.")
 
 
-class RasterTerm(InFile):
+class RasterTerm(DataFile):
     """An array over a rectangle."""
 
     name: str | None = Field(default=None, description="Name of the array in an .npz file; needed if it has more.")

@@ -12,7 +12,7 @@ from bubblemesh.cli.stdio import write_new, write_output
 def schema() -> None:
     """Print the JSON Schema of the case file."""
     with reported():
-        from bubblemesh.case.schema import case_schema
+        from bubblemesh.case.models import case_schema
         from bubblemesh.meshfiles import dump
 
         write_output(dump(case_schema()))

@@ -19,8 +19,8 @@ from bubblemesh.cli.options import (
     SolverNamed,
     TimeLimit,
 )
-from bubblemesh.cli.stdio import read_input, write_output
-from bubblemesh.errors import CaseError, located
+from bubblemesh.cli.stdio import output_stream, read_input, write_output
+from bubblemesh.errors import CaseError, FileError, located
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
@@ -149,7 +149,9 @@ def read_case(
 
 
 def require_distinct(as_json: bool, output: str | None) -> None:
-    """Check that report and mesh do not both go to the standard output."""
+    """Check that report and mesh do not both go to the standard output, nor the mesh to a terminal."""
+    if output == "-" and output_stream().isatty():
+        raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
     if as_json and output == "-":
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
 
@@ -160,7 +162,7 @@ def hand_over(result: "Result[Mesh]", case: "Case", place: "Destination", as_jso
     from bubblemesh.meshfiles import dump
     from bubblemesh.run import destination as destinations
 
-    report = place.deliver(result)
+    report = place.deliver(result, output_stream() if place.folder is None else None)
     if as_json:
         write_output(dump(report))
     if not quiet:

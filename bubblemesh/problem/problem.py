@@ -13,10 +13,10 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import configured, options
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem import warnings
-from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.node_target import Scaling, next_aim, scaled_to
 from bubblemesh.problem.spacing import Wanted, wanted_of
-from bubblemesh.run.resources import timed
+from bubblemesh.resources import timed
 from bubblemesh.spacing.rules.grading import Graded
 from bubblemesh.spacing.rules.periodic import across_sides, packable_across
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
@@ -146,7 +146,7 @@ def prepared(case: Case) -> Problem:
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        domain = domain_of(case)
+        domain = case_domain(case)
     return posed_for(domain, wanted_of(case, domain), task_of(case), seconds)
 
 

@@ -6,10 +6,9 @@ from datetime import datetime
 from functools import partial
 from os.path import isdir, realpath
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 from bubblemesh.case import Case
-from bubblemesh.cli.stdio import output_stream
 from bubblemesh.errors import CaseError, FileError, LimitError, RequirementError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles import (
@@ -70,8 +69,8 @@ class Destination:
         if realpath(source) in map(realpath, self.files):
             raise FileError(f"{source}: the results would overwrite this file: give another name by -o")
 
-    def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
-        """Write the mesh and the report, and return the report as written.
+    def deliver(self, result: Result[Mesh], stream: BinaryIO | None = None) -> dict[str, Any]:
+        """Write the mesh and the report, and return the report as written; without a folder the mesh goes to a stream.
 
         Raises
         ------
@@ -83,7 +82,8 @@ class Destination:
             mesh, straight = mesh.second_order()
             report = {**report, "warnings": [*report["warnings"], *warnings.straight_facets(straight)]}
         if self.folder is None:
-            write_stream(mesh, result.fields, self.formats[0], output_stream())
+            assert stream is not None
+            write_stream(mesh, result.fields, self.formats[0], stream)
             return {**report, "files": []}
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
         pages = {PAGE_FILE: partial(_page, mesh, result)} if self.page else {}
@@ -111,7 +111,7 @@ def destination(
         If the format or the solver is unknown, or the format is not that of the file's ending or has no form for the
         order of the triangles.
     FileError
-        If a file would be written twice, the case file overwritten, or a mesh go to a terminal.
+        If a file would be written twice, or the case file overwritten.
     """
     asked = _asked(format_name, solver)
     formats = _distinct(asked or case.output.formats)
@@ -120,8 +120,6 @@ def destination(
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
     if output == "-":
-        if output_stream().isatty():
-            raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
         for option, asked_for in (("--history", history), ("--report", page)):
             if asked_for:
                 raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")

@@ -22,8 +22,8 @@ from bubblemesh.packing.net import Net, connected
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, prepared
+from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.run.report import RoundRow, initial_row, mesh_figures, round_row, rules_figures, triangle_fields
-from bubblemesh.run.resources import peak_memory_mb, timed
 from bubblemesh.run.time_limit import Clock
 from bubblemesh.spacing.grid.table import tabulated
 

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from batches import SMALL, lines_of, results_in, rows_of, stream
 
+from bubblemesh import resources
 from bubblemesh.batch import Finished
 from bubblemesh.batch.choosing import workers_at
 from bubblemesh.batch.jobs import Note
 from bubblemesh.batch.local import local_workers
 from bubblemesh.batch.workers import WorkerDied
 from bubblemesh.errors import CaseError
-from bubblemesh.run import resources
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
