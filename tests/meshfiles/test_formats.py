@@ -15,8 +15,8 @@ from test_output import fields_of, holed_square
 
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import edges
 from bubblemesh.meshfiles import FORMATS, write_file, write_files
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids, vertex_ids
 from bubblemesh.meshfiles.names import plain_words
@@ -432,7 +432,7 @@ def test_second_order_adds_one_node_for_each_edge():
     mesh = sandwich()
     curved, straight = mesh.second_order()
     assert (curved.order, straight) == (2, 0)
-    pairs, _ = edges(mesh.triangles)
+    pairs, _ = unique_edges(mesh.triangles)
     assert len(curved.points) == len(mesh.points) + len(pairs)
     corners = curved.points[curved.triangles[:, :3]]
     for k in range(3):

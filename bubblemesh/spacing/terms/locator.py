@@ -7,6 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
+from bubblemesh.meshes.edges import directed_sides, one_sided
 from bubblemesh.spacing.grid.quadtree import Background
 
 
@@ -32,8 +33,8 @@ class Rim:
         a, b, c = np.moveaxis(points[triangles], 1, 0)
         clockwise = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
         turned = np.where(clockwise[:, None], triangles[:, ::-1], triangles)
-        edges = turned[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-        edges = edges[_one_sided(places[edges], len(points))]
+        edges = directed_sides(turned)
+        edges = edges[one_sided(places[edges], len(points))]
         nodes = edges[_along_loops(*places[edges].T)]
         return cls(nodes, ChordRuns.of(points[nodes[:, 0]], points[nodes[:, 1]]))
 
@@ -41,18 +42,6 @@ class Rim:
         """Nodes (m, 2) of the edges nearest to points (m, 2), and the shares (m,) of the ways along them."""
         edge = nearest_chord(self.runs, points)
         return self.nodes[edge], self.runs.feet(points, edge)[0]
-
-
-def _one_sided(edges: Integers, count: int) -> Integers:
-    """Rows (k,) of directed edges (m, 2) that are left when each cancels one in the other direction.
-
-    As many of them begin as end at each of the ``count`` nodes, even where triangles overlap.
-    """
-    keys, first, number = np.unique(edges[:, 0] * count + edges[:, 1], return_index=True, return_counts=True)
-    reverse = keys % count * count + keys // count
-    at = np.minimum(np.searchsorted(keys, reverse), len(keys) - 1)
-    against = np.where(keys[at] == reverse, number[at], 0)
-    return np.repeat(first, np.maximum(number - against, 0))
 
 
 def _along_loops(start: Integers, end: Integers) -> Integers:
