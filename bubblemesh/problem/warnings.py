@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.geometry.corners import departures
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
@@ -85,8 +85,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     thinned = slice(None, None, len(piece) // MOST_SAMPLES + 1)
     piece, s, step = piece[thinned], s[thinned], step[thinned]
     parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)
-    chord = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    chord, part = members(parts)
     return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
 
 

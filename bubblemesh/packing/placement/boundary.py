@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.periodic import finest
@@ -26,8 +26,8 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
     # A closed curve has a bubble at its start, an open piece a corner.
     count = np.where(boundary.closed, intervals, intervals - 1)
-    owner = np.repeat(np.arange(len(count)), count)
-    rank = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + ~boundary.closed[owner]
+    owner, rank = members(count)
+    rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
     wanted = before[owner] + total[owner] * rank / intervals[owner]
     reached = np.cumsum(weight)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -90,8 +90,8 @@ class Filling:
         """Sources on the ways across the gaps, up to a part of these."""
         apart = self._apart(size)
         parts = np.ceil(far * found.widths / apart).astype(np.int64)
-        way = np.repeat(np.arange(len(parts)), parts + 1)
-        share = far * (np.arange(len(way)) - (np.cumsum(parts + 1) - parts - 1)[way]) / parts[way]
+        way, number = members(parts + 1)
+        share = far * number / parts[way]
         points = found.places[way] + share[:, None] * (found.feet - found.places)[way]
         return Sources(points, size[way], CELLS * apart[way])
 

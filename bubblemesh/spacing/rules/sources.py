@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -177,7 +177,6 @@ def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> Tight:
 
 def _along(domain: Domain, tight: Tight) -> Sources:
     parts = np.ceil(tight.step / (APART * tight.size)).astype(np.int64)
-    chord = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(chord)) - np.repeat(np.cumsum(parts) - parts, parts)
+    chord, part = members(parts)
     s = tight.s[chord] + part * (tight.step / parts)[chord]
     return Sources(domain.boundary.points(tight.piece[chord], s), tight.size[chord])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
 from bubblemesh.meshes.edges import directed_sides, one_sided
@@ -152,10 +152,10 @@ def _candidates(corners: Floats, maps: Floats) -> tuple[Background, Integers, In
         grid, origin, _ = grid.split(split)
         # The quarters of a cell follow each other where it was.
         parts = np.where(split[cell], 4, 1)
-        rank = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        pair, rank = members(parts)
         first = np.searchsorted(origin, np.arange(len(split)))
-        cell, triangle = np.repeat(first[cell], parts) + rank, np.repeat(triangle, parts)
-        kept = np.repeat(parts == 1, parts)
+        cell, triangle = first[cell][pair] + rank, triangle[pair]
+        kept = (parts == 1)[pair]
         new = np.flatnonzero(~kept)
         kept[new] = _meeting(grid, cell[new], boxes[triangle[new]], maps[triangle[new]])
         cell, triangle = cell[kept], triangle[kept]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import Key
 from bubblemesh.geometry.arrangement.regions import Region
 from bubblemesh.geometry.boxes import Boxes
@@ -128,7 +128,7 @@ class _Regions:
         wanted = self._own_values(x[point], y[point], region)
         inside = shapely.contains_xy(self._cores[region], x[point], y[point])
         # One region after the other where several have a point: nested ones, or neighbours at their common rim.
-        rank = np.arange(len(point)) - np.searchsorted(point, point)
+        _, rank = members(np.bincount(point))
         for k in range(int(rank.max(initial=-1)) + 1):
             mine = rank == k
             at = point[mine]
