@@ -24,7 +24,7 @@ NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zer
 
 
 @dataclass(frozen=True)
-class Filling:
+class GapSources:
     """Sources that fill the narrow parts of a domain.
 
     Attributes
