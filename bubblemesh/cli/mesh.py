@@ -43,8 +43,9 @@ def quality(
         if other is not None:
             compare(mesh, other, wanted, as_json)
             return
-        points, triangles, others = read_triangles(mesh)
-        console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
+        file = read_triangles(mesh)
+        points, triangles = file.points, file.triangles
+        console.warn([*left_out(mesh, file.left_out), *turned(mesh, points, triangles)])
         with located("--spacing"):
             figures = mesh_figures(points, triangles, wanted)
         if as_json:
@@ -79,7 +80,7 @@ def plot(
     """Draw a triangle mesh as a picture."""
     with reported():
         from bubblemesh import console
-        from bubblemesh.meshfiles.foreign import read_foreign
+        from bubblemesh.meshfiles.read import read_mesh
         from bubblemesh.pictures.colouring import MeshData
         from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
         from bubblemesh.pictures.styles import PlotOptions
@@ -99,7 +100,7 @@ def plot(
             width=width,
             dpi=dpi,
         )
-        read = read_foreign(mesh)
+        read = read_mesh(mesh)
         console.warn(left_out(mesh, read.left_out))
         with options_named(mesh):
             figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
@@ -113,9 +114,9 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
     from bubblemesh.meshfiles import dump
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
 
-    read = {path: read_foreign(path) for path in (first, second)}
+    read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
         console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):

@@ -102,7 +102,7 @@ def adapt(
         from bubblemesh.adaptivity import adapt as adapting
         from bubblemesh.adaptivity.solution import Solution
         from bubblemesh.console.run import PackingProgress
-        from bubblemesh.meshfiles.solutions import read_nodal_field
+        from bubblemesh.meshfiles.read import read_nodal_field
         from bubblemesh.run import destination as destinations
 
         loaded = read_case(case, settings, method, seed, time_limit)
