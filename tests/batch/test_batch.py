@@ -40,6 +40,7 @@ from bubblemesh.batch.space import is_full
 from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import mesh_job
 from bubblemesh.batch.workers import WorkerDied, Workers
+from bubblemesh.case import overrides_of
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 
@@ -192,7 +193,7 @@ def test_no_result_overwrites_a_case_of_the_batch(here):
 
 def test_options_hold_for_every_case(here):
     write(here, a=SMALL, b=SMALL + "packing: {w2: 0.5}\n")
-    for row in rows_of(".", overrides=("spacing=0.3", "packing.w1=2"), method="fnpbs", seed=7):
+    for row in rows_of(".", overrides=overrides_of(["spacing=0.3", "packing.w1=2"], method="fnpbs", seed=7)):
         report = json.loads(Path(f"{row.case}.report.json").read_text())
         assert report["method"] == row.figures["method"] == "fnpbs"
         assert report["seed"] == row.figures["seed"] == 7
@@ -202,7 +203,6 @@ def test_options_hold_for_every_case(here):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"overrides": ("spacing",)}, "--set spacing: no '='"),
         ({"folder": ""}, "a batch writes into a folder"),
         ({"folder": "-"}, "-o -: a batch writes into a folder"),
     ],
@@ -210,6 +210,14 @@ def test_options_hold_for_every_case(here):
 def test_a_wrong_option_is_an_error_of_its_own_and_no_case_s(settings, message):
     with pytest.raises(CaseError, match=message):
         Settings(**settings)
+
+
+def test_a_wrong_setting_is_an_error_of_its_own_and_no_case_s(here):
+    write(here, a=SMALL)
+    result = CliRunner().invoke(app, ["batch", ".", "--set", "spacing"])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("error: --set spacing: no '='")
+    assert not list(here.glob("*.jsonl"))
 
 
 # Events and rows
@@ -416,7 +424,7 @@ def test_files_that_cannot_be_written_are_a_row_and_old_ones_stay(here, monkeypa
     write(here, a=SMALL, b=SMALL)
     before = [*rows_of(".")] and results_in(here)
     failing_to_write(monkeypatch, "a.msh", errno.EIO)
-    rows = rows_of(".", seed=5)
+    rows = rows_of(".", overrides=overrides_of(seed=5))
     assert [(row.case, row.exit_code, bool(row.files)) for row in rows] == [("a", 5, False), ("b", 0, True)]
     assert rows[0].error == f"a.yaml: cannot write a.msh: {os.strerror(errno.EIO)}"
     after = results_in(here)
