@@ -4,6 +4,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.periodic import finest
 from bubblemesh.spacing.rules.sources import panels
 from bubblemesh.spacing.spacing import Spacing
@@ -44,8 +45,8 @@ def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Flo
     if len(pairs) == 0:
         return piece, s
     own = ~np.isin(piece, pairs[:, 1])
-    copied = [(piece[piece == a] * 0 + b, domain.boundary.lengths[b] - s[piece == a]) for a, b in pairs]
-    pieces = np.concatenate([piece[own], *(owner for owner, _ in copied)])
-    places = np.concatenate([s[own], *(at for _, at in copied)])
-    order = np.lexsort((places, pieces))
-    return pieces[order], places[order]
+    piece, s = piece[own], s[own]
+    _, other, at = counterparts(domain.boundary, pairs, piece, s)
+    piece, s = np.append(piece, other), np.append(s, at)
+    order = np.lexsort((s, piece))
+    return piece[order], s[order]

@@ -8,6 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.grading import GROWTH, Graded, graded, packable
 from bubblemesh.spacing.rules.sources import Sources, panels
 from bubblemesh.spacing.spacing import Spacing
@@ -19,9 +20,9 @@ PASSES = 10  # across the sides: what comes in through one of them may leave thr
 def finest(domain: Domain, spacing: Spacing, piece: Integers, s: Floats) -> Floats:
     """Spacing (k,) on pieces (k,) of the boundary at arc lengths s (k,), on periodic sides the finer one of both."""
     d = spacing(domain.boundary.points(piece, s))
-    tied, opposite = _opposite(domain, piece, s)
-    if len(tied):
-        d[tied] = np.minimum(d[tied], spacing(opposite))
+    if len(domain.periodic):
+        mine, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
+        d[mine] = np.minimum(d[mine], spacing(domain.boundary.points(other, at)))
     return d
 
 
@@ -58,17 +59,7 @@ def _finer_opposite(domain: Domain, spacing: Spacing) -> Sources:
         return Sources.none()
     piece, begin, length = panels(domain, spacing)
     s = begin + length / 2
-    tied, opposite = _opposite(domain, piece, s)
-    d = spacing(domain.boundary.points(piece[tied], s[tied]))
+    mine, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
+    d, opposite = spacing(domain.boundary.points(piece[mine], s[mine])), domain.boundary.points(other, at)
     finer = d < (1 - ALIKE) * spacing(opposite)
     return Sources(opposite[finer], d[finer])
-
-
-def _opposite(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
-    """Which of the places (k,) on pieces are on periodic sides, (m,), and the counterparts (m, 2) of these."""
-    boundary, counterpart = domain.boundary, np.full(len(domain.boundary.lengths), -1)
-    first, second = domain.periodic.T
-    counterpart[first], counterpart[second] = second, first
-    tied = np.flatnonzero(counterpart[piece] >= 0)
-    other = counterpart[piece[tied]]  # which runs the other way
-    return tied, boundary.points(other, boundary.wrapped(other, boundary.lengths[other] - s[tied]))
