@@ -20,8 +20,7 @@ from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import rim_nodes
+from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import Present, starting_from
 from bubblemesh.problem.domain import domain_of
 from bubblemesh.problem.problem import Problem, posed_for, task_of
@@ -64,7 +63,7 @@ def adapted(
     exact: str | None = None,
     on_round: OnRound = lambda row: None,
     on_share: OnShare = lambda share: None,
-) -> Result[Mesh]:
+) -> Result:
     """Mesh a case's domain anew, as its solution asks for.
 
     The sizes follow from the estimated error; of the case's spacing the limits and rules hold.
