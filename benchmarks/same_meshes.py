@@ -177,9 +177,7 @@ def main() -> None:
     action.add_argument("--record", type=Path, metavar="FILE")
     action.add_argument("--against", type=Path, metavar="FILE")
     parser.add_argument("--package", type=Path, default=ROOT, metavar="DIR")
-    parser.add_argument(
-        "--only", action="append", metavar="GROUP", help="such as quickstart, gallery, generated"
-    )
+    parser.add_argument("--only", action="append", metavar="GROUP", help="such as quickstart, gallery, generated")
     options = parser.parse_args()
     now = meshed(options.package.resolve(), options.only)
     digest = sha256(json.dumps({name: case["files"] for name, case in now.items()}, sort_keys=True).encode())
