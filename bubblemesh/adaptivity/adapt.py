@@ -20,8 +20,8 @@ from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import domain_of
 from bubblemesh.problem.problem import Problem, posed_for, task_of

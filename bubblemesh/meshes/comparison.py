@@ -9,8 +9,9 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import Histogram, lowest_shown, quality_histogram, spacing_histogram
-from bubblemesh.meshes.quality import edge_means, edge_ratios, edges, radius_ratios, spacing_fit
+from bubblemesh.meshes.quality import edge_means, edge_ratios, radius_ratios, spacing_fit
 from bubblemesh.meshfiles.foreign import ForeignMesh
 from bubblemesh.run.report import mesh_figures
 from bubblemesh.spacing.spacing import Spacing
@@ -66,7 +67,7 @@ def measured(path: Path, foreign: ForeignMesh, wanted: Spacing | None) -> Measur
         If the spacing is not positive somewhere.
     """
     mesh, target = foreign.mesh, foreign.cell_data.get(TARGET)
-    sides, _ = edges(mesh.triangles)
+    sides, _ = unique_edges(mesh.triangles)
     figures = mesh_figures(mesh.points, mesh.triangles, wanted)
     lengths = None
     if wanted is not None:

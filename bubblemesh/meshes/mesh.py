@@ -7,6 +7,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.edges import SideTable, edge_keys, find_keys, numbered_edges
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
@@ -99,29 +100,17 @@ class Mesh:
     @cached_property
     def sides(self) -> Integers:
         """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
-        keys, order = self._side_keys
-        number = order[np.searchsorted(keys, self._keys(self.facets))]
-        return np.column_stack([number % len(self.triangles), number // len(self.triangles)])
+        return np.column_stack(self._side_table.owner(self._side_table.find(self.facets)))
 
     @cached_property
     def outer(self) -> Booleans:
         """Which facets (f,) are boundary edges: those with a triangle on one side only."""
-        return self._are_sides(self.facets) != self._are_sides(self.facets[:, 1::-1])
-
-    def _are_sides(self, pairs: Integers) -> Booleans:
-        keys, wanted = self._side_keys[0], self._keys(pairs)
-        return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
+        forth, back = (self._side_table.find(pairs) for pairs in (self.facets, self.facets[:, 1::-1]))
+        return (forth < 0) != (back < 0)
 
     @cached_property
-    def _side_keys(self) -> tuple[Integers, Integers]:
-        """One number (3 t,) for each directed side of the triangles, ascending, and the side's own number."""
-        corners = self.triangles[:, :3]
-        keys = np.concatenate([self._keys(corners[:, [k, (k + 1) % 3]]) for k in range(3)])
-        order = np.argsort(keys)
-        return keys[order], order
-
-    def _keys(self, pairs: Integers) -> Integers:
-        return pairs[:, 0].astype(np.int64) * len(self.points) + pairs[:, 1]
+    def _side_table(self) -> SideTable:
+        return SideTable.of(self.triangles[:, :3], len(self.points))
 
     @cached_property
     def periodic_sides(self) -> tuple[PeriodicSides, ...]:
@@ -147,14 +136,12 @@ class Mesh:
         A curve may bulge farther than a flat triangle can follow without folding over; its facet then stays straight.
         """
         corners, n = self.triangles[:, :3], len(self.points)
-        pairs = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-        keys, edge = np.unique(self._keys(pairs), return_inverse=True)
-        middles = self.points[np.stack(np.divmod(keys, n), axis=1)].mean(axis=1)
-        mine = np.searchsorted(keys, self._keys(np.sort(self.facets[:, :2], axis=1)))
+        edges, of_triangle = numbered_edges(corners)
+        middles = self.points[edges].mean(axis=1)
+        mine = find_keys(edge_keys(edges, n), edge_keys(np.sort(self.facets[:, :2], axis=1), n))
         straight = middles[mine].copy()
         middles[mine] = self.facet_middles
-        of_triangle = edge.reshape(3, -1).T
-        folded = np.zeros(len(keys), bool)
+        folded = np.zeros(len(edges), bool)
         folded[of_triangle[_folded(self.points[corners], middles[of_triangle])]] = True
         kept_straight = folded[mine]
         middles[mine[kept_straight]] = straight[kept_straight]

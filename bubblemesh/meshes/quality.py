@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.edges import numbered_edges, unique_edges
 
 _DEGENERATE = 1e-14
 _REGULAR_VALENCE = 6
@@ -96,39 +97,10 @@ def inverted(points: Floats, triangles: Integers) -> Integers:
     return np.flatnonzero(clockwise if clockwise.sum() <= others.sum() else others)
 
 
-def edges(triangles: Integers) -> tuple[Integers, Integers]:
-    """Find every edge of the triangles once.
-
-    Parameters
-    ----------
-    triangles : (t, 3)
-
-    Returns
-    -------
-    edges : (e, 2)
-        Node indices i < j, in lexicographic order.
-    counts : (e,)
-        Number of triangles at each edge: 1 on the boundary, 2 inside, more where the mesh is no surface.
-    """
-    pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    size = np.int64(triangles.max(initial=0)) + 1
-    # One integer per pair sorts many times faster than rows do.
-    keys, counts = np.unique(pairs[:, 0].astype(np.int64) * size + pairs[:, 1], return_counts=True)
-    return np.stack(np.divmod(keys, size), axis=1), counts
-
-
-def rim_nodes(triangles: Integers) -> Integers:
-    """Return the nodes (b,) on edges of one triangle only, ascending."""
-    pairs, counts = edges(triangles)
-    return np.unique(pairs[counts == 1])
-
-
 def edge_means(triangles: Integers, values: Floats) -> Floats:
-    """Mean (e,) of what the triangles at each edge have, for values (t,); the edges are those of `edges`."""
-    pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    keys = pairs[:, 0].astype(np.int64) * (np.int64(triangles.max(initial=0)) + 1) + pairs[:, 1]
-    _, edge, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    return np.bincount(edge, np.tile(values, 3)) / counts
+    """Mean (e,) of what the triangles at each edge have, for values (t,); the edges are those of `unique_edges`."""
+    number = numbered_edges(triangles)[1].T.ravel()
+    return np.bincount(number, np.tile(values, 3)) / np.bincount(number)
 
 
 def shape_quality(points: Floats, triangles: Integers) -> Shape:
@@ -203,7 +175,7 @@ def _lengths(vectors: Floats) -> Floats:
 
 
 def _irregular_fraction(nodes: int, triangles: Integers) -> float | None:
-    pairs, counts = edges(triangles)
+    pairs, counts = unique_edges(triangles)
     valence = np.bincount(pairs.ravel(), minlength=nodes)
     inner = valence > 0
     inner[pairs[counts == 1].ravel()] = False

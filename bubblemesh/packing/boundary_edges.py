@@ -8,6 +8,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.messages import place
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
@@ -17,16 +18,6 @@ NEAREST_ON_CURVE = 0.05  # in units of spacing, along the boundary
 SAMPLES = 9  # points of an arc whose convex hull stands for it
 MOST_HALVINGS = 60
 MOST_ADDED = 500_000  # bubbles between curves; those that need more are the same but for rounding
-
-
-def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers) -> tuple[Floats, Floats]:
-    """Arc lengths (e,) at which boundary edges begin and end; an edge of a closed curve may run past its length."""
-    length = domain.boundary.lengths[edge_piece]
-    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
-    begin = np.where(edges[:, 0] < bubbles.corners, 0, s[edges[:, 0]])
-    end = np.where(edges[:, 1] < bubbles.corners, length, s[edges[:, 1]])
-    past_the_start = domain.boundary.closed[edge_piece] & ((end < begin) | (edges[:, 0] == edges[:, 1]))
-    return begin, np.where(past_the_start, end + length, end)
 
 
 def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
@@ -42,13 +33,15 @@ def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> B
         return bubbles
     for _ in range(MOST_HALVINGS):
         edges, edge_piece = boundary.edges(bubbles.piece, bubbles.s)
-        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        begin, end = boundary.arcs(edges, edge_piece, bubbles.s)
         cut = np.flatnonzero(_cutting(bubbles, domain, edges, edge_piece, begin, end))
         if len(cut) == 0:
             break
         piece = edge_piece[cut]
         s = boundary.wrapped(piece, (begin[cut] + end[cut]) / 2)
-        piece, s = _on_both_sides(domain, piece, s)
+        _, other, at = counterparts(boundary, domain.periodic, piece, s)
+        uncut = ~np.isin(other, piece)
+        piece, s = np.append(piece, other[uncut]), np.append(s, at[uncut])
         x = boundary.points(piece, s)
         if len(bubbles) + len(x) > most:
             raise GeometryError(
@@ -57,17 +50,6 @@ def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> B
             )
         bubbles = bubbles.append(x, spacing(x), piece, s)
     return bubbles
-
-
-def _on_both_sides(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
-    """Places (k,) on the boundary and, on periodic sides, their counterparts, each once."""
-    pieces, places = [piece], [s]
-    for pair in domain.periodic:
-        for here, there in (pair, pair[::-1]):
-            mine = (piece == here) & ~np.isin(there, piece)
-            pieces.append(np.full(int(mine.sum()), there))
-            places.append(domain.boundary.lengths[there] - s[mine])
-    return np.concatenate(pieces), np.concatenate(places)
 
 
 def _cutting(
@@ -111,7 +93,7 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
     """The bubbles without sliding ones that come next to a corner, or to the sliding one before, as good as at it."""
     while True:
         edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        begin, end = domain.boundary.arcs(edges, edge_piece, bubbles.s)
         near = edges[end - begin < NEAREST_ON_CURVE * bubbles.d[edges].mean(axis=1)]
         # Of two sliding bubbles the later one goes, and then another look is needed at what it was next to.
         gone = near.max(axis=1)

@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
@@ -54,8 +55,7 @@ class Net:
     def are_facets(self, pairs: Integers) -> Booleans:
         """Which pairs (k, 2) of bubbles, in either order, are the ends of a facet."""
         n = len(self.bubbles)
-        (low, high), (first, last) = np.sort(pairs, axis=1).T, np.sort(self.facets, axis=1).T
-        return np.isin(low * n + high, first * n + last)
+        return np.isin(edge_keys(np.sort(pairs, axis=1), n), edge_keys(np.sort(self.facets, axis=1), n))
 
     def dilated(self, marked: Booleans) -> Booleans:
         """Bubbles (n,) that are marked or next to one that is."""
@@ -79,15 +79,13 @@ class Net:
         chosen[: self.bubbles.corners] = True
         numbers, renumbered = np.flatnonzero(chosen), np.cumsum(chosen) - 1
         triangles = self.triangles[marked[self.triangles].all(axis=1)]
-        sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-        n = len(self.bubbles)
-        forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
-        rim = sides[~np.isin(forth, back)]
-        own = self.facets[:, 0] * n + self.facets[:, 1]
+        n, sides = len(self.bubbles), directed_sides(triangles)
+        rim = sides[np.sort(one_sided(sides, n))]
+        own, forth = edge_keys(self.facets, n), edge_keys(sides, n)
         order = np.argsort(own)
-        place = order[np.searchsorted(own, rim[:, 0] * n + rim[:, 1], sorter=order) % len(own)]
-        piece = np.where((self.facets[place] == rim).all(axis=1), self.facet_piece[place], -1)
-        within = np.isin(own, forth) & np.isin(own, back)
+        place = find_keys(own[order], edge_keys(rim, n))
+        piece = np.where(place < 0, -1, self.facet_piece[order[place]])
+        within = np.isin(own, forth) & np.isin(edge_keys(self.facets[:, ::-1], n), forth)
         edges = self.edges[marked[self.edges].all(axis=1)]
         return numbers, Net(
             bubbles=self.bubbles.select(numbers),

@@ -8,9 +8,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from bubblemesh import __version__
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
-from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import matching_edges
@@ -162,6 +161,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     """The mesh of connected bubbles, with the domain's labels and regions."""
     boundary, bubbles, parts = domain.boundary, net.bubbles, domain.parts
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
+    begin, end = boundary.arcs(facets, piece, bubbles.s)
     triangles = sorted_triangles(net.triangles)
     region = np.zeros(len(triangles), np.int64)
     if parts.regions:
@@ -181,7 +181,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
         vertices=np.array(vertices, np.int64),
         vertex_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
         point_labels=point_labels,
-        facet_middles=_middles(boundary, bubbles, facets, piece),
+        facet_middles=boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2)),
         periodic=matching_edges(domain.periodic, piece),
     )
 
@@ -189,12 +189,3 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
 def _node_at(point: tuple[float, float], bubbles: Bubbles) -> int:
     """The corner that is an embedded point."""
     return int(np.hypot(*(bubbles.x[: bubbles.corners] - point).T).argmin())
-
-
-def _middles(boundary: Boundary, bubbles: Bubbles, facets: Integers, piece: Integers) -> Floats:
-    """Points (f, 2) on the true curves, halfway by arc length between the ends of the facets (f, 2)."""
-    first, last = facets.T
-    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
-    begin, end = s[first], np.where(last < bubbles.corners, boundary.lengths[piece], s[last])
-    end = np.where(end <= begin, end + boundary.lengths[piece], end)  # past the end of a closed piece
-    return boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2))

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import (
-    edges,
     radius_ratios,
     shape_quality,
     signed_areas,
@@ -73,7 +73,7 @@ def initial_row(start: Bubbles, triangles: Integers) -> dict[str, Any]:
 
 def mesh_figures(points: Floats, triangles: Integers, wanted: Spacing | None) -> dict[str, Any]:
     """Quality of a mesh of any orientation, and how well its edges keep the wanted spacing where that is known."""
-    sides, count = edges(triangles)
+    sides, count = unique_edges(triangles)
     worst = worst_triangles(points, triangles, WORST)
     figures = {
         "nodes": len(points),

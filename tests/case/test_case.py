@@ -1,28 +1,15 @@
+"""Case files: what they may say, and where errors are."""
+
 import json
 
 import pytest
+from case_data import SQUARE
 from pydantic import BaseModel
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.case.overrides import applied, parsed
 from bubblemesh.case.template import TEMPLATE
-from bubblemesh.case.yaml import read_document, read_text, read_value
-from bubblemesh.errors import CaseError, FileError, GeometryError
+from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.packing.methods import METHODS
-
-SQUARE = """\
-domain:
-  outer:
-    polygon: [[0, 0], [1, 0], [1, 1], [0, 1]]
-    labels: [bottom, on, no, 4]
-  holes:
-    - {circle: {center: [0.5, 0.5], radius: 0.2}, label: hole}
-spacing: 0.1
-"""
-
-
-def data_of(text):
-    return read_document(text, "a.yaml").data
 
 
 def case_of(text, **options):
@@ -33,178 +20,6 @@ def message_of(text, **options):
     with pytest.raises(CaseError) as caught:
         case_of(text, **options)
     return str(caught.value)
-
-
-class TestDocument:
-    @pytest.mark.parametrize(
-        ("text", "value"),
-        [
-            ("true", True),
-            ("FALSE", False),
-            ("on", "on"),
-            ("no", "no"),
-            ("Yes", "Yes"),
-            ("y", "y"),
-            ("~", None),
-            ("Null", None),
-            ("", None),
-            ("010", 10),
-            ("0o17", 15),
-            ("0x1F", 31),
-            ("0b11", "0b11"),
-            ("1_000", "1_000"),
-            ("1e-3", 0.001),
-            ("1E5", 1e5),
-            (".5", 0.5),
-            ("+5.", 5.0),
-            ("-.inf", -float("inf")),
-            (".", "."),
-            ("1:30", "1:30"),
-            ("2001-01-01", "2001-01-01"),
-            ("'3'", "3"),
-            ('"true"', "true"),
-            ("!!str 3", "3"),
-            ("! 3", "3"),
-            ("!!float 3", 3.0),
-            ("|-\n  3", "3"),
-        ],
-    )
-    def test_scalars_follow_yaml_1_2(self, text, value):
-        found = data_of(f"a: {text}\n")["a"]
-        assert found == value
-        assert type(found) is type(value)
-
-    def test_nan_and_thousands_of_digits_are_numbers(self):
-        data = data_of(f"a: .nan\nb: {'9' * 5000}")
-        assert data["a"] != data["a"]
-        assert data["b"] == float("inf")
-
-    def test_keys_are_words(self):
-        assert data_of("on: 1\n1: 2\nnull: 3") == {"on": 1, "1": 2, "null": 3}
-
-    def test_aliases_share_their_value(self):
-        assert data_of("a: &here [1, 2]\nb: *here") == {"a": [1, 2], "b": [1, 2]}
-
-    def test_line_is_that_of_the_longest_known_part_of_a_path(self):
-        document = read_document(SQUARE, "a.yaml")
-        assert document.line(("domain", "outer", "labels", 2)) == 4
-        assert document.line(("domain", "holes", 0, "circle", "radius")) == 6
-        assert document.line(("domain", "holes", 7)) == 5
-        assert document.line(("spacing", "deeper")) == 7
-        assert document.line(("nothing",)) is None
-
-    @pytest.mark.parametrize(
-        ("text", "message"),
-        [
-            ("", r"a.yaml:1: the file is empty"),
-            ("# only a comment\n", r"a.yaml:1: the file is empty"),
-            ("[1, 2]", r"a.yaml:1: a case must be a mapping"),
-            ("text", r"a.yaml:1: a case must be a mapping"),
-            ("a: 1\nb: [1, 2\nc: 3\n", r"a.yaml:3: not valid YAML.*in line 2.*check the indentation"),
-            ("a: 1\n\tb: 2", r"a.yaml:2: not valid YAML"),
-            ("a: 'open\nb: 1\n", r"not valid YAML.*starts in line 1"),
-            ("a: 1\nb: 2\na: 3\n", r"a.yaml:3: the key 'a' is given twice \(first in line 1\)"),
-            ("a: 1\nb: {c: 1, 'c': 2}\n", r"a.yaml:2: the key 'c' is given twice"),
-            ("a: 1\nb: !!python/object:os.system x", r"a.yaml:2: the tag !!python/object:os.system"),
-            ("b: !!python/object/apply:os.system [x]", r"a.yaml:1: the tag !!python/object/apply:os.system"),
-            ("b: !mine 3", r"a.yaml:1: the tag !mine"),
-            ("b: !!set {x}", r"a.yaml:1: the tag !!set"),
-            ("b: !!int word", r"a.yaml:1: the tag !!int does not fit"),
-            ("!!python/name:os.system x: 1", r"a.yaml:1: the tag !!python/name:os.system"),
-            ("a: 1\nb: &b [1, *b]", r"a.yaml:2: the alias \*b is inside its own anchor"),
-            ("a: *b", r"a.yaml:1: the alias \*b has no anchor"),
-            ("a: 1\n? [1, 2]\n: 3", r"a.yaml:2: a key must be a word"),
-            ("a: 1\n---\nb: 1", r"a.yaml:2: a second document"),
-            ("a: 1\nb: \x07", r"a.yaml:2: not plain text \(found character U\+0007\)"),
-            ("a: 1\nb: \udc80", r"a.yaml:2: not UTF-8"),
-            ("a: " + "[" * 100_000, r"a.yaml:1: nested more than 100 deep"),
-            ("a:\n" + "- " * 100_000, r"a.yaml:2: nested more than 100 deep"),
-        ],
-    )
-    def test_error_names_the_line(self, text, message):
-        with pytest.raises(CaseError, match=message):
-            read_document(text, "a.yaml")
-
-    def test_alias_bomb(self):
-        lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
-        lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 30)]
-        with pytest.raises(CaseError, match=r"a.yaml:7: more than 5,000,000 values"):
-            data_of("\n".join(lines))
-
-    def test_aliases_cannot_nest_without_end(self):
-        lines = ["a0: &a0 [x]", *(f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 1000))]
-        with pytest.raises(CaseError, match=r"nested more than 100 deep through aliases"):
-            data_of("\n".join(lines))
-
-    def test_value_alone_has_its_source_as_place(self):
-        assert read_value("[1, {a: on}]", "--set a") == [1, {"a": "on"}]
-        assert read_value("", "--set a") is None
-        with pytest.raises(CaseError, match=r"^--set a: not valid YAML"):
-            read_value("[1", "--set a")
-
-
-class TestFile:
-    def test_missing_file_and_folder(self, tmp_path):
-        with pytest.raises(FileError, match=r"none.yaml: the case file cannot be read: No such file"):
-            read_text(tmp_path / "none.yaml")
-        with pytest.raises(FileError, match="directory"):
-            read_text(tmp_path)
-        with pytest.raises(FileError, match="null"):
-            read_text(tmp_path / "a\0b")
-
-    def test_bytes_must_be_utf8(self, tmp_path):
-        path = tmp_path / "latin.yaml"
-        path.write_bytes("name: a\nlabel: Düse".encode("latin-1"))
-        with pytest.raises(CaseError, match=r"latin.yaml:2: not UTF-8 text \(found byte 0xfc\)"):
-            read_text(path)
-        path.write_bytes("name: a".encode("utf-16"))
-        with pytest.raises(CaseError, match=r"latin.yaml:1: not UTF-8"):
-            read_text(path)
-
-    def test_byte_order_mark_is_skipped(self, tmp_path):
-        path = tmp_path / "mark.yaml"
-        path.write_bytes(b"\xef\xbb\xbfname: a")
-        assert read_text(path) == "name: a"
-
-
-DATA = {"a": {"b": [1, {"c": 2}]}, "d": 3}
-
-
-class TestOverrides:
-    @pytest.mark.parametrize(
-        ("option", "expected"),
-        [
-            ("d=0.5", {"a": {"b": [1, {"c": 2}]}, "d": 0.5}),
-            ("a.b.1.c=on", {"a": {"b": [1, {"c": "on"}]}, "d": 3}),
-            ("a.b.0=[1, 2]", {"a": {"b": [[1, 2], {"c": 2}]}, "d": 3}),
-            ("a.new.key='3'", {"a": {"b": [1, {"c": 2}], "new": {"key": "3"}}, "d": 3}),
-            ("d=x == y", {"a": {"b": [1, {"c": 2}]}, "d": "x == y"}),
-            ("d=", {"a": {"b": [1, {"c": 2}]}, "d": None}),
-        ],
-    )
-    def test_value_is_set_in_a_copy(self, option, expected):
-        before = json.dumps(DATA)
-        assert applied(DATA, parsed(option)) == expected
-        assert json.dumps(DATA) == before
-
-    @pytest.mark.parametrize(
-        ("option", "message"),
-        [
-            ("a.b", r"--set a.b: no '='"),
-            ("a..b=1", r"--set a..b=1: an empty key"),
-            ("=1", r"an empty key"),
-            ("a.b.2=1", r"--set a.b.2: a.b has no entry 2 \(entries: 0 to 1\)"),
-            ("a.b.-1=1", r"--set a.b.-1: a.b is a list"),
-            ("a.b.c=1", r"--set a.b.c: a.b is a list: give the number of an entry in place of 'c'"),
-            ("a.b.²=1", r"is a list"),
-            ("d.e=1", r"--set d.e: d is the plain value 3"),
-            ("d=[1", r"--set d: not valid YAML"),
-            ("d=!!python/none x", r"--set d: the tag !!python/none"),
-        ],
-    )
-    def test_error_names_the_option(self, option, message):
-        with pytest.raises(CaseError, match=message):
-            applied(DATA, parsed(option))
 
 
 INVALID = [
@@ -291,6 +106,7 @@ INVALID = [
     ("spacing: 0.1", "spacing: 0.1\nrequire: {quality_min: 2}", "plate.yaml:8: require.quality_min: must be at most 1"),
     ("spacing: 0.1", "spacing: 0.1\nrequire: [1]", "plate.yaml:8: require: must be a mapping of keys to values"),
 ]
+
 
 PATHS = [
     ("[]", "domain.outer.path: must have at least one entry"),

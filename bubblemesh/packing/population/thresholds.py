@@ -9,7 +9,7 @@ from annotated_types import Ge, Gt, Le
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
-from bubblemesh.packing.boundary_edges import arcs, split_cutting_edges
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, pairs_within
@@ -132,7 +132,7 @@ def boundary_gaps(
     bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers, apart: float
 ) -> tuple[Integers, Integers, Floats]:
     """Boundary edges (k, 2) with room for one more bubble, and the pieces and arc lengths (k,) of their midpoints."""
-    begin, end = arcs(bubbles, domain, edges, edge_piece)
+    begin, end = domain.boundary.arcs(edges, edge_piece, bubbles.s)
     gap = np.flatnonzero(end - begin > 2 * apart * bubbles.d[edges].mean(axis=1))
     piece = edge_piece[gap]
     return edges[gap], piece, domain.boundary.wrapped(piece, (begin[gap] + end[gap]) / 2)

@@ -1,0 +1,189 @@
+"""Files and folders that cannot be read or written: an error with its place, and nothing lost."""
+
+import errno
+import io
+import os
+import resource
+import signal
+import subprocess
+import sys
+
+import pytest
+from bad_cases import SQUARE
+from commands import command, contents, refused
+
+from bubblemesh.case import load_case
+from bubblemesh.run import pipeline
+from bubblemesh.run.pipeline import mesh_case
+
+BOMB = "\n".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9 if i else 'x' * 9)}]" for i in range(20))
+
+
+YAML = {
+    "domain: [1\n": (2, "case.yaml:2: not valid YAML", "check the indentation"),
+    SQUARE.format(1) + "spacin: 1\n": (2, "case.yaml:3: spacin: unknown key", "did you mean 'spacing'"),
+    SQUARE.format(1) + "spacing: 1\n": (2, "case.yaml:3: the key 'spacing' is given twice", "first in line 2"),
+    SQUARE.format("!!python/object:os.system x"): (2, "case.yaml:2: the tag", "remove it"),
+    SQUARE.format("&a [*a]"): (2, "case.yaml:2: the alias *a is inside its own anchor", "write the values out"),
+    "[" * 10_000: (2, "case.yaml:1: nested more than 100 deep", "a case needs far less"),
+    BOMB: (2, "more than 5,000,000 values", "use fewer"),
+    SQUARE.format(1) + "packing: {efort: best}\n": (2, "case.yaml:3: packing.efort", "'effort'"),
+    SQUARE.format(1) + "packing: {effort: most}\n": (2, "case.yaml:3: packing.effort", "best"),
+    SQUARE.format(1) + "method: bpm\npacking: {effort: best}\n": (2, "case.yaml:4: packing.effort", "bpm"),
+    SQUARE.format(1) + "method: multilvl\n": (2, "case.yaml:3: method", "multilevel"),
+    SQUARE.format(1) + 'output: {directory: "a\\0b"}\n': (2, "case.yaml:3: a null character in a text", "remove it"),
+    "base: nowhere.yaml\n": (5, "case.yaml:1: base: nowhere.yaml: the case file cannot be read", "No such file"),
+    "base: case.yaml\n": (2, "case.yaml:1: base: case.yaml extends itself", "remove one"),
+    "": (2, "case.yaml:1: the file is empty", "give at least domain and spacing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "answer"), YAML.items(), ids=[key[:30] for key in YAML])
+def test_a_case_file_that_is_none(here, text, answer):
+    code, place, advice = answer
+    message = refused(here, text, code)
+    assert place in message
+    assert advice in message
+    assert len(message) < 1500
+
+
+@pytest.mark.parametrize("name", [".", "nowhere.yaml", "", "a" * 300, "case.yaml/x"])
+def test_a_case_that_cannot_be_read(here, name):
+    (here / "case.yaml").write_text(SQUARE.format(1))
+    code, out, message = command("run", name)
+    assert (code, out) == (5, "")
+    assert message.startswith("error: ")
+    assert "the case file cannot be read: " in message
+
+
+def test_an_endless_case_is_not_read_to_its_end(here, monkeypatch):
+    from bubblemesh.case import yaml as document
+
+    monkeypatch.setattr(document, "MOST_BYTES", 1000)
+    code, _, message = command("run", "/dev/zero")
+    assert code == 6
+    assert "/dev/zero: has more than the 0 MB that are read" in message
+
+
+SMALL = SQUARE.format(0.5) + "output: {formats: [msh, xdmf]}\npacking: {effort: fast}\n"
+
+
+@pytest.mark.parametrize(
+    ("output", "text"),
+    [
+        ("case.yaml/out/", "cannot write case.yaml/out: Not a directory"),
+        ("case.yaml/a.msh", "cannot write into case.yaml: it is not a folder"),
+        ("old", "cannot write into old: it is not a folder"),
+        ("link/", "cannot write into link: it is a symbolic link that leads nowhere"),
+        ("round/", "cannot write into round: it is a symbolic link that leads nowhere"),
+        ("full/", "cannot write full/case.msh: something that is not a file has this name"),
+        ("a" * 300 + "/", "File name too long"),
+        ("a" * 300 + ".msh", "File name too long"),
+        ("/proc/new/", "cannot write /proc"),
+    ],
+)
+def test_a_place_that_cannot_be_written(here, output, text):
+    (here / "case.yaml").write_text(SMALL)
+    (here / "old").write_text("old")
+    (here / "link").symlink_to("nowhere/at/all")
+    (here / "round").symlink_to("round")
+    (here / "full/case.msh").mkdir(parents=True)
+    before = contents(here)
+    code, out, message = command("run", "case.yaml", "-q", "-o", output)
+    assert (code, out) == (5, "")
+    assert text in message
+    assert contents(here) == before
+
+
+def test_a_missing_folder_is_made(here):
+    (here / "case.yaml").write_text(SMALL)
+    assert command("run", "case.yaml", "-q", "-o", "a/b/c/") == (0, "", "")
+    assert (here / "a/b/c/case.msh").is_file()
+
+
+class Faults:
+    """Makes the file operation of a given number below a folder fail."""
+
+    def __init__(self, folder, number, error):
+        self.folder, self.number, self.error, self.count, self.failed = str(folder), number, error, 0, None
+
+    def over(self, function, name):
+        def wrapped(*args, **kwargs):
+            path = str(args[0]) if args else ""
+            writes = name != "open" or any(letter in str(args[1:2]) + kwargs.get("mode", "") for letter in "wxa+")
+            there = name == "mkdir" and os.path.isdir(path)  # noqa: PTH112 - which os.mkdir is asked about again
+            if path.startswith(self.folder) and writes and not there:
+                self.count += 1
+                if self.count == self.number:
+                    self.failed = name
+                    raise OSError(self.error, os.strerror(self.error), path)
+            return function(*args, **kwargs)
+
+        return wrapped
+
+
+@pytest.mark.parametrize("error", [errno.EACCES, errno.ENOSPC])
+@pytest.mark.parametrize("old", [True, False])
+def test_whatever_fails_while_writing_old_files_stay_and_no_half_ones_are_left(here, monkeypatch, error, old):
+    (here / "case.yaml").write_text(SMALL)
+    result = mesh_case(load_case(here / "case.yaml"))
+    monkeypatch.setattr(pipeline, "mesh_case", lambda *args: result)
+    if old:
+        assert command("run", "case.yaml", "-q", "-o", "out/")[0] == 0
+    before = contents(here)
+    operations = []
+    for number in range(1, 100):
+        faults = Faults(here / "out", number, error)
+        with monkeypatch.context() as patched:
+            for module, name in ((os, "mkdir"), (os, "replace"), (io, "open"), (os, "link")):
+                patched.setattr(module, name, faults.over(getattr(module, name), name))
+            code, _, message = command("run", "case.yaml", "-q", "-o", str(here / "out"))
+        operations.append(faults.failed)
+        if faults.failed in (None, "link"):  # a file system without links
+            assert code == 0
+            assert before.keys() <= contents(here).keys()
+            if faults.failed is None:
+                break
+        else:
+            assert code == 5, (faults.failed, message)
+            assert os.strerror(error) in message
+            assert "out" in message
+            if "link" not in operations:
+                assert contents(here) == before
+            assert not [name for name in contents(here) if "bubblemesh-" in name]
+    assert operations[-1] is None
+    assert {"mkdir", "open", "replace"} <= set(operations)
+    assert ("link" in operations) == old
+
+
+@pytest.mark.parametrize("arguments", [["run", "case.yaml", "-q", "-o", "out"], ["init", "new.yaml"]])
+def test_a_disk_that_is_full(here, arguments):
+    (here / "case.yaml").write_text(SMALL)
+    assert command("run", "case.yaml", "-q", "-o", "out")[0] == 0
+    before = contents(here)
+
+    def no_room():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
+
+    process = subprocess.run(
+        [sys.executable, "-m", "bubblemesh", *arguments],
+        capture_output=True,
+        text=True,
+        preexec_fn=no_room,
+        check=False,
+    )
+    assert process.returncode == 5, process.stderr
+    assert "Traceback" not in process.stderr
+    assert process.stderr.startswith("error: ")
+    assert contents(here) == before
+
+
+@pytest.mark.parametrize("formats", ["[msh, msh]", "[inp, inp-strain]", "[msh, vtu, msh]"])
+def test_the_same_output_named_twice(here, formats):
+    (here / "case.yaml").write_text(SMALL.replace("[msh, xdmf]", formats))
+    before = contents(here)
+    code, _, message = command("run", "case.yaml")
+    assert code == 5
+    assert "the same file: name" in message
+    assert contents(here) == before

@@ -1,0 +1,199 @@
+"""Cases that fail are rows beside the others."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from batch_cases import between, names, table_in, write
+from batches import (
+    BAD,
+    SMALL,
+    events_of,
+    finished,
+    lines_of,
+    results_in,
+    rows_of,
+)
+
+from bubblemesh.batch import Settings, planned
+from bubblemesh.batch.jobs import Job
+from bubblemesh.batch.plan import job_of
+from bubblemesh.batch.worker import mesh_job
+from bubblemesh.errors import FileError
+
+NODES = "4 2 0 0\n1 0 0\n2 1 0\n3 1 1\n4 0 1\n"
+
+
+GEOJSON = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]]}
+
+
+def test_failing_cases_are_rows_beside_the_others(here):
+    write(here, a=BAD, b="domain: {}\n", c=SMALL, d=SMALL + "limits: {max_nodes: 2}\n", f="sweep: 1\n")
+    write(here, e=SMALL + "require: {quality_mean: 1}\n", g=SMALL.replace("rectangle: [0, 0, 1, 1]", "file: no.csv"))
+    rows = rows_of(".", "missing.yaml", folder="out")
+    assert [(row.case, row.exit_code) for row in rows] == [
+        ("a", 3),
+        ("b", 2),
+        ("c", 0),
+        ("d", 6),
+        ("e", 4),
+        ("f", 2),
+        ("g", 5),
+        ("missing", 5),
+    ]
+    for row, part in [
+        (0, "a.yaml: domain: the outer ring"),
+        (1, "b.yaml:1: domain"),
+        (3, "max_nodes"),
+        (4, "e.yaml: the mesh is written, but misses what the case requires: quality_mean is 0."),
+        (6, "g.yaml: no.csv: the file cannot be read: No such file"),
+        (7, "missing.yaml: the case file cannot be read"),
+    ]:
+        assert part in rows[row].error
+    assert names("out") == ["c.msh", "c.report.json", "e.msh", "e.report.json", "summary.csv", "summary.jsonl"]
+    assert {line["case"]: line["exit_code"] for line in lines_of(Path("out/summary.jsonl"))} == {
+        row.case: row.exit_code for row in rows
+    }
+    table = table_in(Path("out"))
+    assert len(table) == len(rows) == len(Path("out/summary.csv").read_text().splitlines()) - 1
+    assert next(cells for cells in table if cells["case"] == "b")["error"].count("; b.yaml") == 1
+
+
+def test_an_error_of_the_program_is_a_row_with_its_place(here, monkeypatch):
+    def broken(*arguments):
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr("bubblemesh.batch.worker.prepared", broken)
+    write(here, a=SMALL)
+    (row,) = rows_of(".")
+    assert row.exit_code == 1
+    assert "a.yaml: this is an error of bubblemesh, not of the case: ZeroDivisionError: oh" in row.error
+    assert "in broken" in row.traceback
+    monkeypatch.setattr("bubblemesh.batch.worker.prepared", lambda case: bytes(10**18))
+    assert [(row.exit_code, "out of memory" in row.error) for row in rows_of(".")] == [(6, True)]
+
+
+def test_files_that_a_case_names_are_read_when_its_turn_comes_and_reported_as_by_a_run(here):
+    (here / "data").mkdir()
+    (here / "data/square.geojson").write_text(json.dumps(GEOJSON))
+    write(
+        here, data__a=SMALL.replace("outer: {rectangle: [0, 0, 1, 1], label: wall}", "file: square.geojson, label: w")
+    )
+    (row,) = rows_of("data", folder="out")
+    assert row.error is None
+    process = subprocess.run(
+        [sys.executable, "-m", "bubblemesh", "run", "data/a.yaml", "-q", "-o", "single"], timeout=60
+    )
+    assert process.returncode == 0
+    assert results_in(here / "out") == results_in(here / "single")
+
+
+def test_a_job_has_all_parts_of_a_file_with_it(here):
+    for name in ("part.shp", "part.shx", "part.dbf", "part.prj", "part.txt", "party.shx", "p.poly", "p.node"):
+        (here / name).write_bytes(name.encode())
+    write(here, a="domain: {outer: {file: part.shp}, holes: [{file: p.poly}]}\nspacing: 1\n")
+    settings = Settings()
+    (entry,) = planned(["a.yaml"], settings)
+    job = job_of(entry, settings)
+    assert sorted(job.files) == ["p.node", "p.poly", "part.dbf", "part.prj", "part.shp", "part.shx"]
+    assert all(content == name.encode() for name, content in job.files.items())
+    for name in job.files:
+        (here / name).write_text("other")
+        assert job_of(entry, settings).digest() != job.digest()
+        (here / name).write_bytes(job.files[name])
+    assert job_of(entry, settings).digest() == job.digest()
+
+
+def test_a_job_is_done_where_its_files_are_not(here):
+    (here / "data").mkdir()
+    for name, text in {"p.poly": "0 2 0 0\n4 0\n1 1 2\n2 2 3\n3 3 4\n4 4 1\n0\n", "p.node": NODES}.items():
+        (here / "data" / name).write_text(text)
+    write(here, data__a=SMALL.replace("outer: {rectangle: [0, 0, 1, 1], label: wall}", "file: p.poly"))
+    settings = Settings()
+    (entry,) = planned(["data/a.yaml"], settings)
+    job = job_of(entry, settings)
+    (here / "data").rename("elsewhere")
+    outcome = mesh_job(job, lambda note: None)
+    assert outcome.error is None
+    assert outcome.report["parameters"]["domain"]["file"] == "data/p.poly"
+    assert outcome.report["area"] == pytest.approx(1)
+
+
+def test_a_worker_of_another_version_is_not_trusted(here):
+    write(here, a=SMALL)
+    settings = Settings()
+    (entry,) = planned(["a.yaml"], settings)
+    job = job_of(entry, settings)
+    other = Job(job.number, job.source, job.case, job.place, job.files, version="0.0.1")
+    outcome = mesh_job(other, lambda note: None)
+    assert (outcome.exit_code, outcome.files) == (5, {})
+    assert "install the same version" in outcome.error
+    assert job.digest() != other.digest()
+
+
+def test_a_case_deleted_in_between_is_a_row(here):
+    write(here, a=SMALL, b=SMALL, c=SMALL)
+    rows = rows_of(".", workers=between(lambda: Path("b.yaml").unlink(missing_ok=True)))
+    assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 5), ("c", 0)]
+    assert "b.yaml: the case file cannot be read" in rows[1].error
+
+
+def test_a_case_that_changes_its_name_in_between_writes_nothing(here):
+    write(here, a=SMALL, b=SMALL)
+    rows = rows_of(".", workers=between(lambda: write(here, b=SMALL + "name: a\n")))
+    assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 2)]
+    assert "b.yaml: its name or folder has changed since the batch began" in rows[1].error
+
+
+def failing_to_write(monkeypatch, name, number):
+    """Make writing a result of this name fail in this way."""
+    write_bytes = Path.write_bytes
+
+    def failing(path, content):
+        if path.name == name and ".bubblemesh-batch-" in str(path):
+            raise OSError(number, os.strerror(number), str(path))
+        return write_bytes(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", failing)
+
+
+def test_files_that_cannot_be_written_are_a_row_and_old_ones_stay(here, monkeypatch):
+    write(here, a=SMALL, b=SMALL)
+    before = [*rows_of(".")] and results_in(here)
+    failing_to_write(monkeypatch, "a.msh", errno.EIO)
+    rows = rows_of(".", seed=5)
+    assert [(row.case, row.exit_code, bool(row.files)) for row in rows] == [("a", 5, False), ("b", 0, True)]
+    assert rows[0].error == f"a.yaml: cannot write a.msh: {os.strerror(errno.EIO)}"
+    after = results_in(here)
+    assert before["a.msh"] == after["a.msh"]
+    assert before["b.msh"] != after["b.msh"]
+    assert not [name for name in names(here) if name.startswith(".")]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_ends_the_batch_and_what_is_done_stays(number, here, monkeypatch):
+    write(here, a=SMALL, b=SMALL, c=SMALL)
+    failing_to_write(monkeypatch, "b.msh", number)
+    message = f"b.yaml: cannot write b.msh: {os.strerror(number)}: the batch ends, what is done stays: make room"
+    with pytest.raises(FileError, match=message):
+        events_of(".", workers=between(lambda: None))
+    assert [line["case"] for line in lines_of(Path("summary.jsonl"))] == ["a"]
+    monkeypatch.undo()
+    os.chdir(here)
+    assert [end.unchanged for end in finished(".", resume=True)] == [True, False, False]
+
+
+def test_a_worker_without_space_ends_the_batch_too(here, monkeypatch):
+    def full(prefix):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    write(here, a=SMALL)
+    monkeypatch.setattr("bubblemesh.batch.worker.TemporaryDirectory", full)
+    with pytest.raises(
+        FileError, match=r"a.yaml: no place for temporary files: No space left on device: the batch ends"
+    ):
+        events_of(".")

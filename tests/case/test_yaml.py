@@ -1,0 +1,143 @@
+"""YAML as plain data, with lines."""
+
+import pytest
+from case_data import SQUARE
+
+from bubblemesh.case.yaml import read_document, read_text, read_value
+from bubblemesh.errors import CaseError, FileError
+
+
+def data_of(text):
+    return read_document(text, "a.yaml").data
+
+
+class TestDocument:
+    @pytest.mark.parametrize(
+        ("text", "value"),
+        [
+            ("true", True),
+            ("FALSE", False),
+            ("on", "on"),
+            ("no", "no"),
+            ("Yes", "Yes"),
+            ("y", "y"),
+            ("~", None),
+            ("Null", None),
+            ("", None),
+            ("010", 10),
+            ("0o17", 15),
+            ("0x1F", 31),
+            ("0b11", "0b11"),
+            ("1_000", "1_000"),
+            ("1e-3", 0.001),
+            ("1E5", 1e5),
+            (".5", 0.5),
+            ("+5.", 5.0),
+            ("-.inf", -float("inf")),
+            (".", "."),
+            ("1:30", "1:30"),
+            ("2001-01-01", "2001-01-01"),
+            ("'3'", "3"),
+            ('"true"', "true"),
+            ("!!str 3", "3"),
+            ("! 3", "3"),
+            ("!!float 3", 3.0),
+            ("|-\n  3", "3"),
+        ],
+    )
+    def test_scalars_follow_yaml_1_2(self, text, value):
+        found = data_of(f"a: {text}\n")["a"]
+        assert found == value
+        assert type(found) is type(value)
+
+    def test_nan_and_thousands_of_digits_are_numbers(self):
+        data = data_of(f"a: .nan\nb: {'9' * 5000}")
+        assert data["a"] != data["a"]
+        assert data["b"] == float("inf")
+
+    def test_keys_are_words(self):
+        assert data_of("on: 1\n1: 2\nnull: 3") == {"on": 1, "1": 2, "null": 3}
+
+    def test_aliases_share_their_value(self):
+        assert data_of("a: &here [1, 2]\nb: *here") == {"a": [1, 2], "b": [1, 2]}
+
+    def test_line_is_that_of_the_longest_known_part_of_a_path(self):
+        document = read_document(SQUARE, "a.yaml")
+        assert document.line(("domain", "outer", "labels", 2)) == 4
+        assert document.line(("domain", "holes", 0, "circle", "radius")) == 6
+        assert document.line(("domain", "holes", 7)) == 5
+        assert document.line(("spacing", "deeper")) == 7
+        assert document.line(("nothing",)) is None
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            ("", r"a.yaml:1: the file is empty"),
+            ("# only a comment\n", r"a.yaml:1: the file is empty"),
+            ("[1, 2]", r"a.yaml:1: a case must be a mapping"),
+            ("text", r"a.yaml:1: a case must be a mapping"),
+            ("a: 1\nb: [1, 2\nc: 3\n", r"a.yaml:3: not valid YAML.*in line 2.*check the indentation"),
+            ("a: 1\n\tb: 2", r"a.yaml:2: not valid YAML"),
+            ("a: 'open\nb: 1\n", r"not valid YAML.*starts in line 1"),
+            ("a: 1\nb: 2\na: 3\n", r"a.yaml:3: the key 'a' is given twice \(first in line 1\)"),
+            ("a: 1\nb: {c: 1, 'c': 2}\n", r"a.yaml:2: the key 'c' is given twice"),
+            ("a: 1\nb: !!python/object:os.system x", r"a.yaml:2: the tag !!python/object:os.system"),
+            ("b: !!python/object/apply:os.system [x]", r"a.yaml:1: the tag !!python/object/apply:os.system"),
+            ("b: !mine 3", r"a.yaml:1: the tag !mine"),
+            ("b: !!set {x}", r"a.yaml:1: the tag !!set"),
+            ("b: !!int word", r"a.yaml:1: the tag !!int does not fit"),
+            ("!!python/name:os.system x: 1", r"a.yaml:1: the tag !!python/name:os.system"),
+            ("a: 1\nb: &b [1, *b]", r"a.yaml:2: the alias \*b is inside its own anchor"),
+            ("a: *b", r"a.yaml:1: the alias \*b has no anchor"),
+            ("a: 1\n? [1, 2]\n: 3", r"a.yaml:2: a key must be a word"),
+            ("a: 1\n---\nb: 1", r"a.yaml:2: a second document"),
+            ("a: 1\nb: \x07", r"a.yaml:2: not plain text \(found character U\+0007\)"),
+            ("a: 1\nb: \udc80", r"a.yaml:2: not UTF-8"),
+            ("a: " + "[" * 100_000, r"a.yaml:1: nested more than 100 deep"),
+            ("a:\n" + "- " * 100_000, r"a.yaml:2: nested more than 100 deep"),
+        ],
+    )
+    def test_error_names_the_line(self, text, message):
+        with pytest.raises(CaseError, match=message):
+            read_document(text, "a.yaml")
+
+    def test_alias_bomb(self):
+        lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+        lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 30)]
+        with pytest.raises(CaseError, match=r"a.yaml:7: more than 5,000,000 values"):
+            data_of("\n".join(lines))
+
+    def test_aliases_cannot_nest_without_end(self):
+        lines = ["a0: &a0 [x]", *(f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 1000))]
+        with pytest.raises(CaseError, match=r"nested more than 100 deep through aliases"):
+            data_of("\n".join(lines))
+
+    def test_value_alone_has_its_source_as_place(self):
+        assert read_value("[1, {a: on}]", "--set a") == [1, {"a": "on"}]
+        assert read_value("", "--set a") is None
+        with pytest.raises(CaseError, match=r"^--set a: not valid YAML"):
+            read_value("[1", "--set a")
+
+
+class TestFile:
+    def test_missing_file_and_folder(self, tmp_path):
+        with pytest.raises(FileError, match=r"none.yaml: the case file cannot be read: No such file"):
+            read_text(tmp_path / "none.yaml")
+        with pytest.raises(FileError, match="directory"):
+            read_text(tmp_path)
+        with pytest.raises(FileError, match="null"):
+            read_text(tmp_path / "a\0b")
+
+    def test_bytes_must_be_utf8(self, tmp_path):
+        path = tmp_path / "latin.yaml"
+        path.write_bytes("name: a\nlabel: Düse".encode("latin-1"))
+        with pytest.raises(CaseError, match=r"latin.yaml:2: not UTF-8 text \(found byte 0xfc\)"):
+            read_text(path)
+        path.write_bytes("name: a".encode("utf-16"))
+        with pytest.raises(CaseError, match=r"latin.yaml:1: not UTF-8"):
+            read_text(path)
+
+    def test_byte_order_mark_is_skipped(self, tmp_path):
+        path = tmp_path / "mark.yaml"
+        path.write_bytes(b"\xef\xbb\xbfname: a")
+        assert read_text(path) == "name: a"

@@ -1,0 +1,42 @@
+"""Files of geometry for the tests."""
+
+import json
+
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.readers.formats import Selection, read_area
+
+SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
+
+
+HOLE = [[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]
+
+
+PLATE = {"type": "Polygon", "coordinates": [SQUARE, HOLE]}
+
+
+WKT = "POLYGON ((0 0, 4 0, 4 4, 0 4, 0 0), (1 1, 2 1, 2 2, 1 2, 1 1))"
+
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="80mm" viewBox="0 0 40 40">{}</svg>'
+
+
+def collection(*shapes, names=("plate", "far", "third")):
+    features = [
+        {"type": "Feature", "properties": {"name": name, "number": k}, "geometry": shape}
+        for k, (shape, name) in enumerate(zip(shapes, names, strict=False))
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features})
+
+
+def domain(path, **options):
+    outer, *holes = read_area(path, Selection(**options))
+    return Domain.of(outer, holes)
+
+
+def area(path, **options):
+    return domain(path, **options).polygon.area
+
+
+def labels_of(path, **options):
+    """Labels of the outer ring and of the holes."""
+    return [sorted({str(side.label) for side in ring.sides}) for ring in read_area(path, Selection(**options))]

@@ -1,0 +1,33 @@
+"""The sidecar that tells the names of groups."""
+
+import dataclasses
+import json
+
+import pytest
+from sandwiches import ODD, sandwich
+
+from bubblemesh.meshfiles import FORMATS, write_files
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_the_sidecar_is_there_where_a_format_needs_it(tmp_path, form):
+    files = write_files(sandwich(regions=("a", "b")), {}, {}, tmp_path, "plate", [form])["files"]
+    needed = form in {"vtu", "vtk", "xdmf", "mesh", "su2", "dat", "openfoam"}
+    assert ("plate.labels.json" in files) == needed
+    if needed:
+        sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
+        assert list(sidecar.items())[5:9] == [
+            ("interface", {"id": 6, "dimension": 1}),
+            *[(name, {"id": k, "dimension": 2}) for k, name in ((7, "a"), (8, "b"))],
+            ("corner", {"id": 9, "dimension": 0, "nodes": [0]}),
+        ]
+
+
+@pytest.mark.parametrize(
+    ("form", "dimensions"), [("su2", {1}), ("openfoam", {1, 2}), ("inp", {0, 1, 2}), ("med", {0, 1, 2}), ("msh", set())]
+)
+def test_the_sidecar_spells_the_names_that_a_format_holds(tmp_path, form, dimensions):
+    mesh = dataclasses.replace(sandwich(ODD, ("glass fibre", "b c")), point_labels=("a corner", "a probe"))
+    write_files(mesh, {}, {}, tmp_path, "plate", [form, "vtu"])
+    sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
+    assert {entry["dimension"] for entry in sidecar.values() if "written" in entry} == dimensions

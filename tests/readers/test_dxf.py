@@ -1,0 +1,127 @@
+"""Rings and domains from drawings in DXF."""
+
+import numpy as np
+import pytest
+from geometry_files import area, domain
+
+from bubblemesh.errors import CaseError, FileError, GeometryError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.rings import Arc, Ellipse, Line, Spline
+from bubblemesh.readers.formats import Selection, read_area, read_rings
+
+
+class TestDrawings:
+    """DXF."""
+
+    @pytest.fixture
+    def drawn(self, tmp_path):
+        ezdxf = pytest.importorskip("ezdxf")
+
+        def save(draw, unit=0):
+            document = ezdxf.new()
+            document.header["$INSUNITS"] = unit
+            draw(document)
+            document.saveas(tmp_path / "a.dxf")
+            return tmp_path / "a.dxf"
+
+        return save
+
+    def test_all_curves_are_read_as_curves_and_layers_become_labels(self, drawn):
+        def draw(document):
+            space = document.modelspace()
+            space.add_lwpolyline(
+                [(0, 0, 0), (10, 0, 1), (10, 6, 0), (0, 6, 0)], "xyb", close=True, dxfattribs={"layer": "RIM"}
+            )
+            space.add_circle((2, 2), 0.5, dxfattribs={"layer": "BORE"})
+            space.add_ellipse((5, 3), (0, 1), 0.5)
+            space.add_ellipse((8, 3), (1, 0), 0.5, 0, np.pi)
+            space.add_line((9, 3), (7, 3))
+            space.add_arc((4, 5), 0.3, 0, 180)
+            space.add_arc((4, 5), 0.3, 180, 360)
+            space.add_polyline2d([(3, 1, 0), (4, 1, 1), (4, 1.5, 0)], format="xyb").close()
+            # As seen from below, x is turned round.
+            space.add_arc((-7.5, 1), 0.3, 0, 180, dxfattribs={"extrusion": (0, 0, -1)})
+            space.add_arc((7.5, 1), 0.3, 180, 360)
+
+        outer, *holes = read_area(drawn(draw), Selection())
+        assert [type(side.curve) for side in outer.sides] == [Line, Arc, Line, Line]
+        assert {side.label for side in outer.sides} == {"RIM"}
+        kinds = sorted("+".join(type(side.curve).__name__ for side in hole.sides) for hole in holes)
+        assert kinds == ["Arc", "Arc", "Arc", "Ellipse", "Line+Arc+Line", "Spline+Line"]
+        assert {side.label for hole in holes for side in hole.sides} == {"BORE", None}
+        removed = np.pi * (0.25 + 0.5 + 0.25 + 0.09 + 0.09 + 1 / 32) + 0.25
+        assert Domain.of(outer, holes).polygon.area == pytest.approx(60 + 4.5 * np.pi - removed, rel=1e-3)
+
+    def test_an_ellipse_keeps_its_axes(self, drawn):
+        path = drawn(lambda document: document.modelspace().add_ellipse((5, 3), (0, 2), 0.5))
+        (ring,) = read_rings(path, Selection())
+        assert isinstance(ring.sides[0].curve, Ellipse)
+        assert domain(path).bounds == pytest.approx((4, 1, 6, 5), abs=1e-3)
+
+    def test_splines_are_followed(self, drawn):
+        turn = np.linspace(0, 2 * np.pi, 30)
+        points = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+
+        def draw(document):
+            document.modelspace().add_spline(points[:20])
+            document.modelspace().add_open_spline([points[19], (1.2, -1.2, 0), (1.2, -0.5, 0), points[0]])
+
+        (ring,) = read_rings(drawn(draw), Selection())
+        assert [type(side.curve) for side in ring.sides] == [Spline, Spline]
+        radii = np.hypot(*ring.sides[0].curve.knots.T)
+        np.testing.assert_allclose(radii, 1, atol=3e-3)
+
+    def test_blocks_are_resolved(self, drawn):
+        def draw(document):
+            block = document.blocks.new("B")
+            block.add_lwpolyline([(0, 0), (1, 0), (1, 1)], close=True)
+            document.modelspace().add_blockref("B", (6, 1), dxfattribs={"xscale": 2, "rotation": 90})
+
+        assert area(drawn(draw)) == pytest.approx(1)
+
+    def test_gaps_are_joined_within_a_tolerance_only(self, drawn):
+        def draw(document):
+            space = document.modelspace()
+            space.add_line((0, 0), (4, 0))
+            space.add_arc((4, 2), 2, -90, 90)
+            space.add_line((4, 4.01), (0, 4))
+            space.add_line((0, 4), (0, 0))
+
+        path = drawn(draw)
+        with pytest.raises(GeometryError, match=r"open ends: ARC .* at \(4, 4\), LINE .* at \(4, 4.01\).* set join"):
+            domain(path)
+        plate = domain(path, join=0.1)
+        assert plate.notes == ("a.dxf: 1 gaps joined, the widest (0.01) at (4, 4)",)
+        assert plate.polygon.area == pytest.approx(16 + 2 * np.pi, rel=5e-3)
+
+    def test_nothing_is_skipped_in_silence(self, drawn):
+        def draw(document):
+            space = document.modelspace()
+            space.add_circle((0, 0), 1)
+            space.add_text("A", dxfattribs={"insert": (3, 4), "layer": "NOTES"})
+            space.add_circle((5, 5), 1, dxfattribs={"extrusion": (1, 0, 0)})
+
+        notes = domain(drawn(draw)).notes
+        assert "a.dxf: 1 TEXT not used, the first on layer NOTES at (3, 4)" in notes
+        assert any("1 CIRCLE not used" in note for note in notes)
+
+    def test_layers_are_chosen(self, drawn):
+        def draw(document):
+            for radius, layer in ((3, "A"), (2, "B"), (1, "C")):
+                document.modelspace().add_circle((0, 0), radius, dxfattribs={"layer": layer})
+
+        assert area(drawn(draw), layers=("A", "C")) == pytest.approx(8 * np.pi, rel=1e-3)
+        with pytest.raises(CaseError, match="no layer 'D': allowed: A, B, C"):
+            area(drawn(draw), layers=("D",))
+
+    def test_a_unit_that_the_header_contradicts_is_noted(self, drawn):
+        path = drawn(lambda document: document.modelspace().add_circle((0, 0), 1), unit=4)
+        assert domain(path, unit="mm").notes == ()
+        assert "its header gives lengths in mm, the case in in" in domain(path, unit="in").notes[0]
+
+    def test_what_is_no_drawing_is_refused(self, written):
+        pytest.importorskip("ezdxf")
+        with pytest.raises((CaseError, FileError), match=r"a\.dxf: not a"):
+            domain(written("a.dxf", "hello"))
+        with pytest.raises(CaseError, match="there are no curves"):
+            domain(written("a.dxf", "0\nSECTION\n2\nENTITIES\n0\nENDSEC\n0\nEOF\n"))

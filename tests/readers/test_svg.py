@@ -1,0 +1,95 @@
+"""Rings and domains from drawings in SVG."""
+
+import numpy as np
+import pytest
+from geometry_files import SVG, area, domain
+
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.readers.formats import Selection, read_area, read_rings
+
+
+class TestPictures:
+    """SVG."""
+
+    @pytest.fixture(autouse=True)
+    def needs(self):
+        pytest.importorskip("svgelements")
+
+    def test_y_is_turned_up_transforms_apply_and_lengths_are_the_numbers_of_the_file(self, written):
+        path = written("a.svg", SVG.format('<g transform="translate(10 5)"><path d="M0 0 H8 V4 Z"/></g>'))
+        (ring,) = read_rings(path, Selection())
+        np.testing.assert_allclose(ring.vertices, [(10, -5), (18, -5), (18, -9)], atol=1e-12)
+
+    def test_arcs_circles_and_curves(self, written):
+        shapes = (
+            '<path d="M0 0 H30 V30 A 10 10 0 0 1 20 40 H0 Z"/><circle cx="5" cy="5" r="2"/>'
+            '<path d="M10 10 C 10 20 20 20 20 10 Z"/><path d="M25 20 A 3 1 0 0 1 25 25 Z"/>'
+        )
+        outer, *holes = read_area(written("a.svg", SVG.format(shapes)), Selection())
+        assert [type(side.curve).__name__ for side in outer.sides] == ["Line", "Line", "Arc", "Line", "Line"]
+        assert sorted(type(hole.sides[0].curve).__name__ for hole in holes) == ["Arc", "Spline", "Spline"]
+        assert Domain.of(outer, []).polygon.area == pytest.approx(1200 - 100 + 25 * np.pi, rel=1e-4)
+
+    def test_a_bezier_curve_is_followed(self, written):
+        (ring,) = read_rings(written("a.svg", SVG.format('<path d="M0 0 C 0 20 20 20 20 0 Z"/>')), Selection())
+        t = np.linspace(0, 1, 1001)[:, None]
+        exact = 3 * t * (1 - t) ** 2 * [0, -20] + 3 * t**2 * (1 - t) * [20, -20] + t**3 * [20, 0]
+        away = Domain.of(ring).nearest(exact).distance
+        assert away.max() < 1e-4
+
+    def test_names_of_elements_groups_and_layers_are_labels(self, written):
+        text = """
+          <g inkscape:groupmode="layer" inkscape:label="Umriß" id="layer1"><path id="path10" d="M0 0 H30 V30 H0 Z"/>
+            <g id="g5"><path id="path12-3" inkscape:label="Bohrung" d="M1 1 H2 V2 Z"/></g>
+            <circle id="vent" class="round" cx="5" cy="5" r="1"/>
+            <g id="slots"><rect class="cls-1" x="10" y="10" width="3" height="2"/>
+              <rect class="wide cls-1" x="15" y="10" width="3" height="2"/></g>
+            <use id="pin" href="#proto" x="20" y="20"/>
+          </g>
+          <g inkscape:groupmode="layer" inkscape:label="Layer 2"><circle id="circle9" cx="25" cy="10" r="1"/></g>
+          <defs><circle id="proto" r="1"/></defs>"""
+        head = SVG.replace("<svg", '<svg xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"')
+        path = written("a.svg", head.format(text))
+        outer, *holes = read_area(path, Selection())
+        assert {side.label for side in outer.sides} == {"Umriß"}
+        found = [{side.label for side in hole.sides} for hole in holes]
+        assert sorted(str(*labels) for labels in found) == ["Bohrung", "None", "pin", "slots", "vent", "wide"]
+        assert area(path, layers=("slots",), feature={"label": "wide"}) == pytest.approx(6)
+        assert area(path, feature={"id": "vent"}) == pytest.approx(np.pi, rel=1e-3)
+        assert area(path, feature={"class": "wide cls-1"}) == pytest.approx(6)
+        with pytest.raises(CaseError, match="no layer 'Umriss': did you mean 'Umriß'"):
+            area(path, layers=("Umriss",))
+
+    def test_sides_of_a_ring_may_be_paths_of_their_own(self, written):
+        text = '<path id="inflow" d="M0 0 V10"/><path id="walls" d="M0 10 H20 M20 0 H0"/><path id="out" d="M20 10 V0"/>'
+        found = domain(written("a.svg", SVG.format(text))).boundary
+        sides = [(found.labels[k], length) for k, length in zip(found.label, found.lengths, strict=True)]
+        assert sorted(sides) == [("inflow", 10), ("out", 10), ("walls", 20), ("walls", 20)]
+
+    def test_what_is_hidden_is_noted(self, written):
+        text = '<circle id="c" cx="5" cy="5" r="2"/><g style="display:none"><circle id="old" cx="5" cy="5" r="1"/></g>'
+        plate = domain(written("a.svg", SVG.format(text)))
+        assert plate.hole_count == 0
+        assert plate.notes == ("a.svg: circle 'old' not used, since it is hidden",)
+
+    @pytest.mark.parametrize("shape", ['<path id="a" d="M1 1"/>', '<path id="a" d="M1 1 L1 1"/>'])
+    def test_what_has_no_extent_is_noted(self, written, shape):
+        plate = domain(written("a.svg", SVG.format(shape + '<circle cx="5" cy="5" r="2"/>')))
+        assert plate.notes == ("a.svg: path 'a' not used, since it has no extent",)
+
+    def test_zero_is_not_negative(self, written):
+        with pytest.raises(GeometryError, match=r"open ends: feature 0 \(path\) at \(0, 0\), "):
+            domain(written("a.svg", SVG.format('<path d="M0 0 H4 V2"/>')))
+
+    def test_what_bounds_nothing_is_noted(self, written):
+        path = written("a.svg", SVG.format('<circle cx="5" cy="5" r="2"/><text id="t" x="1" y="2">A</text>'))
+        assert domain(path).notes == ("a.svg: text 't' not used",)
+
+    @pytest.mark.parametrize(
+        ("content", "message"),
+        [("", "no closed paths or shapes"), ("<path d='M0 0 L", "not valid XML"), ("<g>", "not valid XML")],
+    )
+    def test_faulty_pictures_are_refused(self, written, content, message):
+        with pytest.raises(CaseError, match=message):
+            domain(written("a.svg", SVG.format(content)))
