@@ -21,7 +21,6 @@ from bubblemesh.case import Case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
-from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import domain_of
 from bubblemesh.problem.problem import Problem, posed_for, task_of
@@ -64,7 +63,7 @@ def adapted(
     exact: str | None = None,
     on_round: OnRound = lambda row: None,
     on_share: OnShare = lambda share: None,
-) -> Result[Mesh]:
+) -> Result:
     """Mesh a case's domain anew, as its solution asks for.
 
     The sizes follow from the estimated error; of the case's spacing the limits and rules hold.

@@ -1,6 +1,6 @@
 """Commands that look at meshes of any origin."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +14,6 @@ from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
-    from bubblemesh.spacing.spacing import Spacing
 
 
 OF_PICTURES = ("color", "colormap", "range", "view", "style", "width", "dpi")  # options that errors may name
@@ -33,14 +32,14 @@ def quality(
     """Report the quality of a triangle mesh, or compare two."""
     with reported():
         from bubblemesh import console
+        from bubblemesh.meshes.quality import mesh_figures
         from bubblemesh.meshfiles import dump
         from bubblemesh.meshfiles.read import read_triangles
-        from bubblemesh.run.report import mesh_figures
         from bubblemesh.spacing.expression import Expression
         from bubblemesh.spacing.spacing import Spacing
 
         with located("--spacing"):
-            wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
+            wanted = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
         if other is not None:
             compare(mesh, other, wanted, as_json)
             return
@@ -108,7 +107,7 @@ def plot(
         console.show_files(str(path.parent), [path.name])
 
 
-def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) -> None:
+def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
     """Two meshes side by side."""
     from bubblemesh import console
     from bubblemesh.console.comparison import show_comparison
@@ -120,7 +119,7 @@ def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) 
     for path, each in read.items():
         console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
-        a, b = (comparison.measured(path, read[path], wanted) for path in (first, second))
+        a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
         write_output(dump(comparison.report(a, b)))
     else:
