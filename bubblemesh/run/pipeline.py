@@ -19,7 +19,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, connected
+from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, prepared
@@ -108,7 +108,7 @@ def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: floa
         spacing = tabulated(domain, problem.spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        initial = initial_row(start, connected(start, domain).triangles)
+        initial = initial_row(start, connect(start, domain).triangles)
     with timed(seconds, "packing"):
         last, rows, speeds = _packed(rounds(start, domain, levels, method, clock), on_round)
     with timed(seconds, "quality"):
