@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.files import local_copy, reason
 from bubblemesh.messages import shown
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
@@ -74,14 +74,15 @@ def read_mesh(path: Path) -> Any:
     """
     import meshio
 
-    if not path.exists():  # meshio has an error of its own for this
+    source = local_copy(path)
+    if not source.exists():  # meshio has an error of its own for this
         raise FileError(f"{path}: cannot be read: there is no such file")
-    if path.is_file() and path.stat().st_size == 0:
+    if source.is_file() and source.stat().st_size == 0:
         raise FileError(f"{path}: is empty")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
-            return meshio.read(path, file_format=FORMAT_OF_ENDING.get(path.suffix))
+            return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds
