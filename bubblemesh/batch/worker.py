@@ -13,7 +13,6 @@ from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
 from bubblemesh.batch.space import is_full
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
 from bubblemesh.files import local_copies, reason
-from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.problem.problem import prepared
 from bubblemesh.run.destination import require_finished, require_quality
 from bubblemesh.run.pipeline import Result, meshed
@@ -58,7 +57,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
     return outcome
 
 
-def _delivered(job: Job, result: Result[Mesh]) -> tuple[Mapping[str, Any], dict[str, bytes]]:
+def _delivered(job: Job, result: Result) -> tuple[Mapping[str, Any], dict[str, bytes]]:
     """The report, and the contents of all files."""
     with TemporaryDirectory(prefix="bubblemesh-") as folder:
         report = replace(job.place, folder=Path(folder)).deliver(result)

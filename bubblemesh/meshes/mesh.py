@@ -1,13 +1,17 @@
 """The product: a triangle mesh with labelled edges, regions and points."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Self
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.edges import SideTable, edge_keys, find_keys, numbered_edges
+from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
@@ -61,9 +65,9 @@ class Mesh:
         Names of the regions; each has at least one triangle.
     triangle_regions : (t,)
         Index into ``regions`` for each triangle; all 0 unless given.
-    vertices : (v,)
+    labelled_nodes : (v,)
         Nodes that have a label of their own; none unless given.
-    vertex_labels : (v,)
+    node_labels : (v,)
         Index into ``point_labels`` for each of them.
     point_labels : tuple of str
         Names of the labelled points.
@@ -80,8 +84,8 @@ class Mesh:
     labels: tuple[str, ...]
     regions: tuple[str, ...] = ("domain",)
     triangle_regions: Integers = field(default_factory=_nothing)
-    vertices: Integers = field(default_factory=_nothing)
-    vertex_labels: Integers = field(default_factory=_nothing)
+    labelled_nodes: Integers = field(default_factory=_nothing)
+    node_labels: Integers = field(default_factory=_nothing)
     point_labels: tuple[str, ...] = ()
     facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     periodic: Integers = field(default_factory=_no_pairs)
@@ -91,6 +95,9 @@ class Mesh:
             object.__setattr__(self, "triangle_regions", np.zeros(len(self.triangles), np.int64))
         if len(self.facet_middles) == 0:
             object.__setattr__(self, "facet_middles", self.points[self.facets[:, :2]].mean(axis=1))
+
+    def __repr__(self) -> str:
+        return f"<Mesh: {len(self.points)} nodes, {len(self.triangles)} triangles, labels {', '.join(self.labels)}>"
 
     @property
     def order(self) -> int:
@@ -153,6 +160,81 @@ class Mesh:
         )
         bulging = (self.facet_middles != straight).any(axis=1)
         return curved, int((kept_straight & bulging).sum())
+
+    def quality(self) -> Shape:
+        """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
+        return shape_quality(self.points, self.triangles[:, :3])
+
+    def to_meshio(self) -> Any:
+        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids."""
+        from bubblemesh.meshfiles.write.gmsh import as_meshio
+
+        result = as_meshio(self)
+        ids = result.cell_data["gmsh:physical"]
+        for name, (tag, _) in result.field_data.items():
+            result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
+        return result
+
+    def plot(
+        self,
+        path: Path | str | None = None,
+        *,
+        color: str = "quality",
+        title: str | None = None,
+        style: str = "screen",
+        fields: Mapping[str, Floats] = MappingProxyType({}),
+        **options: Any,
+    ) -> Any:
+        """Draw the mesh, and write the picture if a path (.png, .svg, .pdf) is given.
+
+        Parameters
+        ----------
+        path : Path or str, optional
+        color : str
+            ``quality``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field.
+        title, style
+            Text above the picture; ``screen`` or ``paper``.
+        fields : mapping of str to (t,)
+            Data of the triangles, such as ``Result.fields``, which ``spacing`` needs.
+        **options
+            ``colormap``, ``limits``, ``edges``, ``nodes``, ``labels``, ``view``, ``width`` and ``dpi``, as the options
+            of ``bubblemesh plot``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        CaseError
+            If the ending or the colouring is unknown.
+        FileError
+            If the picture cannot be written.
+        """
+        from bubblemesh.pictures.colouring import MeshData
+        from bubblemesh.pictures.plots import draw_mesh, mesh_figure
+        from bubblemesh.pictures.styles import PlotOptions
+
+        shown = PlotOptions(color=color, title=title, style=style, **options)
+        if path is not None:
+            return draw_mesh(self, Path(path), shown, MeshData(fields))
+        return mesh_figure(self, shown, MeshData(fields))
+
+    def write(self, path: Path | str) -> list[str]:
+        """Write the mesh in the format of the path's ending, with STEM.report.json, and return the files' names.
+
+        Raises
+        ------
+        CaseError
+            If the ending is unknown, or its format has no form for the order of the triangles.
+        FileError
+            If a file cannot be written; then none is.
+        """
+        from bubblemesh.meshfiles import write_file
+
+        ratios = radius_ratios(self.points, self.triangles[:, :3])
+        figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
+        return list(write_file(self, {"quality": ratios}, figures, Path(path))["files"])
 
 
 def _folded(corners: Floats, middles: Floats) -> Booleans:

@@ -1,6 +1,8 @@
 """Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from bubblemesh.meshes.edges import numbered_edges, unique_edges
 _DEGENERATE = 1e-14
 _REGULAR_VALENCE = 6
 _BINS = 10
+_WORST = 5  # triangles that a report names
 
 
 @dataclass(frozen=True)
@@ -150,6 +153,34 @@ def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
 def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Floats:
     """Return the mean edge length (t,) of each triangle over the spacing (t,) wanted there."""
     return sum(_sides(points, triangles), np.zeros(len(triangles))) / (3 * wanted)
+
+
+def mesh_figures(
+    points: Floats, triangles: Integers, spacing_between: Callable[[Floats], Floats] | None
+) -> dict[str, Any]:
+    """Figures of a mesh of any orientation, as a report holds them.
+
+    Parameters
+    ----------
+    points : (n, 2)
+    triangles : (t, 3)
+    spacing_between : callable or None
+        Wanted spacing (e,) of edges by their ends (e, 2, 2), to tell how well they keep it.
+    """
+    edges, count = unique_edges(triangles)
+    figures = {
+        "nodes": len(points),
+        "triangles": len(triangles),
+        "boundary_nodes": len(np.unique(edges[count == 1])),
+        "quality": {
+            **asdict(shape_quality(points, triangles)),
+            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(points, triangles, _WORST)],
+        },
+        "area": float(np.abs(signed_areas(points, triangles)).sum()),
+    }
+    if spacing_between is not None:
+        figures["spacing"] = asdict(spacing_fit(points, edges, spacing_between(points[edges])))
+    return figures
 
 
 def worst_triangles(points: Floats, triangles: Integers, count: int) -> list[tuple[float, tuple[float, float]]]:

@@ -10,7 +10,7 @@ from bubblemesh.geometry.corners import departures
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
 from bubblemesh.messages import place
-from bubblemesh.spacing.rules.grading import GROWTH, Graded
+from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
@@ -108,7 +108,7 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def slowed_growth(grading: Graded, limit: float | None, scale: float | None = None) -> list[str]:
+def slowed_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
     """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit.
 
     Slopes go with a ``scale`` that was found for a number of nodes.

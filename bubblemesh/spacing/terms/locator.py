@@ -8,11 +8,11 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
 from bubblemesh.meshes.edges import directed_sides, one_sided
-from bubblemesh.spacing.grid.quadtree import Background
+from bubblemesh.spacing.grid.quadtree import Quadtree
 
 
 @dataclass(frozen=True)
-class Rim:
+class MeshRim:
     """Edges with triangles on one side only, also where the triangles beside each other have nodes of their own.
 
     Attributes
@@ -27,7 +27,7 @@ class Rim:
     runs: ChordRuns
 
     @classmethod
-    def of(cls, points: Floats, triangles: Integers) -> "Rim":
+    def of(cls, points: Floats, triangles: Integers) -> "MeshRim":
         """Rim of triangles (t, 3) that turn either way and have an area."""
         _, places = np.unique(points, axis=0, return_inverse=True)
         a, b, c = np.moveaxis(points[triangles], 1, 0)
@@ -67,7 +67,7 @@ AT_A_TIME = 1 << 16  # points, so that the arrays stay in the processor's caches
 
 
 @dataclass(frozen=True)
-class Locator:
+class TriangleLocator:
     """Triangles, and cells of a quadtree with the few of them that each one meets.
 
     Attributes
@@ -76,7 +76,7 @@ class Locator:
         Origin of the coordinates of cells and maps.
     maps : (t, 6)
         Of each triangle its first corner, and the matrix that gives the weights of the other two.
-    grid : Background
+    grid : Quadtree
     begin : (n + 1,)
         Where the candidates of each cell begin.
     candidates : (k,)
@@ -85,12 +85,12 @@ class Locator:
 
     low: Floats
     maps: Floats
-    grid: Background
+    grid: Quadtree
     begin: Integers
     candidates: Integers
 
     @classmethod
-    def of(cls, corners: Floats) -> "Locator":
+    def of(cls, corners: Floats) -> "TriangleLocator":
         """Locator for triangles with ``corners`` (t, 3, 2), none of them without an area; they may turn either way."""
         low = corners.min(axis=(0, 1))
         corners = corners - low
@@ -138,9 +138,9 @@ def _weights(maps: Floats, points: Floats) -> tuple[Floats, Floats]:
     return maps[:, 2] * x + maps[:, 3] * y, maps[:, 4] * x + maps[:, 5] * y
 
 
-def _candidates(corners: Floats, maps: Floats) -> tuple[Background, Integers, Integers]:
+def _candidates(corners: Floats, maps: Floats) -> tuple[Quadtree, Integers, Integers]:
     """Cells, and pairs (k,) of cells and triangles that may meet; few triangles for each cell."""
-    grid = Background.around((0.0, 0.0, *corners.max(axis=(0, 1)).tolist()))
+    grid = Quadtree.around((0.0, 0.0, *corners.max(axis=(0, 1)).tolist()))
     low, high = corners.min(axis=1), corners.max(axis=1)
     boxes = np.column_stack([(low + high) / 2, (high - low) / 2])
     cell, triangle = np.zeros(len(maps), np.int64), np.arange(len(maps))
@@ -162,7 +162,7 @@ def _candidates(corners: Floats, maps: Floats) -> tuple[Background, Integers, In
     return grid, cell, triangle
 
 
-def _meeting(grid: Background, cell: Integers, boxes: Floats, maps: Floats) -> Booleans:
+def _meeting(grid: Quadtree, cell: Integers, boxes: Floats, maps: Floats) -> Booleans:
     """Which cells (k,) meet the triangles with ``boxes`` and ``maps`` beside them: no side of either parts the two."""
     centers, half = grid.centers[cell], grid.sides[cell] / 2 * (1 + SLACK)
     meeting = np.abs(centers[:, 0] - boxes[:, 0]) <= half + boxes[:, 2]
