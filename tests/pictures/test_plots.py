@@ -16,8 +16,9 @@ from typer.testing import CliRunner
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.meshfiles import FORMATS, write_file
+from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.read import read_mesh, read_triangles
+from bubblemesh.meshfiles.writing import write_file
 from bubblemesh.pictures.colours import BARE, INK
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
 
