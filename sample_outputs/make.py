@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from bubblemesh.case import load_case
-from bubblemesh.meshfiles import write_files
+from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.pictures.plots import draw_mesh
 from bubblemesh.run.pipeline import mesh_case
 
