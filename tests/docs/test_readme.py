@@ -70,6 +70,7 @@ def test_the_python_block_runs_in_a_folder_with_the_quickstart_mesh(tmp_path):
     assert re.search(r"\d+", printed.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", re.findall(r"^bubblemesh (.*?)(?:\s+#.*)?$", "\n".join(blocks("sh")), flags=re.M))
 def test_every_command_shown_works(command, mesh_file, tmp_path):
     (tmp_path / "plate.yaml").write_text((ROOT / "configs/quickstart.yaml").read_text())
