@@ -4,10 +4,9 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from bubblemesh.batch.jobs import Job
-from bubblemesh.case import Case, Variant, case_variants, load_case, named_files, parsed
+from bubblemesh.case import Case, Override, Variant, case_variants, load_case, named_files
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.run.destination import Destination, destination
 
@@ -18,42 +17,21 @@ class Settings:
 
     Attributes
     ----------
-    overrides : tuple of str
-    method, seed : optional
-        Options over the case's file.
+    overrides : sequence of Override
+        Set over each case's file.
     folder : str, optional
         Folder of all results; without it each case has its own.
     page : bool, optional
         Whether each case gets its page; without it the case says so.
-    time_limit : float, optional
-        Seconds after which the packing of a case ends with the mesh as it is.
     """
 
-    overrides: tuple[str, ...] = ()
-    method: str | None = None
-    seed: int | None = None
+    overrides: Sequence[Override] = ()
     folder: str | None = None
     page: bool | None = None
-    time_limit: float | None = None
 
     def __post_init__(self) -> None:
         if self.folder in ("", "-"):
             raise CaseError(f"-o {self.folder}: a batch writes into a folder: name one")
-        for override in self.overrides:
-            parsed(override)  # a mistake here is no case's
-
-    def case(self, source: str, variant: Variant) -> Case:
-        """A case of a file, with the options over it."""
-        return load_case(source, variant=variant, **self._over())
-
-    def variants(self, source: str) -> list[Variant]:
-        """The cases of a file."""
-        return case_variants(source, **self._over())
-
-    def _over(self) -> dict[str, Any]:
-        """The options over a case's file."""
-        options = {"method": self.method, "seed": self.seed, "time_limit": self.time_limit}
-        return {"overrides": self.overrides, **options}
 
 
 @dataclass(frozen=True)
@@ -105,13 +83,13 @@ Found = tuple[str, Variant, str, Destination | None, BubblemeshError | None]
 
 def _entries(source: str, settings: Settings) -> Iterator[Found]:
     try:
-        variants = settings.variants(source)
+        variants = case_variants(source, overrides=settings.overrides)
     except BubblemeshError as error:
         yield source, Variant(), Path(source).stem, None, error
         return
     for variant in variants:
         try:
-            case = settings.case(source, variant)
+            case = load_case(source, overrides=settings.overrides, variant=variant)
             yield source, variant, str(case.name), _place(case, source, settings), None
         except BubblemeshError as error:
             yield source, variant, Path(source).stem + variant.label, None, error
@@ -158,7 +136,7 @@ def job_of(entry: Entry, settings: Settings) -> Job:
     """
     if entry.error is not None:
         raise entry.error
-    case = settings.case(entry.source, entry.variant)
+    case = load_case(entry.source, overrides=settings.overrides, variant=entry.variant)
     place = _place(case, entry.source, settings)
     if entry.place is None or (place.folder, place.name) != (entry.place.folder, entry.place.name):
         raise CaseError(f"{entry.source}: its name or folder has changed since the batch began: run the batch again")

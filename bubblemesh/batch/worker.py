@@ -12,7 +12,6 @@ from bubblemesh import __version__
 from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
 from bubblemesh.batch.space import is_full
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
-from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import reason
 from bubblemesh.problem.problem import prepared
 from bubblemesh.readers.carried import carried
@@ -59,7 +58,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
     return outcome
 
 
-def _delivered(job: Job, result: Result[Mesh]) -> tuple[Mapping[str, Any], dict[str, bytes]]:
+def _delivered(job: Job, result: Result) -> tuple[Mapping[str, Any], dict[str, bytes]]:
     """The report, and the contents of all files."""
     with TemporaryDirectory(prefix="bubblemesh-") as folder:
         report = replace(job.place, folder=Path(folder)).deliver(result)

@@ -375,6 +375,23 @@ class Boundary:
         linked = chain_piece[:-1] == chain_piece[1:]
         return np.column_stack([chain[:-1], chain[1:]])[linked], chain_piece[:-1][linked]
 
+    def arcs(self, edges: Integers, edge_piece: Integers, s: Floats) -> tuple[Floats, Floats]:
+        """Arc lengths (e,) at which edges begin and end, past the length of the piece across the start of a closed one.
+
+        Parameters
+        ----------
+        edges, edge_piece : (e, 2), (e,)
+            As `edges` gives them.
+        s : (m,)
+            Arc lengths of the nodes after the corners.
+        """
+        corners, length = len(self.corners), self.lengths[edge_piece]
+        along = np.concatenate([np.zeros(corners), s])
+        first, last = edges.T
+        begin, end = along[first], np.where(last < corners, length, along[last])
+        across_the_start = self.closed[edge_piece] & ((end < begin) | (first == last))
+        return begin, np.where(across_the_start, end + length, end)
+
     def split(self, piece: Integers, s: Floats, points: Floats) -> "Boundary":
         """The boundary with corners at different ``points`` (m, 2) on the pieces (m,) at arc lengths ``s`` (m,).
 

@@ -50,6 +50,26 @@ def paired(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
+def counterparts(boundary: Boundary, pairs: Integers, piece: Integers, s: Floats) -> tuple[Integers, Integers, Floats]:
+    """Places on periodic sides: their numbers (k,), and pieces (k,) and arc lengths (k,) of the places that match them.
+
+    Parameters
+    ----------
+    boundary : Boundary
+    pairs : (p, 2)
+        Pieces of which the second is the first one moved and run the other way.
+    piece, s : (m,)
+        Places on any pieces. Those on periodic sides come out in the order of the pairs.
+    """
+    here, there = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(-1, 2).T
+    rank = np.full(len(boundary.kind), -1)
+    rank[here] = np.arange(len(here))
+    mine = np.flatnonzero(rank[piece] >= 0)
+    mine = mine[np.argsort(rank[piece[mine]], kind="stable")]
+    other = there[rank[piece[mine]]]
+    return mine, other, boundary.wrapped(other, boundary.lengths[other] - s[mine])
+
+
 def matching_edges(pairs: Integers, piece: Integers) -> Integers:
     """Pairs (m, 2) of edges on pieces that match, in opposite directions.
 

@@ -32,9 +32,9 @@ def region_ids(mesh: Mesh) -> Integers:
     return mesh.triangle_regions.astype(np.int64) + 1 + len(mesh.labels)
 
 
-def vertex_ids(mesh: Mesh) -> Integers:
+def node_ids(mesh: Mesh) -> Integers:
     """Return the (v,) ids of the labelled points: those after the regions'."""
-    return mesh.vertex_labels.astype(np.int64) + 1 + len(mesh.labels) + len(mesh.regions)
+    return mesh.node_labels.astype(np.int64) + 1 + len(mesh.labels) + len(mesh.regions)
 
 
 def group_names(mesh: Mesh) -> dict[str, Group]:

@@ -8,6 +8,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.messages import place
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
@@ -19,17 +20,7 @@ MOST_HALVINGS = 60
 MOST_ADDED = 500_000  # bubbles between curves; those that need more are the same but for rounding
 
 
-def arcs(bubbles: Bubbles, domain: Domain, edges: Integers, edge_piece: Integers) -> tuple[Floats, Floats]:
-    """Arc lengths (e,) at which boundary edges begin and end; an edge of a closed curve may run past its length."""
-    length = domain.boundary.lengths[edge_piece]
-    s = np.concatenate([np.zeros(bubbles.corners), bubbles.s])
-    begin = np.where(edges[:, 0] < bubbles.corners, 0, s[edges[:, 0]])
-    end = np.where(edges[:, 1] < bubbles.corners, length, s[edges[:, 1]])
-    past_the_start = domain.boundary.closed[edge_piece] & ((end < begin) | (edges[:, 0] == edges[:, 1]))
-    return begin, np.where(past_the_start, end + length, end)
-
-
-def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
     """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off.
 
     Raises
@@ -42,32 +33,23 @@ def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         return bubbles
     for _ in range(MOST_HALVINGS):
         edges, edge_piece = boundary.edges(bubbles.piece, bubbles.s)
-        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        begin, end = boundary.arcs(edges, edge_piece, bubbles.s)
         cut = np.flatnonzero(_cutting(bubbles, domain, edges, edge_piece, begin, end))
         if len(cut) == 0:
             break
         piece = edge_piece[cut]
         s = boundary.wrapped(piece, (begin[cut] + end[cut]) / 2)
-        piece, s = _on_both_sides(domain, piece, s)
+        _, other, at = counterparts(boundary, domain.periodic, piece, s)
+        uncut = ~np.isin(other, piece)
+        piece, s = np.append(piece, other[uncut]), np.append(s, at[uncut])
         x = boundary.points(piece, s)
         if len(bubbles) + len(x) > most:
             raise GeometryError(
                 f"two curves at {place(x[0])} are so near to each other that no edges fit between them: let them "
                 "share the curve, or move them apart"
             )
-        bubbles = bubbles.joined_by(x, spacing(x), piece, s)
+        bubbles = bubbles.append(x, spacing(x), piece, s)
     return bubbles
-
-
-def _on_both_sides(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
-    """Places (k,) on the boundary and, on periodic sides, their counterparts, each once."""
-    pieces, places = [piece], [s]
-    for pair in domain.periodic:
-        for here, there in (pair, pair[::-1]):
-            mine = (piece == here) & ~np.isin(there, piece)
-            pieces.append(np.full(int(mine.sum()), there))
-            places.append(domain.boundary.lengths[there] - s[mine])
-    return np.concatenate(pieces), np.concatenate(places)
 
 
 def _cutting(
@@ -97,28 +79,28 @@ def _cutting(
     return cutting
 
 
-def enclosed(bubbles: Bubbles, domain: Domain) -> Bubbles:
+def drop_strays(bubbles: Bubbles, domain: Domain) -> Bubbles:
     """The bubbles without those that nothing can be made of: run into others on the boundary, or outside its edges."""
     bubbles = _separated(bubbles, domain)
     inside = _inside_chords(bubbles, domain)
     if inside.all():
         return bubbles
     keep = np.concatenate([np.arange(bubbles.boundary_count), bubbles.boundary_count + np.flatnonzero(inside)])
-    return bubbles.kept(keep)
+    return bubbles.select(keep)
 
 
 def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
     """The bubbles without sliding ones that come next to a corner, or to the sliding one before, as good as at it."""
     while True:
         edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-        begin, end = arcs(bubbles, domain, edges, edge_piece)
+        begin, end = domain.boundary.arcs(edges, edge_piece, bubbles.s)
         near = edges[end - begin < NEAREST_ON_CURVE * bubbles.d[edges].mean(axis=1)]
         # Of two sliding bubbles the later one goes, and then another look is needed at what it was next to.
         gone = near.max(axis=1)
         gone = np.unique(gone[gone >= bubbles.corners])
         if len(gone) == 0:
             return bubbles
-        bubbles = bubbles.kept(np.delete(np.arange(len(bubbles)), gone))
+        bubbles = bubbles.select(np.delete(np.arange(len(bubbles)), gone))
 
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:

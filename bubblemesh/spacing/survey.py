@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import doubled_areas, triangulated
@@ -169,8 +169,7 @@ def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
     corners, number = np.unique(line.points, axis=0, return_inverse=True)
     begin, end = number, number[line.successor]
     parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
-    chord = np.repeat(np.arange(len(parts)), parts)
-    rank = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    chord, rank = members(parts)
     inner = rank > 0
     share = (rank / parts[chord])[inner, None]
     between = corners[begin[chord[inner]]] * (1 - share) + corners[end[chord[inner]]] * share

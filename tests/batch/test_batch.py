@@ -17,10 +17,13 @@ from batches import (
     rows_of,
 )
 from paths import ROOT
+from typer.testing import CliRunner
 
 from bubblemesh import __version__
 from bubblemesh.batch import Begun, Finished, Note, Settings
 from bubblemesh.batch.rows import FIGURES
+from bubblemesh.case import overrides_of
+from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 
 
@@ -73,7 +76,7 @@ def test_no_result_overwrites_a_case_of_the_batch(here):
 
 def test_options_hold_for_every_case(here):
     write(here, a=SMALL, b=SMALL + "packing: {w2: 0.5}\n")
-    for row in rows_of(".", overrides=("spacing=0.3", "packing.w1=2"), method="fnpbs", seed=7):
+    for row in rows_of(".", overrides=overrides_of(["spacing=0.3", "packing.w1=2"], method="fnpbs", seed=7)):
         report = json.loads(Path(f"{row.case}.report.json").read_text())
         assert report["method"] == row.figures["method"] == "fnpbs"
         assert report["seed"] == row.figures["seed"] == 7
@@ -83,7 +86,6 @@ def test_options_hold_for_every_case(here):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"overrides": ("spacing",)}, "--set spacing: no '='"),
         ({"folder": ""}, "a batch writes into a folder"),
         ({"folder": "-"}, "-o -: a batch writes into a folder"),
     ],
@@ -91,6 +93,14 @@ def test_options_hold_for_every_case(here):
 def test_a_wrong_option_is_an_error_of_its_own_and_no_case_s(settings, message):
     with pytest.raises(CaseError, match=message):
         Settings(**settings)
+
+
+def test_a_wrong_setting_is_an_error_of_its_own_and_no_case_s(here):
+    write(here, a=SMALL)
+    result = CliRunner().invoke(app, ["batch", ".", "--set", "spacing"])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("error: --set spacing: no '='")
+    assert names(here) == ["a.yaml"]
 
 
 def test_events_tell_of_all_cases_of_rounds_and_of_ends(here):

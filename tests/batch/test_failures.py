@@ -23,6 +23,7 @@ from bubblemesh.batch import Settings, planned
 from bubblemesh.batch.jobs import Job
 from bubblemesh.batch.plan import job_of
 from bubblemesh.batch.worker import mesh_job
+from bubblemesh.case import overrides_of
 from bubblemesh.errors import FileError
 
 NODES = "4 2 0 0\n1 0 0\n2 1 0\n3 1 1\n4 0 1\n"
@@ -165,7 +166,7 @@ def test_files_that_cannot_be_written_are_a_row_and_old_ones_stay(here, monkeypa
     write(here, a=SMALL, b=SMALL)
     before = [*rows_of(".")] and results_in(here)
     failing_to_write(monkeypatch, "a.msh", errno.EIO)
-    rows = rows_of(".", seed=5)
+    rows = rows_of(".", overrides=overrides_of(seed=5))
     assert [(row.case, row.exit_code, bool(row.files)) for row in rows] == [("a", 5, False), ("b", 0, True)]
     assert rows[0].error == f"a.yaml: cannot write a.msh: {os.strerror(errno.EIO)}"
     after = results_in(here)

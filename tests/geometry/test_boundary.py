@@ -127,6 +127,17 @@ def split_at(boundary, piece, s):
     return boundary.split(piece, s, boundary.points(piece, s))
 
 
+@pytest.mark.parametrize("count", [0, 9])
+def test_arcs_of_the_edges_of_a_piece_follow_each_other_and_make_up_its_length(count):
+    piece, s = nodes_on(PLATE, count, np.random.default_rng(2))
+    edges, edge_piece = PLATE.edges(piece, s)
+    begin, end = PLATE.arcs(edges, edge_piece, s)
+    assert (end > begin).all()
+    assert_allclose(np.bincount(edge_piece, end - begin), PLATE.lengths)
+    nodes = np.vstack([PLATE.corners, PLATE.points(piece, s)])
+    assert_allclose(PLATE.points(edge_piece, begin), nodes[edges[:, 0]], atol=1e-12)
+
+
 def test_splitting_an_open_piece_makes_two_that_meet_at_the_corner():
     split = split_at(PLATE, [6], [1.0])
     assert len(split.corners) == len(PLATE.corners) + 1

@@ -4,6 +4,7 @@ from partitions import MOONS, check_net, domain_of, packed
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.problem.problem import prepared
 
 SQUARE = "domain:\n  outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}\n"
@@ -117,3 +118,13 @@ def test_the_published_methods_have_no_periodic_sides():
     text = SQUARE + "  periodic: [[left, right]]\nspacing: 0.1\n"
     with pytest.raises(CaseError, match=r"domain\.periodic"):
         prepared(load_case("square.yaml", text=text, method="accelerated"))
+
+
+def test_counterparts_are_as_far_across_the_domain_as_the_sides():
+    domain = domain_of(WAVES + "  periodic: [[left, right], [bottom, top]]\n")
+    piece = np.repeat(np.arange(4), 3)
+    s = np.tile([0.0, 0.3, 0.7], 4)
+    places, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
+    assert sorted(places) == list(range(12))
+    shift = domain.boundary.points(other, at) - domain.boundary.points(piece[places], s[places])
+    np.testing.assert_allclose(np.abs(shift), np.where(places[:, None] // 3 % 2 == 0, (0, 1), (2, 0)), atol=1e-12)

@@ -13,7 +13,6 @@ from matplotlib.colors import to_hex
 from squares import holed_square
 from typer.testing import CliRunner
 
-import bubblemesh
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import radius_ratios
@@ -313,8 +312,7 @@ def test_a_mesh_without_labels_regions_or_area(mesh):
 
 
 def test_a_mesh_of_the_programming_interface_is_drawn_with_its_fields(mesh, data, tmp_path):
-    mine = bubblemesh.Mesh.of(mesh)
-    figure = mine.plot(tmp_path / "a.pdf", color="spacing", style="paper", fields=data.cells, edges=False)
+    figure = mesh.plot(tmp_path / "a.pdf", color="spacing", style="paper", fields=data.cells, edges=False)
     assert (tmp_path / "a.pdf").stat().st_size > 1000
     assert len(triangles_of(figure).get_paths()) == len(mesh.triangles)
 

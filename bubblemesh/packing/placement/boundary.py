@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.rules.periodic import finest
+from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.spacing.rules.periodic import finer_of_both_sides
 from bubblemesh.spacing.rules.sources import panels
 from bubblemesh.spacing.spacing import Spacing
 
@@ -19,14 +20,14 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     """
     boundary = domain.boundary
     piece, begin, length = panels(domain, spacing)
-    weight = length / 2 * sum(1 / finest(domain, spacing, piece, begin + t * length) for t in GAUSS)
+    weight = length / 2 * sum(1 / finer_of_both_sides(domain, spacing, piece, begin + t * length) for t in GAUSS)
     total = np.bincount(piece, weight, minlength=len(boundary.lengths))
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
     intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
     # A closed curve has a bubble at its start, an open piece a corner.
     count = np.where(boundary.closed, intervals, intervals - 1)
-    owner = np.repeat(np.arange(len(count)), count)
-    rank = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + ~boundary.closed[owner]
+    owner, rank = members(count)
+    rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
     wanted = before[owner] + total[owner] * rank / intervals[owner]
     reached = np.cumsum(weight)
@@ -44,8 +45,8 @@ def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Flo
     if len(pairs) == 0:
         return piece, s
     own = ~np.isin(piece, pairs[:, 1])
-    copied = [(piece[piece == a] * 0 + b, domain.boundary.lengths[b] - s[piece == a]) for a, b in pairs]
-    pieces = np.concatenate([piece[own], *(owner for owner, _ in copied)])
-    places = np.concatenate([s[own], *(at for _, at in copied)])
-    order = np.lexsort((places, pieces))
-    return pieces[order], places[order]
+    piece, s = piece[own], s[own]
+    _, other, at = counterparts(domain.boundary, pairs, piece, s)
+    piece, s = np.append(piece, other), np.append(s, at)
+    order = np.lexsort((s, piece))
+    return piece[order], s[order]

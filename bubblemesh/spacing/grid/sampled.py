@@ -1,4 +1,4 @@
-"""Background grid whose cells resolve a spacing and the sources around which it is finer."""
+"""Quadtree grid whose cells resolve a spacing and the sources around which it is finer."""
 
 from dataclasses import dataclass, replace
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grid.quadtree import Background
+from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
@@ -23,7 +23,7 @@ class Sampled:
 
     Attributes
     ----------
-    grid : Background
+    grid : Quadtree
     inside : (n,)
         Which cells reach into the domain.
     d : (n, 5)
@@ -32,7 +32,7 @@ class Sampled:
         Largest side that its sources allow for each cell, infinite where there is none.
     """
 
-    grid: Background
+    grid: Quadtree
     inside: Booleans
     d: Floats
     finest: Floats
@@ -50,7 +50,7 @@ class Sampled:
 
 def whole(domain: Domain) -> Sampled:
     """One cell around the domain, with samples that have it split."""
-    grid = Background.around(domain.bounds)
+    grid = Quadtree.around(domain.bounds)
     return Sampled(grid, np.ones(1, bool), np.zeros((1, len(SAMPLES))), np.zeros(1))
 
 
@@ -74,14 +74,14 @@ def resolved(sampled: Sampled, domain: Domain, spacing: Spacing, sources: Source
     return sampled
 
 
-def _finest(grid: Background, sources: Sources) -> Floats:
+def _finest(grid: Quadtree, sources: Sources) -> Floats:
     """Largest side (n,) that its sources allow for each cell, infinite where there is none."""
     finest = np.full(len(grid), np.inf)
     np.minimum.at(finest, grid.located(sources.points), sources.cells)
     return finest
 
 
-def places(grid: Background, cells: Integers) -> Floats:
+def places(grid: Quadtree, cells: Integers) -> Floats:
     """Samples (k, 5, 2) of some cells: centre and corners."""
     return np.concatenate([grid.centers[cells, None], grid.corners(cells)], axis=1)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grid.quadtree import DEEPEST, Background
+from bubblemesh.spacing.grid.quadtree import DEEPEST, Quadtree
 from bubblemesh.spacing.grid.sampled import reaching
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
@@ -31,7 +31,7 @@ class Table:
     ----------
     function : callable
         Values (n,) at x (n,) and y (n,).
-    grid : Background
+    grid : Quadtree
     corners : (n, 4)
         Values at the corners of each cell.
     good : (n,)
@@ -39,7 +39,7 @@ class Table:
     """
 
     function: Term
-    grid: Background
+    grid: Quadtree
     corners: Floats
     good: Booleans
 
@@ -57,14 +57,14 @@ class Table:
 class Samples:
     """A grid, which of its cells reach into the domain (n,), and the spacing at nine places of each cell (n, 9)."""
 
-    grid: Background
+    grid: Quadtree
     inside: Booleans
     d: Floats
 
     @classmethod
     def of(cls, domain: Domain, function: Term) -> "Samples":
         """One cell around the domain."""
-        grid = Background.around(domain.bounds)
+        grid = Quadtree.around(domain.bounds)
         return cls(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
 
     def error(self) -> Floats:
@@ -110,7 +110,7 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
     return Spacing(table, spacing.floor)
 
 
-def _values(function: Term, grid: Background, cells: Integers, places: Floats) -> Floats:
+def _values(function: Term, grid: Quadtree, cells: Integers, places: Floats) -> Floats:
     """Values (k, p) of the function at places (p, 2) of cells (k,)."""
     x, y = np.moveaxis(grid.centers[cells, None] + grid.sides[cells, None, None] * places, 2, 0)
     return function(x.ravel(), y.ravel()).reshape(x.shape)

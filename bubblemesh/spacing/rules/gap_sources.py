@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -24,7 +24,7 @@ NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zer
 
 
 @dataclass(frozen=True)
-class Filling:
+class GapSources:
     """Sources that fill the narrow parts of a domain.
 
     Attributes
@@ -90,8 +90,8 @@ class Filling:
         """Sources on the ways across the gaps, up to a part of these."""
         apart = self._apart(size)
         parts = np.ceil(far * found.widths / apart).astype(np.int64)
-        way = np.repeat(np.arange(len(parts)), parts + 1)
-        share = far * (np.arange(len(way)) - (np.cumsum(parts + 1) - parts - 1)[way]) / parts[way]
+        way, number = members(parts + 1)
+        share = far * number / parts[way]
         points = found.places[way] + share[:, None] * (found.feet - found.places)[way]
         return Sources(points, size[way], CELLS * apart[way])
 

@@ -1,4 +1,4 @@
-"""Graded spacing: it grows away from where it is fine by no more than a given rate."""
+"""LimitedSpacing spacing: it grows away from where it is fine by no more than a given rate."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -7,10 +7,10 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grid.quadtree import Background
+from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.grid.sampled import CELL, PAIRS, Sampled, places, resolved, whole
-from bubblemesh.spacing.rules.eikonal import slowed
-from bubblemesh.spacing.rules.sources import FINEST, Sources, panels
+from bubblemesh.spacing.rules.eikonal import limited_values
+from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, panels
 from bubblemesh.spacing.rules.thin_walls import thin_walls
 from bubblemesh.spacing.spacing import Spacing
 
@@ -20,8 +20,8 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 TOLERANCE = 1e-3  # relative excess of the growth that does not
 
 
-class Steepest(NamedTuple):
-    """Where the spacing grows fastest: place (x, y) and spacing on the fine side, and the growth per length."""
+class SteepestPlace(NamedTuple):
+    """Place (x, y) where a spacing grows fastest, the spacing on its fine side, and the growth per length."""
 
     at: tuple[float, float]
     size: float
@@ -29,19 +29,19 @@ class Steepest(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Graded:
-    """A spacing that is graded.
+class LimitedSpacing:
+    """A gradient-limited spacing, and what limiting it has changed.
 
     Attributes
     ----------
     spacing : Spacing
-        The largest one below the wanted one, and below the sources' sizes, that grows by at most the limit.
-    steepest : Steepest or None
-        Where the wanted one grows fastest, if faster than the limit.
+        The largest one below the given one, and below the sources' sizes, that grows by at most the limit.
+    steepest : SteepestPlace or None
+        Where the given one grows fastest, if faster than the limit.
     share : float
-        Part of the domain's area where it is finer than the wanted one.
+        Part of the domain's area where it is finer than the given one.
     ratio : float
-        Wanted spacing over it, where that is largest.
+        Given spacing over it, where that is largest.
     ratio_at : tuple of float or None
         That place (x, y), if it is finer anywhere.
     growth : float or None
@@ -49,7 +49,7 @@ class Graded:
     """
 
     spacing: Spacing
-    steepest: Steepest | None = None
+    steepest: SteepestPlace | None = None
     share: float = 0.0
     ratio: float = 1.0
     ratio_at: tuple[float, float] | None = None
@@ -60,7 +60,7 @@ class Graded:
 class Limit:
     """Upper limit of a spacing on a background grid: values (v,) at the vertices, in the ``active`` cells (n,)."""
 
-    grid: Background
+    grid: Quadtree
     values: Floats
     active: Booleans
 
@@ -73,15 +73,20 @@ class Limit:
         return limit
 
 
-def graded(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> Graded:
+def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> LimitedSpacing:
     """The spacing, made to grow by at most ``growth`` per length, and from the sources' sizes on.
 
     Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is.
+
+    References
+    ----------
+    P.-O. Persson, "Mesh size functions for implicit geometries and PDE-based gradient limiting", Engineering with
+    Computers 22 (2006).
     """
     fine = sources.joined(_spots(domain, spacing))
     sampled = resolved(whole(domain), domain, spacing, fine, np.inf)
     if len(sources) == 0 and _steepest(sampled, domain, growth) is None:
-        return Graded(spacing, growth=growth)
+        return LimitedSpacing(spacing, growth=growth)
     # The vertices beside the boundary may all lie outside.
     rim = _on_boundary(domain, spacing)
     walls, sides = thin_walls(domain, spacing)
@@ -93,7 +98,7 @@ def graded(domain: Domain, spacing: Spacing, growth: float, sources: Sources) ->
         wanted = _wanted(grid, domain, spacing)
         start = _at(grid, _beside(grid, wanted, rim, growth), fine, growth)
         start = np.minimum(start, _carried(*before, grid))
-        values = slowed(grid, start, growth, sampled.inside)
+        values = limited_values(grid, start, growth, sampled.inside)
         largest = _largest(sampled, domain, growth, wanted, values)
         if (grid.sides <= largest).all():
             break
@@ -101,17 +106,17 @@ def graded(domain: Domain, spacing: Spacing, growth: float, sources: Sources) ->
     lowered = values < wanted * (1 - LOWERED)
     active: Booleans = np.asarray(lowered[grid.vertices.corners].any(axis=1))
     limited = _limited(spacing, Limit(grid, values, active))
-    return Graded(limited, _steepest(sampled, domain, growth), *_change(sampled, wanted, values), growth)
+    return LimitedSpacing(limited, _steepest(sampled, domain, growth), *_change(sampled, wanted, values), growth)
 
 
-def packable(domain: Domain, ruled: Graded, sources: Sources) -> Graded:
-    """A spacing that has followed its rules, made to grow slowly enough for a packing, from the sources on as well."""
-    if ruled.growth is None or ruled.growth > GROWTH:
-        return graded(domain, ruled.spacing, GROWTH, sources)
+def limited_for_packing(domain: Domain, before: LimitedSpacing, sources: Sources) -> LimitedSpacing:
+    """The spacing, made to grow slowly enough for a packing, from the sources on as well."""
+    if before.growth is None or before.growth > GROWTH:
+        return gradient_limited(domain, before.spacing, GROWTH, sources)
     if len(sources) == 0:
-        return ruled
+        return before
     # It grows slowly but for the cells in which it is interpolated.
-    return replace(graded(domain, ruled.spacing, GROWTH, sources), steepest=ruled.steepest)
+    return replace(gradient_limited(domain, before.spacing, GROWTH, sources), steepest=before.steepest)
 
 
 def _spots(domain: Domain, spacing: Spacing) -> Sources:
@@ -139,12 +144,12 @@ def _largest(sampled: Sampled, domain: Domain, growth: float, wanted: Floats, va
     kept = (values >= wanted * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)
     kept |= (sampled.d[steep, 0] < mine[steep].mean(axis=1)) & domain.contains(grid.centers[steep])
     leaving = steep[kept]
-    finest = FINEST * np.minimum(sampled.d[leaving].min(axis=1), mine[leaving].min(axis=1))
+    finest = SOURCE_CELL * np.minimum(sampled.d[leaving].min(axis=1), mine[leaving].min(axis=1))
     largest[leaving] = np.minimum(largest[leaving], np.maximum(finest, grid.sides[leaving] / 2))
     return np.where(grid.divisible, np.minimum(largest, grid.sides), grid.sides)
 
 
-def _steepest(sampled: Sampled, domain: Domain, growth: float) -> Steepest | None:
+def _steepest(sampled: Sampled, domain: Domain, growth: float) -> SteepestPlace | None:
     """Where the spacing grows fastest between samples of a cell that lie in the domain, if faster than ``growth``."""
     slopes = sampled.slopes() * sampled.inside[:, None]
     cell, pair = np.nonzero(slopes > growth * (1 + TOLERANCE))
@@ -156,10 +161,10 @@ def _steepest(sampled: Sampled, domain: Domain, growth: float) -> Steepest | Non
     k = slopes[cell, pair].argmax()
     d = sampled.d[cell[k], PAIRS[pair[k]]]
     x, y = ends[k, d.argmin()].tolist()
-    return Steepest((x, y), float(d.min()), float(slopes[cell[k], pair[k]]))
+    return SteepestPlace((x, y), float(d.min()), float(slopes[cell[k], pair[k]]))
 
 
-def _wanted(grid: Background, domain: Domain, spacing: Spacing) -> Floats:
+def _wanted(grid: Quadtree, domain: Domain, spacing: Spacing) -> Floats:
     """Spacing (v,) at the vertices in the domain, infinite at the others."""
     points = grid.vertices.points
     inside = np.flatnonzero(domain.contains(points))
@@ -168,7 +173,7 @@ def _wanted(grid: Background, domain: Domain, spacing: Spacing) -> Floats:
     return wanted
 
 
-def _carried(coarse: Background, values: Floats, grid: Background) -> Floats:
+def _carried(coarse: Quadtree, values: Floats, grid: Quadtree) -> Floats:
     """Values (v,) at the vertices of a grid from those of the coarse one that it stems from; infinite at new ones.
 
     They are upper limits still: smaller cells only find finer places.
@@ -180,7 +185,7 @@ def _carried(coarse: Background, values: Floats, grid: Background) -> Floats:
     return result
 
 
-def _beside(grid: Background, values: Floats, sources: Sources, growth: float) -> Floats:
+def _beside(grid: Quadtree, values: Floats, sources: Sources, growth: float) -> Floats:
     """Values (v,) that respect the sources at the vertices around them."""
     mine = grid.vertices.corners[grid.located(sources.points)]
     result = values.copy()
@@ -188,7 +193,7 @@ def _beside(grid: Background, values: Floats, sources: Sources, growth: float) -
     return result
 
 
-def _at(grid: Background, values: Floats, sources: Sources, growth: float) -> Floats:
+def _at(grid: Quadtree, values: Floats, sources: Sources, growth: float) -> Floats:
     """Values (v,) whose interpolation respects the sources where they are; their cells are small."""
     cells = grid.located(sources.points)
     mine = grid.vertices.corners[cells]
@@ -199,7 +204,7 @@ def _at(grid: Background, values: Floats, sources: Sources, growth: float) -> Fl
     return result
 
 
-def _away(grid: Background, vertices: Integers, sources: Sources) -> Floats:
+def _away(grid: Quadtree, vertices: Integers, sources: Sources) -> Floats:
     """Distances (k, 4) of the sources from vertices (k, 4)."""
     away = grid.vertices.points[vertices] - sources.points[:, None]
     return np.hypot(away[..., 0], away[..., 1])

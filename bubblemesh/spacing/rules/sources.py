@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -41,7 +41,7 @@ def panels(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
 
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
 APART = 0.25  # distance of sources on a curve, in terms of their sizes
-FINEST = 0.25  # of the size: largest side of a cell from which a limit starts
+SOURCE_CELL = 0.25  # of the size: largest side of a cell from which a limit starts
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many beside them
 
@@ -64,7 +64,7 @@ class Sources:
     @property
     def cells(self) -> Floats:
         """Largest sides (k,)."""
-        return FINEST * self.sizes if self.given is None else self.given
+        return SOURCE_CELL * self.sizes if self.given is None else self.given
 
     @classmethod
     def none(cls) -> "Sources":
@@ -142,7 +142,7 @@ class Turning:
             )
         return _along(domain, tight)
 
-    def _nodes_beside(self, domain: Domain, tight: "Tight", radius: Floats) -> float:
+    def _nodes_beside(self, domain: Domain, tight: "TightChords", radius: Floats) -> float:
         """Nodes that the spacing leads to at least, on curves and up to half the way to what is beside them."""
         along = tight.step / tight.size
         if along.sum() < MANY * self.max_nodes:
@@ -154,7 +154,7 @@ class Turning:
         return float((along * (1 / 2 + 2 / np.sqrt(3) * beside)).sum())
 
 
-class Tight(NamedTuple):
+class TightChords(NamedTuple):
     """Parts of curves that are too tight for the spacing: piece, arc length, step, and the size (k,) that they need."""
 
     piece: Integers
@@ -163,7 +163,7 @@ class Tight(NamedTuple):
     size: Floats
 
 
-def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> Tight:
+def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
     boundary = domain.boundary
     piece, s, step = boundary.panels()
@@ -172,12 +172,11 @@ def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> Tight:
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = widest_turn * step / np.maximum(np.abs(turning(before, after)), 1e-12)
     coarse = spacing(boundary.points(piece, s)) > size
-    return Tight(piece[coarse], s[coarse], step[coarse], size[coarse])
+    return TightChords(piece[coarse], s[coarse], step[coarse], size[coarse])
 
 
-def _along(domain: Domain, tight: Tight) -> Sources:
+def _along(domain: Domain, tight: TightChords) -> Sources:
     parts = np.ceil(tight.step / (APART * tight.size)).astype(np.int64)
-    chord = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(chord)) - np.repeat(np.cumsum(parts) - parts, parts)
+    chord, part = members(parts)
     s = tight.s[chord] + part * (tight.step / parts)[chord]
     return Sources(domain.boundary.points(tight.piece[chord], s), tight.size[chord])
