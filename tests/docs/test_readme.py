@@ -43,7 +43,7 @@ def test_there_are_exactly_two_set_up_lines():
     lines = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("python3 -m venv")]
     run, test = lines
     assert run.endswith(".venv/bin/bubblemesh run configs/quickstart.yaml -o out")
-    assert test.endswith(".venv/bin/pytest")
+    assert test.endswith(".venv/bin/pytest -n auto")
     assert README.index("<!-- setup:run -->") < README.index(run)
     assert README.index("<!-- setup:test -->") < README.index(test)
 
