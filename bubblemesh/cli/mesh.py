@@ -31,8 +31,8 @@ def quality(
     """Report the quality of a triangle mesh, or compare two."""
     from bubblemesh import console
     from bubblemesh.meshes.quality import mesh_figures
-    from bubblemesh.meshfiles import dump
     from bubblemesh.meshfiles.read import read_triangles
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -41,12 +41,13 @@ def quality(
     if other is not None:
         compare(mesh, other, wanted, as_json)
         return
-    points, triangles, others = read_triangles(mesh)
-    console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
+    file = read_triangles(mesh)
+    points, triangles = file.points, file.triangles
+    console.warn([*left_out(mesh, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
         figures = mesh_figures(points, triangles, wanted)
     if as_json:
-        write_output(dump(figures))
+        write_output(json_text(figures))
     else:
         console.show_quality(figures)
 
@@ -76,7 +77,7 @@ def plot(
 ) -> None:
     """Draw a triangle mesh as a picture."""
     from bubblemesh import console
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
     from bubblemesh.pictures.colouring import MeshData
     from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
     from bubblemesh.pictures.styles import PlotOptions
@@ -96,7 +97,7 @@ def plot(
         width=width,
         dpi=dpi,
     )
-    read = read_foreign(mesh)
+    read = read_mesh(mesh)
     console.warn(left_out(mesh, read.left_out))
     with options_named(mesh):
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
@@ -109,16 +110,16 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     from bubblemesh import console
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
-    from bubblemesh.meshfiles import dump
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.meshfiles.report_json import json_text
 
-    read = {path: read_foreign(path) for path in (first, second)}
+    read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
         console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
-        write_output(dump(comparison.report(a, b)))
+        write_output(json_text(comparison.report(a, b)))
     else:
         rows = comparison.rows(a.figures, b.figures)
         show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))

@@ -223,8 +223,11 @@ def test_schema_is_json_that_knows_the_keys(tmp_path):
     assert {"domain", "spacing", "method", "packing"} <= set(schema["properties"])
     assert "fnpbs" in schema["properties"]["method"]["enum"]
     packing = schema["properties"]["packing"]
-    assert packing["properties"]["w2"] == {"exclusiveMinimum": 0, "maximum": 2, "type": "number"}
-    assert packing["properties"]["motion"] == {"enum": ["euler", "runge-kutta", "semi-implicit"]}
+    w2, motion = packing["properties"]["w2"], packing["properties"]["motion"]
+    assert "rhombi" in w2.pop("description")
+    assert w2 == {"exclusiveMinimum": 0, "maximum": 2, "type": "number"}
+    assert "`euler`: Predictor-corrector" in motion.pop("description")
+    assert motion == {"enum": ["euler", "runge-kutta", "semi-implicit"]}
     assert packing["additionalProperties"] is False
 
 

@@ -9,7 +9,7 @@ import pytest
 from paths import ROOT
 
 from bubblemesh.case import load_case
-from bubblemesh.meshfiles import write_files
+from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.problem import prepared
 from bubblemesh.run.pipeline import mesh_case
 

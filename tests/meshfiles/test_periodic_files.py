@@ -10,7 +10,8 @@ from partitions import mesh_of
 
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.conformity import require_conforming
-from bubblemesh.meshfiles import FORMATS, write_files
+from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.writing import write_files
 
 CELL = """
 domain:

@@ -76,8 +76,7 @@ def python_with(*modules):
 
 
 def test_the_page_shows_every_solver_and_format():
-    from bubblemesh.meshfiles import FORMATS
-    from bubblemesh.meshfiles.solvers import FORMATS_FOR
+    from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR
 
     for name in (*FORMATS_FOR, *FORMATS):
         assert f"`{name}`" in PAGE

@@ -101,7 +101,7 @@ def test_only_the_last_round_has_a_reason_to_stop(fine):
 def test_opening_round_has_the_most_steps_but_for_the_shaking(fine):
     problem, _, _, done = fine
     method = problem.method
-    shaken = [one for one in done if one.iterations >= 20 * method.shaking.shake_steps]
+    shaken = [one for one in done if one.iterations >= 20 * method.annealing.shake_steps]
     assert done[0].iterations == method.termination.opening_iterations
     assert len(shaken) >= 1
     assert all(one.iterations == method.termination.iterations for one in done[1:] if one not in shaken)
