@@ -1,4 +1,4 @@
-"""What a case asks for and cannot have: warnings, each with its place."""
+"""Warnings of what a case asks for and cannot have, each with its place."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -26,7 +26,7 @@ FEW_NODES = 100  # below which the boundary decides the number
 
 
 def sharp_angles(domain: Domain) -> list[str]:
-    """Corners where lines enclose so small an angle in the domain that the triangles there cannot be good."""
+    """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
     boundary = domain.boundary
     ends = departures(boundary)
     angle = np.degrees(ends.angle_to(ends.following))
@@ -90,7 +90,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
 
 
 def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
-    """Where short edges and tight curves made the spacing finer."""
+    """Warnings of short edges and tight curves that made the spacing finer."""
     warnings = []
     if len(short):
         k = int(short.sizes.argmin())
@@ -109,7 +109,7 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
 
 
 def slowed_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
-    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit.
+    """Warning of a spacing that grows so fast, or jumps, that it is held to less than the case's own limit.
 
     Slopes go with a ``scale`` that was found for a number of nodes.
     """
@@ -143,7 +143,7 @@ def missed_budget(wanted: int, found: int) -> list[str]:
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:
-    """What the finished mesh falls short of; without an ideal number of nodes their number is not judged."""
+    """Warnings of a poor mesh; without an ideal number of nodes their number is not judged."""
     warnings = []
     worst = figures["quality"]["worst"][0]
     if worst["quality"] < POOR_QUALITY:

@@ -1,4 +1,4 @@
-"""What the spacing asks for in a domain: its extremes and the ideal number of nodes."""
+"""Survey of a spacing in a domain: its extremes, and the ideal number of nodes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -107,7 +107,7 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
 
 
 def _ideal_nodes(triangles: Floats, domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
-    """The same for a domain that is covered by ``triangles`` (t, 3, 2)."""
+    """Number of nodes of a perfect packing, in a domain that is covered by ``triangles`` (t, 3, 2)."""
     intervals, limits = _intervals(domain), (tolerance, max_nodes)
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
     along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
@@ -214,7 +214,7 @@ def _edge_lengths(triangles: Floats) -> Floats:
 
 
 def _halved_triangles(triangles: Floats) -> Floats:
-    """Both halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
+    """Halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
     first = _edge_lengths(triangles).argmax(axis=1)
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (first + k) % 3] for k in range(3))

@@ -16,7 +16,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.node_target import Scales, Scaling, next_aim, scaled_to
+from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.spacing import Spacing
 
@@ -223,7 +223,7 @@ class TestSearch:
 
 
 def test_rough_numbers_fall_with_the_scale():
-    scales = Scaling(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x))).scales()
+    scales = Scales.of(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x)))
     fewest, most = scales.ends
     assert fewest == pytest.approx(np.log(3), rel=1e-2)
     assert most > 60
