@@ -26,6 +26,7 @@ def refused(domain, points, triangles):
     return str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("domain", [SQUARE, RIDDLED, DISC])
 @pytest.mark.parametrize("d", [0.05, 0.3, 1.0])
 def test_own_meshes_cover_their_domains_however_coarse(domain, d):

@@ -97,6 +97,7 @@ def test_feet_are_square_to_the_boundary(domain, expected):
     assert_allclose(np.einsum("ij,ij->i", points - foot, tangents), 0, atol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("domain", SAMPLED.values(), ids=SAMPLED)
 def test_distance_is_that_to_the_densely_sampled_boundary(domain):
     points = random_points(2, 500)
@@ -231,6 +232,7 @@ TREES = {
 TREES["many holes"] = [TREES["many holes"][0], *(ring * 0.3 - [1.4, 1.4] for ring in TREES["many holes"][1:])]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rings", TREES.values(), ids=TREES)
 def test_nearest_chord_is_that_of_brute_force(rings):
     outer, *holes = map(polygon, rings)

@@ -149,6 +149,7 @@ class TestTolerance:
             places = parts.boundary.points(np.full(50, piece), s * length)
             assert whole.nearest(places).distance.max() < 1e-7
 
+    @pytest.mark.long
     @pytest.mark.parametrize("method", ["accelerated", "multilevel"])
     @pytest.mark.parametrize(
         ("points", "options", "spacing"),

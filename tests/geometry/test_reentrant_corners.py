@@ -55,6 +55,7 @@ NARROW = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("text", "width", "place"), NARROW.values(), ids=NARROW)
 def test_what_leaves_a_narrow_strip_is_told_with_its_width_and_place(text, width, place):
     domain = domain_of(UNIT + text)
@@ -82,11 +83,13 @@ WIDE = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", WIDE.values(), ids=WIDE)
 def test_no_false_alarm(text):
     assert narrow_parts(domain_of(UNIT + text), uniform(0.1)) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(20))
 def test_the_width_is_the_least_distance_of_all(seed):
     """By every pair: two segments that do not cross are nearest to each other at an end of one of them."""
@@ -124,6 +127,7 @@ def test_tips_are_ends_and_sharp_bends_and_points():
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("turn", range(0, 360, 30))
 @pytest.mark.parametrize("degrees", [1, 3, 4.9, 5.1, 30])
 def test_sharp_angles_between_lines_are_told_whatever_their_directions(degrees, turn):

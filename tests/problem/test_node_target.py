@@ -49,6 +49,7 @@ def with_nodes(text, nodes, *overrides):
     return report_of(text, f"spacing.nodes={nodes}", *overrides)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "nodes"), [*((name, 150) for name in DOMAINS if name != "ruled"), ("ruled", 900), ("dense", 3000)]
 )
@@ -60,6 +61,7 @@ def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
     assert not any("asked for" in warning for warning in report["warnings"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["bpm", "accelerated"])
 def test_published_methods_have_them_too(method):
     report = with_nodes(BARE["1"], 200, f"method={method}", "schedule.iterations=100", "schedule.rounds=5")
