@@ -31,15 +31,11 @@ class Defects:
     straight wall that is crowded and has two triangles only. A bubble comes to the middle of an edge that is too long.
     """
 
-    delete_shorter: Annotated[
-        float, Gt(0), Le(1), Doc("`defects`: a bubble goes from an edge shorter than this, in units of spacing")
-    ] = 0.72
-    insert_longer: Annotated[
-        float, Ge(1), Le(2), Doc("`defects`: a bubble comes to the middle of an edge longer than this")
-    ] = 1.38
-    insert_longer_at_crowd: Annotated[
-        float, Ge(1), Le(2), Doc("the same for an edge at a bubble with eight neighbours or more")
-    ] = 1.12
+    delete_shorter: Annotated[float, Gt(0), Le(1), Doc("a bubble goes from an edge shorter than this, in spacings")] = (
+        0.72
+    )
+    insert_longer: Annotated[float, Ge(1), Le(2), Doc("a bubble comes to an edge longer than this, in spacings")] = 1.38
+    insert_longer_at_crowd: Annotated[float, Ge(1), Le(2), Doc("the same beside a bubble with eight neighbours")] = 1.12
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         bubbles = net.bubbles

@@ -54,24 +54,17 @@ class Thresholds:
     The paper gives no thresholds of deletion; these lead to its final numbers of bubbles.
     """
 
-    delete_above: Annotated[
-        float, Gt(0), Doc("overlap ratio above which an interior bubble is deleted; 6 in a perfect packing")
-    ] = 7.8
-    delete_above_boundary: Annotated[float, Gt(0), Doc("the same along the boundary; 2 if all are in place")] = 3.5
-    delete_apart: Annotated[float, Gt(0), Doc("least distance between deletions of one round, in units of spacing")] = (
-        1.2
-    )
+    delete_above: Annotated[float, Gt(0), Doc("overlap ratio above which an interior bubble goes; 6 is perfect")] = 7.8
+    delete_above_boundary: Annotated[float, Gt(0), Doc("the same along the boundary; 2 is perfect")] = 3.5
+    delete_apart: Annotated[float, Gt(0), Doc("least distance between deletions of one round, in spacings")] = 1.2
     delete_order: Annotated[
         Literal["placed", "random", "worst"],
-        Doc(
-            "which of two crowded neighbours goes: `worst` sorts by overlap ratio, `random`, `placed` by the order of "
-            "placement, boundary first, which thins out the most"
-        ),
+        Doc("which of two crowded ones goes: the `worst` by overlap ratio, a `random` one, or the one `placed` first"),
     ] = "placed"
     insert_below: Annotated[float, Gt(0), Doc("overlap ratio below which a bubble may get a new neighbour")] = 4.5
-    insert_apart: Annotated[
-        float, Ge(0.5), Le(2), Doc("least distance of a new bubble from all others, in units of spacing")
-    ] = 0.85
+    insert_apart: Annotated[float, Ge(0.5), Le(2), Doc("least distance of a new bubble from others, in spacings")] = (
+        0.85
+    )
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         bubbles = net.bubbles
