@@ -64,9 +64,7 @@ class Mending:
     """
 
     mend_attempts: Annotated[int, Ge(0), Doc("attempts at each of the worst triangles")] = 12
-    mend_worse: Annotated[float, Ge(1), Doc("triangles with a larger shape measure are mended; 1 is equilateral")] = (
-        1.08
-    )
+    mend_worse: Annotated[float, Ge(1), Doc("triangles of larger shape measure are mended; 1 is equilateral")] = 1.08
     mend_amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the displacement, in spacings")] = 0.2
 
     def __call__(

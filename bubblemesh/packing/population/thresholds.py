@@ -13,7 +13,7 @@ from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
-from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, pairs_within
+from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to, pairs_within
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
@@ -73,8 +73,9 @@ class Thresholds:
         crowded = alpha > self.delete_above
         crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
         crowded[: bubbles.corners] = False
-        gone = spread(crowded, near, self.delete_apart, self.rank(alpha, random))
-        rest = replace(bubbles, touched=next_to(near, gone)).select(np.flatnonzero(~gone))
+        gone = spaced_out(crowded, near, self.delete_apart, self.rank(alpha, random))
+        acting = near.pairs[near.distances < CUTOFF * near.contact]
+        rest = replace(bubbles, touched=next_to(acting, gone)).select(np.flatnonzero(~gone))
         grown = self._filled(split_cutting_edges(rest, domain, spacing), domain, spacing)
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
 
@@ -119,7 +120,7 @@ def boundary_gaps(
 def interior_gaps(
     bubbles: Bubbles, domain: Domain, spacing: Spacing, triangles: Integers, apart: float
 ) -> tuple[Integers, Floats]:
-    """Those of the triangles (k, 3) whose empty circumcircle has room for one more bubble, and the centres (k, 2)."""
+    """Triangles (k, 3) whose empty circumcircle has room for one more bubble, and the circles' centres (k, 2)."""
     center, radius = circumcircles(bubbles.x, triangles)
     inside = np.flatnonzero(np.isfinite(radius))
     inside = inside[domain.contains(center[inside])]
@@ -130,21 +131,12 @@ def interior_gaps(
     return triangles[gap], center[gap]
 
 
-def spread(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
-    """Those of the ``wanted`` (n,) that keep a distance of ``apart`` spacings from each other, by rank."""
+def spaced_out(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
+    """Choice (n,) of wanted bubbles at least ``apart`` spacings from each other, those of lowest ``rank`` (n,) first."""
     i, j = near.pairs.T
     conflict = wanted[i] & wanted[j]
     close = near.distances < apart * near.contact
     number = np.cumsum(wanted) - 1
     result = np.zeros(len(wanted), bool)
     result[wanted] = maximal_independent_set(number[near.pairs[conflict & close]], rank[wanted])
-    return result
-
-
-def next_to(near: Neighbours, marked: Booleans) -> Booleans:
-    """Bubbles (n,) that a marked one acts on."""
-    i, j = near.pairs[near.distances < CUTOFF * near.contact].T
-    result = np.zeros(len(marked), bool)
-    result[j[marked[i]]] = True
-    result[i[marked[j]]] = True
     return result
