@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
-from bubblemesh.geometry.corners import departures
+from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
+from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import place
 from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
@@ -28,7 +28,7 @@ FEW_NODES = 100  # below which the boundary decides the number
 def sharp_angles(domain: Domain) -> list[str]:
     """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
     boundary = domain.boundary
-    ends = departures(boundary)
+    ends = corner_fans(boundary)
     angle = np.degrees(ends.angle_to(ends.following))
     # The domain is on the left of all pieces, and on both sides of those inside it.
     within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))
@@ -50,10 +50,10 @@ def narrow_parts(domain: Domain, spacing: Spacing) -> list[str]:
 
     Likewise where a line or point inside the domain is nearest to another one, or to a wall.
     """
-    boundary, walls, corner = domain.boundary, Walls(domain), tips(domain)
+    boundary, walls, corner = domain.boundary, Walls(domain), reentrant_corners(domain)
     piece, s = _samples(domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
-    found = walls.facing(piece, s, d, d), ahead(walls, corner, ahead_of)
+    found = walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)
     gaps = Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
     warnings = []
     for at, width, d_there in _narrowest(gaps.kept(~gaps.inner), spacing):
@@ -81,7 +81,7 @@ def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]
 
 def _samples(domain: Domain) -> tuple[Integers, Floats]:
     """Pieces and arc lengths of points along all lines, inside the chords of their polygonal copy."""
-    piece, s, step = domain.boundary.panels()
+    piece, s, step = domain.boundary.stations()
     thinned = slice(None, None, len(piece) // MOST_SAMPLES + 1)
     piece, s, step = piece[thinned], s[thinned], step[thinned]
     parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)

@@ -147,7 +147,7 @@ class TightChords(NamedTuple):
 def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
     boundary = domain.boundary
-    piece, s, step = boundary.panels()
+    piece, s, step = boundary.stations()
     curved = boundary.approximated[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from partitions import domain_of
 
-from bubblemesh.geometry.gaps import Walls, ahead, tips
+from bubblemesh.geometry.gaps import Walls, reentrant_corners
 from bubblemesh.problem.warnings import narrow_parts, sharp_angles
 from bubblemesh.spacing.spacing import Spacing
 
@@ -115,7 +115,7 @@ def test_tips_are_ends_and_sharp_bends_and_points():
         + lines([(0.5, 0), (0.5, 0.5)], [(0.1, 0.1), (0.2, 0.2), (0.3, 0.2), (0.1, 0.3)])
     )
     domain = domain_of(UNIT + text)
-    found = tips(domain)
+    found = reentrant_corners(domain)
     assert sorted(map(tuple, domain.boundary.corners[found.corner].tolist())) == [
         (0.1, 0.1),
         (0.1, 0.3),
@@ -151,8 +151,8 @@ def test_of_many_sharp_angles_the_worst_are_told():
 def test_the_nearest_thing_ahead_of_a_tip_is_found():
     text = "holes: [{rectangle: [0.4, 0.6, 0.6, 0.61]}], " + lines([(0.5, 0.2), (0.5, 0.5)])
     domain = domain_of(UNIT + text)
-    walls, found = Walls(domain), tips(domain)
-    gaps = ahead(walls, found, np.full(len(found.corner), 0.25))
+    walls, found = Walls(domain), reentrant_corners(domain)
+    gaps = walls.facing_corners(found, np.full(len(found.corner), 0.25))
     places, feet = (map(tuple, ends.tolist()) for ends in (gaps.places, gaps.feet))
     seen = dict(zip(places, zip(feet, gaps.widths, gaps.inner, strict=True), strict=True))
     assert seen[0.5, 0.5] == ((0.5, 0.6), pytest.approx(0.1), True)
@@ -167,6 +167,6 @@ def test_tips_do_not_see_the_lines_that_they_belong_to():
     angle = np.linspace(0, np.pi / 2, 60)
     arc = [(0.2 + 0.5 * float(np.sin(a)), 0.2 + 0.5 * float(1 - np.cos(a))) for a in angle]
     domain = domain_of(UNIT + lines(arc))
-    found = tips(domain)
+    found = reentrant_corners(domain)
     assert len(found.corner) == 2
-    assert len(ahead(Walls(domain), found, np.full(2, 0.19)).widths) == 0
+    assert len(Walls(domain).facing_corners(found, np.full(2, 0.19)).widths) == 0
