@@ -9,12 +9,13 @@ from time import perf_counter
 from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.files import unwritten
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
 from bubblemesh.meshfiles.groups import Fields
 from bubblemesh.meshfiles.names import LABELS_FILE, labels_text
 from bubblemesh.meshfiles.report_json import json_text
-from bubblemesh.meshfiles.transaction import reason, transaction
+from bubblemesh.meshfiles.transaction import transaction
 
 _REPORT = ".report.json"
 PAGE_FILE = ".html"
@@ -132,7 +133,7 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise FileError(f"cannot write the mesh to the output stream: {reason(error)}") from error
+        raise unwritten("the mesh to the output stream", error) from error
 
 
 def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:

@@ -84,7 +84,7 @@ class Smoothing:
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         wanted = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
-        free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
+        free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
             gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)

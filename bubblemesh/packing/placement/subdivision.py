@@ -54,7 +54,7 @@ class HierarchicalSubdivision:
                 break
         points = lattice.points(_distinct(np.vstack(corners)), DEEPEST)
         points = points[domain.contains(points)]
-        return points[domain.clear(points, self.clearance * spacing(points))]
+        return points[domain.surely_inside(points, self.clearance * spacing(points))]
 
     def _to_split(self, lattice: "Lattice", cells: Integers, level: int, spacing: Spacing) -> Booleans:
         """Rhombi (k,) with a side that is too long for the spacing at its ends."""
@@ -125,4 +125,4 @@ def _meets(domain: Domain, lattice: Lattice, cells: Integers, level: int) -> Boo
     """Rhombi (k,) that may reach into the domain: the others need no bubbles."""
     centers = lattice.points(cells + 0.5, level)
     reach = lattice.side / 2**level * SQRT3 / 2
-    return ~domain.astray(centers, np.full(len(centers), reach))
+    return ~domain.surely_outside(centers, np.full(len(centers), reach))

@@ -95,7 +95,8 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     ratio = relative_lengths(bubbles, net.facets)
     crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
     straight = np.zeros(n, bool)
-    straight[bubbles.sliding] = ~(domain.boundary.curved | domain.boundary.inner | domain.tied)[bubbles.piece]
+    bound = domain.boundary.curved | domain.boundary.inner | domain.on_periodic_side
+    straight[bubbles.sliding] = ~bound[bubbles.piece]
     return straight & crowded & (net.valence == FEWEST_ON_A_WALL)
 
 

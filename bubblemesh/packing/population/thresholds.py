@@ -127,7 +127,7 @@ def interior_gaps(
     d = spacing(center[inside])
     wide = radius[inside] > apart * d
     inside, d = inside[wide], d[wide]
-    gap = inside[domain.clear(center[inside], apart / 2 * d)]
+    gap = inside[domain.surely_inside(center[inside], apart / 2 * d)]
     return triangles[gap], center[gap]
 
 
