@@ -132,7 +132,7 @@ def interior_gaps(
 
 
 def spaced_out(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
-    """Choice (n,) of wanted bubbles at least ``apart`` spacings from each other, those of lowest ``rank`` (n,) first."""
+    """Choice (n,) of wanted bubbles that keep ``apart`` spacings between them, lowest ``rank`` (n,) first."""
     i, j = near.pairs.T
     conflict = wanted[i] & wanted[j]
     close = near.distances < apart * near.contact
