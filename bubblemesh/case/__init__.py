@@ -3,7 +3,7 @@
 from bubblemesh.case.files import named_files
 from bubblemesh.case.load import case_variants, load_case
 from bubblemesh.case.models import Case
-from bubblemesh.case.overrides import parsed
+from bubblemesh.case.overrides import Override, overrides_of
 from bubblemesh.case.sweep import Variant
 
-__all__ = ["Case", "Variant", "case_variants", "load_case", "named_files", "parsed"]
+__all__ = ["Case", "Override", "Variant", "case_variants", "load_case", "named_files", "overrides_of"]

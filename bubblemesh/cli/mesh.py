@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bubblemesh.cli.exits import reported
 from bubblemesh.cli.options import AsJson
 from bubblemesh.cli.stdio import write_output
 from bubblemesh.errors import CaseError, located
@@ -31,27 +30,26 @@ def quality(
     as_json: AsJson = False,
 ) -> None:
     """Report the quality of a triangle mesh, or compare two."""
-    with reported():
-        from bubblemesh import console
-        from bubblemesh.meshfiles import dump
-        from bubblemesh.meshfiles.read import read_triangles
-        from bubblemesh.run.report import mesh_figures
-        from bubblemesh.spacing.expression import Expression
-        from bubblemesh.spacing.spacing import Spacing
+    from bubblemesh import console
+    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.read import read_triangles
+    from bubblemesh.run.report import mesh_figures
+    from bubblemesh.spacing.expression import Expression
+    from bubblemesh.spacing.spacing import Spacing
 
-        with located("--spacing"):
-            wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
-        if other is not None:
-            compare(mesh, other, wanted, as_json)
-            return
-        points, triangles, others = read_triangles(mesh)
-        console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
-        with located("--spacing"):
-            figures = mesh_figures(points, triangles, wanted)
-        if as_json:
-            write_output(dump(figures))
-        else:
-            console.show_quality(figures)
+    with located("--spacing"):
+        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
+    if other is not None:
+        compare(mesh, other, wanted, as_json)
+        return
+    points, triangles, others = read_triangles(mesh)
+    console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
+    with located("--spacing"):
+        figures = mesh_figures(points, triangles, wanted)
+    if as_json:
+        write_output(dump(figures))
+    else:
+        console.show_quality(figures)
 
 
 def plot(
@@ -78,34 +76,33 @@ def plot(
     dpi: Annotated[float | None, typer.Option("--dpi", help="Resolution of bitmaps.")] = None,
 ) -> None:
     """Draw a triangle mesh as a picture."""
-    with reported():
-        from bubblemesh import console
-        from bubblemesh.meshfiles.foreign import read_foreign
-        from bubblemesh.pictures.colouring import MeshData
-        from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
-        from bubblemesh.pictures.styles import PlotOptions
+    from bubblemesh import console
+    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.pictures.colouring import MeshData
+    from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
+    from bubblemesh.pictures.styles import PlotOptions
 
-        path = output or Path(f"{mesh.stem}.png")
-        require_picture(path)
-        shown = PlotOptions(
-            color=color,
-            colormap=colormap,
-            limits=limits,
-            edges=edges,
-            nodes=nodes,
-            labels=labels,
-            view=view,
-            title=title,
-            style=style,
-            width=width,
-            dpi=dpi,
-        )
-        read = read_foreign(mesh)
-        console.warn(left_out(mesh, read.left_out))
-        with options_named(mesh):
-            figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
-        save_figure(figure, path, shown)
-        console.show_files(str(path.parent), [path.name])
+    path = output or Path(f"{mesh.stem}.png")
+    require_picture(path)
+    shown = PlotOptions(
+        color=color,
+        colormap=colormap,
+        limits=limits,
+        edges=edges,
+        nodes=nodes,
+        labels=labels,
+        view=view,
+        title=title,
+        style=style,
+        width=width,
+        dpi=dpi,
+    )
+    read = read_foreign(mesh)
+    console.warn(left_out(mesh, read.left_out))
+    with options_named(mesh):
+        figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
+    save_figure(figure, path, shown)
+    console.show_files(str(path.parent), [path.name])
 
 
 def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) -> None:

@@ -5,19 +5,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bubblemesh.cli.exits import reported
 from bubblemesh.cli.options import (
+    CASE_OPTIONS,
+    PACKING_OPTIONS,
     AsJson,
     CaseFile,
     FormatNamed,
-    MethodName,
     Output,
+    Overrides,
     Picture,
     Quiet,
-    Seed,
-    Settings,
     SolverNamed,
-    TimeLimit,
+    with_overrides,
 )
 from bubblemesh.cli.stdio import read_input, write_output
 from bubblemesh.errors import CaseError, located
@@ -30,19 +29,17 @@ if TYPE_CHECKING:
     from bubblemesh.run.pipeline import Result
 
 
+@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
 def run(
     case: CaseFile,
     output: Output = None,
     format_name: FormatNamed = None,
     solver: SolverNamed = None,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
+    overrides: Overrides = (),
     as_json: AsJson = False,
     history: Annotated[
         bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
     ] = False,
-    time_limit: TimeLimit = None,
     page: Annotated[
         bool | None, typer.Option("--report/--no-report", help="Write a page to look at, NAME.html, over the case's.")
     ] = None,
@@ -51,26 +48,24 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
-    with reported():
-        from bubblemesh.console.run import PackingProgress
-        from bubblemesh.run import destination as destinations
-        from bubblemesh.run import pipeline
+    from bubblemesh.console.run import PackingProgress
+    from bubblemesh.run import destination as destinations
+    from bubblemesh.run import pipeline
 
-        loaded = read_case(case, settings, method, seed, time_limit)
-        require_distinct(as_json, output)
-        place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
-        if dry_run:
-            show_estimate(loaded, case, picture, as_json, quiet)
-            return
-        if picture is not None:
-            raise CaseError(
-                "--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot"
-            )
-        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
-            result = pipeline.mesh_case(loaded, progress.show, progress.advance)
-        hand_over(result, loaded, place, as_json, quiet)
+    loaded = read_case(case, overrides)
+    require_distinct(as_json, output)
+    place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
+    if dry_run:
+        show_estimate(loaded, case, picture, as_json, quiet)
+        return
+    if picture is not None:
+        raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
+    with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
+        result = pipeline.mesh_case(loaded, progress.show, progress.advance)
+    hand_over(result, loaded, place, as_json, quiet)
 
 
+@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
 def adapt(
     case: CaseFile,
     solution: Annotated[
@@ -91,61 +86,49 @@ def adapt(
     output: Output = None,
     format_name: FormatNamed = None,
     solver: SolverNamed = None,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
+    overrides: Overrides = (),
     as_json: AsJson = False,
-    time_limit: TimeLimit = None,
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
-    with reported():
-        from bubblemesh.adaptivity import adapt as adapting
-        from bubblemesh.adaptivity.solution import Solution
-        from bubblemesh.console.run import PackingProgress
-        from bubblemesh.meshfiles.solutions import read_nodal_field
-        from bubblemesh.run import destination as destinations
+    from bubblemesh.adaptivity import adapt as adapting
+    from bubblemesh.adaptivity.solution import Solution
+    from bubblemesh.console.run import PackingProgress
+    from bubblemesh.meshfiles.solutions import read_nodal_field
+    from bubblemesh.run import destination as destinations
 
-        loaded = read_case(case, settings, method, seed, time_limit)
-        target = adapting.Target(error, nodes)
-        place = destinations.destination(loaded, case, output, format_name, solver)
-        require_distinct(as_json, output)
-        place.require_apart(solution)
-        read = read_nodal_field(solution, field)
-        with located(str(solution)):
-            present = Solution.of(read.points, read.triangles, read.values, read.name)
-        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
-            result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
-        hand_over(result, loaded, place, as_json, quiet)
+    loaded = read_case(case, overrides)
+    target = adapting.Target(error, nodes)
+    place = destinations.destination(loaded, case, output, format_name, solver)
+    require_distinct(as_json, output)
+    place.require_apart(solution)
+    read = read_nodal_field(solution, field)
+    with located(str(solution)):
+        present = Solution.of(read.points, read.triangles, read.values, read.name)
+    with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
+        result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
+    hand_over(result, loaded, place, as_json, quiet)
 
 
+@with_overrides(CASE_OPTIONS)
 def check(
     case: CaseFile,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
+    overrides: Overrides = (),
     as_json: AsJson = False,
     quiet: Quiet = False,
     picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    with reported():
-        loaded = read_case(case, settings, method, seed)
-        show_estimate(loaded, case, picture, as_json, quiet)
+    loaded = read_case(case, overrides)
+    show_estimate(loaded, case, picture, as_json, quiet)
 
 
-def read_case(
-    case: str,
-    settings: list[str] | None,
-    method: str | None,
-    seed: int | None,
-    time_limit: float | None = None,
-) -> "Case":
+def read_case(case: str, overrides: Overrides) -> "Case":
     """The case of a file or the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
     text = read_input() if case == "-" else None
-    return load_case(case, overrides=settings or (), method=method, seed=seed, time_limit=time_limit, text=text)
+    return load_case(case, overrides=overrides, text=text)
 
 
 def require_distinct(as_json: bool, output: str | None) -> None:
