@@ -54,7 +54,9 @@ class ClusterWorkers(Workers):
         super().__init__()
         topic = f"bubblemesh-{uuid4()}"
         self.tell = partial(tell_client, topic)
-        self.lost = f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
+        self.lost = (
+            f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
+        )
         self._gone = (ClosedClientError, OSError, CancelledError)
         self._address, self._client, self._executor = address, client, executor
         self._threads: int | None = None  # of all workers, as last told

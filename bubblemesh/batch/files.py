@@ -1,7 +1,7 @@
 """The folders that a batch writes into: other batches stay out, files of a case appear together, nothing is left over.
 
-Locks are those of the system, which end with the process however that happens. Where a file system has none, batches are
-not kept apart.
+Locks are those of the system, which end with the process however that happens. Where a file system has none, batches
+are not kept apart.
 """
 
 import os
@@ -37,7 +37,9 @@ def reserved(options: BatchOptions) -> Iterator[None]:
     except OSError as error:
         problem = "it is not a folder" if folder.exists() else reason(error)
         raise FileError(f"cannot write into {folder}: {problem}") from None
-    busy = f"{folder}: another batch is writing its summary here: wait for it, name another folder, or give both a --shard"
+    busy = (
+        f"{folder}: another batch is writing its summary here: wait for it, name another folder, or give both a --shard"
+    )
     own = f"{folder}: another batch is writing the summary of this shard here: wait for it, or name another folder"
     with ExitStack() as stack:
         with _locked(folder / f"{LOCK}-begin", f"{folder}: other batches are beginning here: try again", BEGIN):
@@ -107,15 +109,16 @@ def write_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Outcom
     FileError
         If a disk is full: that of the results, or of a worker.
     """
-    folder = entry.destination and entry.destination.folder
+    folder = entry.destination.folder if entry.destination else None
     if outcome.files and folder is not None:
         try:
             with transaction(folder, staging_prefix(folder, options)) as staging:
                 for name, content in outcome.files.items():
                     (staging / name).write_bytes(content)
         except FileError as error:
-            problem = {"exit_code": error.exit_code, "error": f"{entry.source}: {error}", "full": is_full(error)}
-            outcome = replace(outcome, **problem, figures={}, files={}, digests={})
+            problem = f"{entry.source}: {error}"
+            unwritten = Outcome(error.exit_code, problem, warnings=outcome.warnings, full=is_full(error))
+            outcome = replace(unwritten, attempts=outcome.attempts, inputs=outcome.inputs)
     if outcome.full:
         raise FileError(f"{outcome.error}: {MAKE_ROOM}")
     return outcome

@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from glob import glob, has_magic
 from pathlib import Path
 from typing import TypeVar
@@ -97,7 +97,7 @@ class Entry:
     number: int
     source: str
     name: str
-    variant: Variant = Variant()
+    variant: Variant = field(default_factory=Variant)
     case: Case | None = None
     destination: Destination | None = None
     folder: str | None = None

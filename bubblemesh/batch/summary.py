@@ -27,7 +27,8 @@ class Summary:
     def __init__(self, folder: Path, suffix: str, rows: Iterable[Row]) -> None:
         self.rows = list(rows)
         self.path = folder / f"{STEM}{suffix}.jsonl"
-        self._write()
+        self._last: tuple[int, Row] | None = None  # size of the lines, and the row that they are about to get
+        self._lines, self._table = self._written()
 
     def append(self, row: Row) -> None:
         """Add a row to both files.
@@ -57,7 +58,7 @@ class Summary:
         if os.path.lexists(self.path) and not self._lines.in_place:
             raise FileError(f"{self.path}: another file has taken its place: run the batch again with --resume")
         old = self._lines, self._table
-        self._write()
+        self._lines, self._table = self._written()
         for lines in old:
             lines.close()
 
@@ -70,8 +71,8 @@ class Summary:
             self._lines.close()
             self._table.close()
 
-    def _write(self) -> None:
-        """Write both files anew."""
+    def _written(self) -> "tuple[Lines, Lines]":
+        """Both files, written anew."""
         table = self.path.with_suffix(".csv")
         texts = {
             self.path: "".join(row.line() for row in self.rows),
@@ -83,8 +84,7 @@ class Summary:
                     file.write(text)
                     file.flush()
                     os.fsync(file.fileno())  # a power cut must not take the rows of hours
-        self._lines, self._table = Lines(self.path), Lines(table)
-        self._last: tuple[int, Row] | None = None  # size of the lines, and the row that they are about to get
+        return Lines(self.path), Lines(table)
 
 
 class Lines:

@@ -10,6 +10,9 @@ from batch_cases import names, table_in, write
 from batches import (
     BAD,
     SMALL,
+    Begun,
+    Finished,
+    Note,
     batch,
     events_of,
     lines_of,
@@ -20,8 +23,8 @@ from paths import ROOT
 from typer.testing import CliRunner
 
 from bubblemesh import __version__
-from bubblemesh.batch import Begun, Finished, Note, Settings
-from bubblemesh.batch.rows import FIGURES
+from bubblemesh.batch import BatchOptions
+from bubblemesh.batch.row import FIGURES
 from bubblemesh.case import overrides_of
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
@@ -92,11 +95,17 @@ def test_options_hold_for_every_case(here):
 )
 def test_a_wrong_option_is_an_error_of_its_own_and_no_case_s(settings, message):
     with pytest.raises(CaseError, match=message):
-        Settings(**settings)
+        BatchOptions(**settings)
 
 
-from bubblemesh.case import overrides_of
-from bubblemesh.cli import app
+def test_a_wrong_setting_is_an_error_of_its_own_and_no_case_s(here):
+    write(here, a=SMALL)
+    result = CliRunner().invoke(app, ["batch", ".", "--set", "spacing"])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("error: --set spacing: no '='")
+    assert not list(here.glob("*.jsonl"))
+
+
 def test_events_tell_of_all_cases_of_rounds_and_of_ends(here):
     write(here, a=SMALL, b=SMALL)
     begun, *events = events_of(".")
@@ -139,8 +148,6 @@ def test_the_table_has_swept_values_as_json(here):
     assert json.loads(cells["sweep"]) == {"packing.seed": 3, "domain.outer.label": "é"}
 
 
-from bubblemesh.case import overrides_of
-from bubblemesh.cli import app
 def test_the_meshes_of_a_batch_are_those_of_single_runs_byte_for_byte(here):
     configs = ROOT / "configs"
     options = ["--set", "packing.effort=fast", "--seed", "3"]
