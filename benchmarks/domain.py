@@ -10,7 +10,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import circle, polygon, rectangle
-from bubblemesh.packing.boundary_edges import enclosed
+from bubblemesh.packing.boundary_edges import drop_strays
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 from bubblemesh.spacing.spacing import Spacing
 
@@ -82,7 +82,7 @@ def placed(name: str, domain: Domain) -> None:
     """Print how long it takes to place bubbles, and to check that they are inside the boundary's edges."""
     placement, spacing = HierarchicalSubdivision(), Spacing(lambda x, _: np.full(len(x), SPACING))
     bubbles = placement(domain, spacing, POINTS)
-    times = seconds(lambda: placement(domain, spacing, POINTS)), seconds(lambda: enclosed(bubbles, domain))
+    times = seconds(lambda: placement(domain, spacing, POINTS)), seconds(lambda: drop_strays(bubbles, domain))
     print(f"{name:8} {len(bubbles):10,} {times[0]:8.2f} {times[1]:8.2f}")
 
 

@@ -22,12 +22,11 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from bubblemesh.case import load_case
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshes.quality import mesh_figures, radius_ratios
 from bubblemesh.pages.index import index_page
 from bubblemesh.pages.report import report_page
 from bubblemesh.pictures.plots import PlotOptions, draw_mesh, small_png
 from bubblemesh.run.pipeline import Result, mesh_case
-from bubblemesh.run.report import mesh_figures
 from bubblemesh.spacing.spacing import Spacing
 
 ROOT = Path(__file__).parent.parent
@@ -94,7 +93,7 @@ def measure() -> None:
         for cells in CELLS:
             mesh, target = square(cells), np.full(2 * cells**2, 1 / cells)
             spacing = Spacing(lambda x, y, d=1 / cells: np.full(len(x), d))
-            report = run.report | mesh_figures(mesh.points, mesh.triangles, spacing) | {"files": []}
+            report = run.report | mesh_figures(mesh.points, mesh.triangles, spacing.between) | {"files": []}
             fields = {"quality": radius_ratios(mesh.points, mesh.triangles), "target_spacing": target}
             begun = process_time()
             page = report_page(mesh, fields, report, run.speeds, WRITTEN)
@@ -129,12 +128,12 @@ FAILED = {
 }
 
 
-def _page(result: Result[Mesh]) -> str:
+def _page(result: Result) -> str:
     files = [f"{result.report['case']}{end}" for end in (".msh", ".vtu", ".report.json", ".html")]
     return report_page(result.mesh, result.fields, result.report | {"files": files}, result.speeds, WRITTEN)
 
 
-def _row(result: Result[Mesh]) -> dict[str, object]:
+def _row(result: Result) -> dict[str, object]:
     report = result.report
     figures = {f"quality_{key}": report["quality"][key] for key in ("mean", "p01", "min")}
     figures |= {key: report[key] for key in ("case", "nodes", "triangles", "warnings")}

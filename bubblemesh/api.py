@@ -1,10 +1,9 @@
 """What Python programs use: cases, meshes, and meshing without a case file."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import shapely
@@ -15,126 +14,17 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes import mesh as meshes
-from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
-from bubblemesh.meshfiles import write_file
-from bubblemesh.meshfiles.solutions import read_nodal_field
-from bubblemesh.meshfiles.write.gmsh import as_meshio
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.packing.configure import OptionError, configured, options
 from bubblemesh.problem.problem import Task, posed_for
 from bubblemesh.problem.python_input import domain_of, spacing_of
-from bubblemesh.run import pipeline
-from bubblemesh.run.pipeline import Result
+from bubblemesh.run.pipeline import Result, mesh_case, meshed
 from bubblemesh.run.report import RoundRow
 
 __all__ = ["Case", "Domain", "Mesh", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
 
 MAX_NODES = 2_000_000
-
-
-class Mesh(meshes.Mesh):
-    """A triangle mesh, with what a program may want to do with it.
-
-    Its arrays are ``points``, ``triangles``, ``facets`` with ``facet_labels`` and ``labels``, ``triangle_regions`` with
-    ``regions``, and ``vertices`` with ``vertex_labels`` and ``point_labels``; see `bubblemesh.meshes.Mesh`.
-    """
-
-    def __repr__(self) -> str:
-        return f"<Mesh: {len(self.points)} nodes, {len(self.triangles)} triangles, labels {', '.join(self.labels)}>"
-
-    @classmethod
-    def of(cls, mesh: meshes.Mesh) -> Self:
-        """The mesh of a run."""
-        return cls(**{field.name: getattr(mesh, field.name) for field in fields(mesh)})
-
-    def quality(self) -> Shape:
-        """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
-        return shape_quality(self.points, self.triangles[:, :3])
-
-    def to_meshio(self) -> Any:
-        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids."""
-        result = as_meshio(self)
-        ids = result.cell_data["gmsh:physical"]
-        for name, (tag, _) in result.field_data.items():
-            result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
-        return result
-
-    def plot(
-        self,
-        path: Path | str | None = None,
-        *,
-        color: str = "quality",
-        title: str | None = None,
-        style: str = "screen",
-        fields: Mapping[str, Floats] = MappingProxyType({}),
-        **options: Any,
-    ) -> Any:
-        """Draw the mesh, and write the picture if a path (.png, .svg, .pdf) is given.
-
-        Parameters
-        ----------
-        path : Path or str, optional
-        color : str
-            ``quality``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field.
-        title, style
-            Text above the picture; ``screen`` or ``paper``.
-        fields : mapping of str to (t,)
-            Data of the triangles, such as ``Result.fields``, which ``spacing`` needs.
-        **options
-            ``colormap``, ``limits``, ``edges``, ``nodes``, ``labels``, ``view``, ``width`` and ``dpi``, as the options
-            of ``bubblemesh plot``.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        CaseError
-            If the ending or the colouring is unknown.
-        FileError
-            If the picture cannot be written.
-        """
-        from bubblemesh.pictures.colouring import MeshData
-        from bubblemesh.pictures.plots import draw_mesh, mesh_figure
-        from bubblemesh.pictures.styles import PlotOptions
-
-        shown = PlotOptions(color=color, title=title, style=style, **options)
-        if path is not None:
-            return draw_mesh(self, Path(path), shown, MeshData(fields))
-        return mesh_figure(self, shown, MeshData(fields))
-
-    def write(self, path: Path | str) -> list[str]:
-        """Write the mesh in the format of the path's ending, with STEM.report.json, and return the files' names.
-
-        Raises
-        ------
-        CaseError
-            If the ending is unknown, or its format has no form for the order of the triangles.
-        FileError
-            If a file cannot be written; then none is.
-        """
-        ratios = radius_ratios(self.points, self.triangles[:, :3])
-        figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
-        return list(write_file(self, {"quality": ratios}, figures, Path(path))["files"])
-
-
-def mesh_case(case: Case, on_round: Callable[[RoundRow], None] = lambda row: None) -> Result[Mesh]:
-    """Mesh a case; ``on_round`` is told of each round as it ends.
-
-    Returns
-    -------
-    Result
-        ``mesh``, ``report`` and data for each triangle in ``fields``.
-
-    Raises
-    ------
-    BubblemeshError
-        One of its subclasses for a mistake of the user's, with the place and what to do.
-    """
-    if not isinstance(case, Case):
-        raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
-    return public(pipeline.mesh_case(case, on_round))
 
 
 def mesh(
@@ -188,12 +78,7 @@ def mesh(
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
     task = Task("mesh", method, bound, max_nodes, None, parameters)
     problem = posed_for(domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, "nodes")
-    return public(pipeline.meshed(problem)).mesh
-
-
-def public(result: Result[meshes.Mesh]) -> Result[Mesh]:
-    """The result of a run with the mesh that programs use."""
-    return Result(Mesh.of(result.mesh), result.fields, result.report, result.speeds)
+    return meshed(problem).mesh
 
 
 def adapt(
@@ -205,7 +90,7 @@ def adapt(
     nodes: int | None = None,
     exact: str | None = None,
     on_round: Callable[[RoundRow], None] = lambda row: None,
-) -> Result[Mesh]:
+) -> Result:
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where it is small.
 
     Parameters
@@ -241,4 +126,4 @@ def adapt(
         solution = Solution.of(read.points, read.triangles, read.values, read.name)
     elif field is not None:
         raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")
-    return public(adapting.adapted(case, solution, adapting.Target(error, nodes), exact, on_round))
+    return adapting.adapted(case, solution, adapting.Target(error, nodes), exact, on_round)

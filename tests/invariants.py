@@ -85,8 +85,8 @@ def check_labels(mesh):
     assert set(mesh.facet_labels.tolist()) == set(range(len(mesh.labels))), "a label is unused or out of range"
     assert len(mesh.triangle_regions) == len(mesh.triangles)
     assert set(mesh.triangle_regions.tolist()) == set(range(len(mesh.regions))), "a region is unused or out of range"
-    assert set(mesh.vertex_labels.tolist()) == set(range(len(mesh.point_labels))), "a label of points is unused"
-    assert len(mesh.vertices) == len(mesh.vertex_labels)
+    assert set(mesh.node_labels.tolist()) == set(range(len(mesh.point_labels))), "a label of points is unused"
+    assert len(mesh.labelled_nodes) == len(mesh.node_labels)
     assert mesh.facet_middles.shape == mesh.facets.shape
     for names in (mesh.labels, mesh.regions, mesh.point_labels):
         assert len(set(names)) == len(names)

@@ -24,8 +24,8 @@ def sandwich(labels=("bottom", "right", "top", "left", "hole"), regions=("steel"
         labels=(*labels, "interface"),
         regions=regions,
         triangle_regions=region,
-        vertices=np.array([0, len(mesh.points) - 1]),
-        vertex_labels=np.array([0, 1]),
+        labelled_nodes=np.array([0, len(mesh.points) - 1]),
+        node_labels=np.array([0, 1]),
         point_labels=("corner", "probe"),
         facet_middles=np.zeros((0, 2)),
     )

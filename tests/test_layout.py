@@ -40,6 +40,7 @@ MAY_IMPORT = {
     "__init__": {"api"},
     "__main__": {"cli"},
 }
+DOORS = {"meshes/mesh.py": {"meshfiles", "pictures"}}  # a mesh writes and draws itself, when it is asked to
 LIBRARIES = {
     "yaml": {"case"},
     "pydantic": {"case", "packing"},
@@ -54,6 +55,7 @@ LIBRARIES = {
     "pyogrio": {"readers"},
     "svgelements": {"readers"},
     "distributed": {"batch"},
+    "filelock": {"batch"},
 }
 MOST_LOOSE_MODULES = 7
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
@@ -83,7 +85,7 @@ def test_a_module_imports_only_what_lies_below_it(path):
     names = list(imported(path))
     mine = room(path)
     rooms = {name.split(".")[1] for name in names if name.startswith("bubblemesh.")}
-    assert rooms <= MAY_IMPORT[mine] | {mine}
+    assert rooms <= MAY_IMPORT[mine] | {mine} | DOORS.get(path.relative_to(PACKAGE).as_posix(), set())
     for library, homes in LIBRARIES.items():
         if mine not in homes:
             assert library not in {name.split(".")[0] for name in names}

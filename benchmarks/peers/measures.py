@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.quality import edges, shape_quality, signed_areas, spacing_fit
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import shape_quality, signed_areas, spacing_fit
 from bubblemesh.problem.problem import Problem
 
 __all__ = ["Figures", "FlawError", "measured"]
@@ -50,7 +51,7 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     FlawError
         If triangles are inverted or flat, or do not join to a surface with the domain's number of holes.
     """
-    sides, count = edges(triangles)
+    sides, count = unique_edges(triangles)
     _require_surface(points, triangles, sides, count, problem.domain.hole_count)
     shape = shape_quality(points, triangles)
     fit = spacing_fit(points, sides, problem.wanted.between(points[sides]))

@@ -14,7 +14,7 @@ from benchmarks.peers.clock import Clock, peak_mb
 from benchmarks.peers.tools import TOOLS
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import load_case
-from bubblemesh.meshes.quality import edges
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.triangulation import triangulated
 
 __all__ = ["main"]
@@ -36,7 +36,7 @@ def main(path: str, name: str, method: str, file: str) -> None:
 
 def _floor(points: Floats, triangles: Integers) -> float:
     """Processor seconds of one constrained triangulation of the same nodes."""
-    sides, count = edges(triangles)
+    sides, count = unique_edges(triangles)
     times = []
     for _ in range(TRIANGULATIONS):
         begun = process_time()

@@ -10,7 +10,8 @@ from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.problem.problem import Problem, prepared
 from bubblemesh.spacing.spacing import Spacing
 
@@ -45,7 +46,7 @@ def distmesh(domain: Domain, spacing: Spacing, h0: float, random: np.random.Gene
     for _ in range(STEPS):
         if _longest(points - connected_at) > MOVE_TO_CONNECT * h0:
             connected_at = points
-            bars, _ = edges(_connected(points, domain, h0))
+            bars, _ = unique_edges(_connected(points, domain, h0))
         moves = STEP * _forces(points, bars, spacing)
         moves[:fixed] = 0
         points, projected = _kept_inside(points + moves, domain)

@@ -20,9 +20,8 @@ from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import rim_nodes
-from bubblemesh.packing.placement.warm_start import Present, starting_from
+from bubblemesh.meshes.edges import rim_nodes
+from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import domain_of
 from bubblemesh.problem.problem import Problem, posed_for, task_of
 from bubblemesh.problem.spacing import Wanted, limits_of, nodes_of, rules_of
@@ -64,7 +63,7 @@ def adapted(
     exact: str | None = None,
     on_round: OnRound = lambda row: None,
     on_share: OnShare = lambda share: None,
-) -> Result[Mesh]:
+) -> Result:
     """Mesh a case's domain anew, as its solution asks for.
 
     The sizes follow from the estimated error; of the case's spacing the limits and rules hold.
@@ -129,10 +128,10 @@ def _posed(
     task, rules = task_of(case), rules_of(case)
     rules = replace(rules, growth=rules.growth or GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
-    present = Present(solution.points[inner], now[inner])
+    present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_kept(domain, at(None))
     if share >= FEWEST_KEPT:
-        task = replace(task, method=starting_from(task.method, present))
+        task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
     return posed_for(domain, Wanted(at, rules, nodes), task, seconds, "nodes"), start
 

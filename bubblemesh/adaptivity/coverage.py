@@ -6,7 +6,8 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
@@ -21,7 +22,7 @@ def require_coverage(domain: Domain, points: Floats, triangles: Integers) -> Non
     CaseError
         With the place where they do not.
     """
-    pairs, count = edges(triangles)
+    pairs, count = unique_edges(triangles)
     if count.max() > 2:
         k = int(count.argmax())
         raise CaseError(

@@ -3,7 +3,8 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import signed_areas
 
 SINGULAR = 1e-6  # least determinant of a patch whose linear fit is trusted, in terms of a regular hexagon's
 
@@ -30,7 +31,7 @@ def recovered_gradients(points: Floats, triangles: Integers, own: Floats) -> Flo
     recovery technique", Int. J. Numer. Meth. Eng. 33 (1992).
     """
     n, flat = len(points), own.reshape(len(own), -1)
-    pairs, count = edges(triangles)
+    pairs, count = unique_edges(triangles)
     fits, scale, sound = _patch_fits(points, triangles, flat)
     sound[pairs[count == 1]] = False
     result = _averaged(points, triangles, flat)

@@ -4,7 +4,8 @@ import numpy as np
 
 from bubblemesh.adaptivity.estimate import Estimate
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import signed_areas
 
 FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate tells little about sizes far from it
 TRIANGLES_PER_NODE = 2
@@ -23,7 +24,7 @@ def smooth_sizes(points: Floats, triangles: Integers) -> Floats:
     corner = triangles.ravel()
     number = np.maximum(np.bincount(corner, minlength=len(points)), 1)
     sizes = np.bincount(corner, np.repeat(np.log(equivalent_sizes(points, triangles)), 3), len(points)) / number
-    i, j = edges(triangles)[0].T
+    i, j = unique_edges(triangles)[0].T
     number = 1 + np.bincount(np.append(i, j), minlength=len(points))
     for _ in range(SMOOTHINGS):
         sizes = (sizes + np.bincount(np.append(i, j), np.append(sizes[j], sizes[i]), len(points))) / number

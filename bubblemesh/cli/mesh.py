@@ -1,6 +1,6 @@
 """Commands that look at meshes of any origin."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +13,6 @@ from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
-    from bubblemesh.spacing.spacing import Spacing
 
 
 OF_PICTURES = ("color", "colormap", "range", "view", "style", "width", "dpi")  # options that errors may name
@@ -31,19 +30,20 @@ def quality(
 ) -> None:
     """Report the quality of a triangle mesh, or compare two."""
     from bubblemesh import console
+    from bubblemesh.meshes.quality import mesh_figures
     from bubblemesh.meshfiles import dump
     from bubblemesh.meshfiles.read import read_triangles
-    from bubblemesh.run.report import mesh_figures
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
     with located("--spacing"):
-        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {}))
+        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
     if other is not None:
         compare(mesh, other, wanted, as_json)
         return
-    points, triangles, others = read_triangles(mesh)
-    console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
+    file = read_triangles(mesh)
+    points, triangles = file.points, file.triangles
+    console.warn([*left_out(mesh, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
         figures = mesh_figures(points, triangles, wanted)
     if as_json:
@@ -77,7 +77,7 @@ def plot(
 ) -> None:
     """Draw a triangle mesh as a picture."""
     from bubblemesh import console
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
     from bubblemesh.pictures.colouring import MeshData
     from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
     from bubblemesh.pictures.styles import PlotOptions
@@ -97,7 +97,7 @@ def plot(
         width=width,
         dpi=dpi,
     )
-    read = read_foreign(mesh)
+    read = read_mesh(mesh)
     console.warn(left_out(mesh, read.left_out))
     with options_named(mesh):
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
@@ -105,19 +105,19 @@ def plot(
     console.show_files(str(path.parent), [path.name])
 
 
-def compare(first: Path, second: Path, wanted: "Spacing | None", as_json: bool) -> None:
+def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
     """Two meshes side by side."""
     from bubblemesh import console
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
     from bubblemesh.meshfiles import dump
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
 
-    read = {path: read_foreign(path) for path in (first, second)}
+    read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
         console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
-        a, b = (comparison.measured(path, read[path], wanted) for path in (first, second))
+        a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
         write_output(dump(comparison.report(a, b)))
     else:

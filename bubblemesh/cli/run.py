@@ -23,7 +23,6 @@ from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
-    from bubblemesh.meshes.mesh import Mesh
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination
     from bubblemesh.run.pipeline import Result
@@ -94,7 +93,7 @@ def adapt(
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import Solution
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.meshfiles.solutions import read_nodal_field
+    from bubblemesh.meshfiles.read import read_nodal_field
     from bubblemesh.run import destination as destinations
 
     loaded = read_case(case, overrides)
@@ -137,7 +136,7 @@ def require_distinct(as_json: bool, output: str | None) -> None:
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
 
 
-def hand_over(result: "Result[Mesh]", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
+def hand_over(result: "Result", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
     """Write what a run has made, tell of it, and check it against what the case requires."""
     from bubblemesh import console
     from bubblemesh.meshfiles import dump

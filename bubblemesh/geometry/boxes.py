@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 
 FINEST = 256  # cells along each side of the grid
 PER_BOX = 2  # cells along each side for each box along it
@@ -42,8 +42,7 @@ class Boxes:
         begin, end = (np.clip((edge - low) // step, 0, cells - 1).astype(int) for edge in np.split(bounds, 2, axis=1))
         wide, tall = (end - begin + 1).T
         count = wide * tall
-        box = np.repeat(np.arange(len(bounds)), count)
-        number = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
+        box, number = members(count)
         cell = (begin[box, 0] + number // tall[box]) * cells + begin[box, 1] + number % tall[box]
         order = np.argsort(cell, kind="stable")
         first = np.searchsorted(cell[order], np.arange(cells**2 + 1))
@@ -56,9 +55,8 @@ class Boxes:
         near = np.flatnonzero((i >= 0) & (i < self.cells) & (j >= 0) & (j < self.cells))
         cell = (i[near] * self.cells + j[near]).astype(int)
         count = self.first[cell + 1] - self.first[cell]
-        point = np.repeat(near, count)
-        entry = np.arange(len(point)) + np.repeat(self.first[cell] - np.cumsum(count) + count, count)
-        box = self.box[entry]
+        entry, rank = members(count)
+        point, box = near[entry], self.box[self.first[cell[entry]] + rank]
         x0, y0, x1, y1 = self.bounds[box].T
         held = (x[point] >= x0) & (x[point] <= x1) & (y[point] >= y0) & (y[point] <= y1)
         return point[held], box[held]

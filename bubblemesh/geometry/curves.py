@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -91,8 +91,7 @@ class Arcs:
     def stations(self) -> tuple[Integers, Floats]:
         turns = np.abs(self.sweep) / (2 * np.pi)
         chords = np.maximum(np.ceil(turns * CHORDS_PER_TURN), FEWEST_CHORDS).astype(int)
-        curve = np.repeat(np.arange(len(chords)), chords)
-        rank = np.arange(len(curve)) - (np.cumsum(chords) - chords)[curve]
+        curve, rank = members(chords)
         return curve, rank * (self.lengths / chords)[curve]
 
     def _angles(self, index: Integers, s: Floats) -> Floats:

@@ -1,6 +1,6 @@
 """Two meshes side by side."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,10 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import Histogram, lowest_shown, quality_histogram, spacing_histogram
-from bubblemesh.meshes.quality import edge_means, edge_ratios, edges, radius_ratios, spacing_fit
-from bubblemesh.meshfiles.foreign import ForeignMesh
-from bubblemesh.run.report import mesh_figures
-from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import edge_means, edge_ratios, mesh_figures, radius_ratios, spacing_fit
 
 BINS = 10
 TARGET = "target_spacing"
@@ -57,26 +56,37 @@ class Measured:
     spacing: Floats | None
 
 
-def measured(path: Path, foreign: ForeignMesh, wanted: Spacing | None) -> Measured:
-    """Measure a mesh as read from a file; without a wanted spacing that of the file counts, its ``target_spacing``.
+def measured(
+    path: Path, mesh: Mesh, cell_data: Mapping[str, Floats], spacing_between: Callable[[Floats], Floats] | None
+) -> Measured:
+    """Measure a mesh as read from a file.
+
+    Parameters
+    ----------
+    path : Path
+    mesh : Mesh
+    cell_data : mapping of str to (t,) or (t, k)
+        Data of its triangles; ``target_spacing`` counts where no other spacing is wanted.
+    spacing_between : callable or None
+        Wanted spacing (e,) of edges by their ends (e, 2, 2).
 
     Raises
     ------
     CaseError
         If the spacing is not positive somewhere.
     """
-    mesh, target = foreign.mesh, foreign.cell_data.get(TARGET)
-    sides, _ = edges(mesh.triangles)
-    figures = mesh_figures(mesh.points, mesh.triangles, wanted)
+    target = cell_data.get(TARGET)
+    edges, _ = unique_edges(mesh.triangles)
+    figures = mesh_figures(mesh.points, mesh.triangles, spacing_between)
     lengths = None
-    if wanted is not None:
-        lengths = wanted.between(mesh.points[sides])
+    if spacing_between is not None:
+        lengths = spacing_between(mesh.points[edges])
     elif target is not None and target.ndim == 1:
         if not (target > 0).all():
             raise CaseError(f"{path}: {TARGET} is not positive at some triangle: give a spacing")
         lengths = edge_means(mesh.triangles, target)
-        figures["spacing"] = asdict(spacing_fit(mesh.points, sides, lengths))
-    ratios = None if lengths is None else edge_ratios(mesh.points, sides, lengths)
+        figures["spacing"] = asdict(spacing_fit(mesh.points, edges, lengths))
+    ratios = None if lengths is None else edge_ratios(mesh.points, edges, lengths)
     return Measured(path, figures, radius_ratios(mesh.points, mesh.triangles), ratios)
 
 

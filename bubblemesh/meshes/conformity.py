@@ -4,8 +4,9 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import BubblemeshError
+from bubblemesh.meshes.edges import edge_keys, find_keys, unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place
 
 AREA_TOLERANCE = 1e-12
@@ -47,17 +48,15 @@ def require_conforming(mesh: Mesh) -> None:
 
 def _require_labelled_edges(mesh: Mesh) -> None:
     """Check that every facet is an edge, and every boundary edge one facet."""
-    sides, count = edges(mesh.triangles)
-    size = np.int64(len(mesh.points))
-    keys = sides[:, 0] * size + sides[:, 1]  # ascending, as the edges are
-    low, high = np.sort(mesh.facets, axis=1).T
-    found = np.minimum(np.searchsorted(keys, low * size + high), len(keys) - 1)
-    labelled = np.bincount(found, minlength=len(keys))
-    stray = mesh.facets[keys[found] != low * size + high]
-    bare = sides[(count == 1) & (labelled == 0)]
+    edges, count = unique_edges(mesh.triangles)
+    n = len(mesh.points)
+    found = find_keys(edge_keys(edges, n), edge_keys(np.sort(mesh.facets, axis=1), n))
+    labelled = np.bincount(found[found >= 0], minlength=len(edges))
+    stray = mesh.facets[found < 0]
+    bare = edges[(count == 1) & (labelled == 0)]
     for pair in (*stray[:1], *bare[:1]):
         raise _fault("the boundary is not met", mesh.points[pair].mean(axis=0))
-    for pair in sides[labelled > 1][:1]:
+    for pair in edges[labelled > 1][:1]:
         raise _fault("an edge is labelled twice", mesh.points[pair].mean(axis=0))
 
 

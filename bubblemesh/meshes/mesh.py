@@ -1,12 +1,17 @@
 """The product: a triangle mesh with labelled edges, regions and points."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Self
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.edges import SideTable, edge_keys, find_keys, numbered_edges
+from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
@@ -60,9 +65,9 @@ class Mesh:
         Names of the regions; each has at least one triangle.
     triangle_regions : (t,)
         Index into ``regions`` for each triangle; all 0 unless given.
-    vertices : (v,)
+    labelled_nodes : (v,)
         Nodes that have a label of their own; none unless given.
-    vertex_labels : (v,)
+    node_labels : (v,)
         Index into ``point_labels`` for each of them.
     point_labels : tuple of str
         Names of the labelled points.
@@ -79,8 +84,8 @@ class Mesh:
     labels: tuple[str, ...]
     regions: tuple[str, ...] = ("domain",)
     triangle_regions: Integers = field(default_factory=_nothing)
-    vertices: Integers = field(default_factory=_nothing)
-    vertex_labels: Integers = field(default_factory=_nothing)
+    labelled_nodes: Integers = field(default_factory=_nothing)
+    node_labels: Integers = field(default_factory=_nothing)
     point_labels: tuple[str, ...] = ()
     facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     periodic: Integers = field(default_factory=_no_pairs)
@@ -91,6 +96,9 @@ class Mesh:
         if len(self.facet_middles) == 0:
             object.__setattr__(self, "facet_middles", self.points[self.facets[:, :2]].mean(axis=1))
 
+    def __repr__(self) -> str:
+        return f"<Mesh: {len(self.points)} nodes, {len(self.triangles)} triangles, labels {', '.join(self.labels)}>"
+
     @property
     def order(self) -> int:
         """1 for triangles with straight edges, 2 for those with a node on each edge."""
@@ -99,29 +107,17 @@ class Mesh:
     @cached_property
     def sides(self) -> Integers:
         """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
-        keys, order = self._side_keys
-        number = order[np.searchsorted(keys, self._keys(self.facets))]
-        return np.column_stack([number % len(self.triangles), number // len(self.triangles)])
+        return np.column_stack(self._side_table.owner(self._side_table.find(self.facets)))
 
     @cached_property
     def outer(self) -> Booleans:
         """Which facets (f,) are boundary edges: those with a triangle on one side only."""
-        return self._are_sides(self.facets) != self._are_sides(self.facets[:, 1::-1])
-
-    def _are_sides(self, pairs: Integers) -> Booleans:
-        keys, wanted = self._side_keys[0], self._keys(pairs)
-        return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
+        forth, back = (self._side_table.find(pairs) for pairs in (self.facets, self.facets[:, 1::-1]))
+        return (forth < 0) != (back < 0)
 
     @cached_property
-    def _side_keys(self) -> tuple[Integers, Integers]:
-        """One number (3 t,) for each directed side of the triangles, ascending, and the side's own number."""
-        corners = self.triangles[:, :3]
-        keys = np.concatenate([self._keys(corners[:, [k, (k + 1) % 3]]) for k in range(3)])
-        order = np.argsort(keys)
-        return keys[order], order
-
-    def _keys(self, pairs: Integers) -> Integers:
-        return pairs[:, 0].astype(np.int64) * len(self.points) + pairs[:, 1]
+    def _side_table(self) -> SideTable:
+        return SideTable.of(self.triangles[:, :3], len(self.points))
 
     @cached_property
     def periodic_sides(self) -> tuple[PeriodicSides, ...]:
@@ -147,14 +143,12 @@ class Mesh:
         A curve may bulge farther than a flat triangle can follow without folding over; its facet then stays straight.
         """
         corners, n = self.triangles[:, :3], len(self.points)
-        pairs = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-        keys, edge = np.unique(self._keys(pairs), return_inverse=True)
-        middles = self.points[np.stack(np.divmod(keys, n), axis=1)].mean(axis=1)
-        mine = np.searchsorted(keys, self._keys(np.sort(self.facets[:, :2], axis=1)))
+        edges, of_triangle = numbered_edges(corners)
+        middles = self.points[edges].mean(axis=1)
+        mine = find_keys(edge_keys(edges, n), edge_keys(np.sort(self.facets[:, :2], axis=1), n))
         straight = middles[mine].copy()
         middles[mine] = self.facet_middles
-        of_triangle = edge.reshape(3, -1).T
-        folded = np.zeros(len(keys), bool)
+        folded = np.zeros(len(edges), bool)
         folded[of_triangle[_folded(self.points[corners], middles[of_triangle])]] = True
         kept_straight = folded[mine]
         middles[mine[kept_straight]] = straight[kept_straight]
@@ -166,6 +160,81 @@ class Mesh:
         )
         bulging = (self.facet_middles != straight).any(axis=1)
         return curved, int((kept_straight & bulging).sum())
+
+    def quality(self) -> Shape:
+        """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
+        return shape_quality(self.points, self.triangles[:, :3])
+
+    def to_meshio(self) -> Any:
+        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids."""
+        from bubblemesh.meshfiles.write.gmsh import as_meshio
+
+        result = as_meshio(self)
+        ids = result.cell_data["gmsh:physical"]
+        for name, (tag, _) in result.field_data.items():
+            result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
+        return result
+
+    def plot(
+        self,
+        path: Path | str | None = None,
+        *,
+        color: str = "quality",
+        title: str | None = None,
+        style: str = "screen",
+        fields: Mapping[str, Floats] = MappingProxyType({}),
+        **options: Any,
+    ) -> Any:
+        """Draw the mesh, and write the picture if a path (.png, .svg, .pdf) is given.
+
+        Parameters
+        ----------
+        path : Path or str, optional
+        color : str
+            ``quality``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field.
+        title, style
+            Text above the picture; ``screen`` or ``paper``.
+        fields : mapping of str to (t,)
+            Data of the triangles, such as ``Result.fields``, which ``spacing`` needs.
+        **options
+            ``colormap``, ``limits``, ``edges``, ``nodes``, ``labels``, ``view``, ``width`` and ``dpi``, as the options
+            of ``bubblemesh plot``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        CaseError
+            If the ending or the colouring is unknown.
+        FileError
+            If the picture cannot be written.
+        """
+        from bubblemesh.pictures.colouring import MeshData
+        from bubblemesh.pictures.plots import draw_mesh, mesh_figure
+        from bubblemesh.pictures.styles import PlotOptions
+
+        shown = PlotOptions(color=color, title=title, style=style, **options)
+        if path is not None:
+            return draw_mesh(self, Path(path), shown, MeshData(fields))
+        return mesh_figure(self, shown, MeshData(fields))
+
+    def write(self, path: Path | str) -> list[str]:
+        """Write the mesh in the format of the path's ending, with STEM.report.json, and return the files' names.
+
+        Raises
+        ------
+        CaseError
+            If the ending is unknown, or its format has no form for the order of the triangles.
+        FileError
+            If a file cannot be written; then none is.
+        """
+        from bubblemesh.meshfiles import write_file
+
+        ratios = radius_ratios(self.points, self.triangles[:, :3])
+        figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
+        return list(write_file(self, {"quality": ratios}, figures, Path(path))["files"])
 
 
 def _folded(corners: Floats, middles: Floats) -> Booleans:

@@ -1,14 +1,18 @@
 """Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.edges import numbered_edges, unique_edges
 
 _DEGENERATE = 1e-14
 _REGULAR_VALENCE = 6
 _BINS = 10
+_WORST = 5  # triangles that a report names
 
 
 @dataclass(frozen=True)
@@ -96,39 +100,10 @@ def inverted(points: Floats, triangles: Integers) -> Integers:
     return np.flatnonzero(clockwise if clockwise.sum() <= others.sum() else others)
 
 
-def edges(triangles: Integers) -> tuple[Integers, Integers]:
-    """Find every edge of the triangles once.
-
-    Parameters
-    ----------
-    triangles : (t, 3)
-
-    Returns
-    -------
-    edges : (e, 2)
-        Node indices i < j, in lexicographic order.
-    counts : (e,)
-        Number of triangles at each edge: 1 on the boundary, 2 inside, more where the mesh is no surface.
-    """
-    pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    size = np.int64(triangles.max(initial=0)) + 1
-    # One integer per pair sorts many times faster than rows do.
-    keys, counts = np.unique(pairs[:, 0].astype(np.int64) * size + pairs[:, 1], return_counts=True)
-    return np.stack(np.divmod(keys, size), axis=1), counts
-
-
-def rim_nodes(triangles: Integers) -> Integers:
-    """Return the nodes (b,) on edges of one triangle only, ascending."""
-    pairs, counts = edges(triangles)
-    return np.unique(pairs[counts == 1])
-
-
 def edge_means(triangles: Integers, values: Floats) -> Floats:
-    """Mean (e,) of what the triangles at each edge have, for values (t,); the edges are those of `edges`."""
-    pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    keys = pairs[:, 0].astype(np.int64) * (np.int64(triangles.max(initial=0)) + 1) + pairs[:, 1]
-    _, edge, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    return np.bincount(edge, np.tile(values, 3)) / counts
+    """Mean (e,) of what the triangles at each edge have, for values (t,); the edges are those of `unique_edges`."""
+    number = numbered_edges(triangles)[1].T.ravel()
+    return np.bincount(number, np.tile(values, 3)) / np.bincount(number)
 
 
 def shape_quality(points: Floats, triangles: Integers) -> Shape:
@@ -180,6 +155,34 @@ def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Float
     return sum(_sides(points, triangles), np.zeros(len(triangles))) / (3 * wanted)
 
 
+def mesh_figures(
+    points: Floats, triangles: Integers, spacing_between: Callable[[Floats], Floats] | None
+) -> dict[str, Any]:
+    """Figures of a mesh of any orientation, as a report holds them.
+
+    Parameters
+    ----------
+    points : (n, 2)
+    triangles : (t, 3)
+    spacing_between : callable or None
+        Wanted spacing (e,) of edges by their ends (e, 2, 2), to tell how well they keep it.
+    """
+    edges, count = unique_edges(triangles)
+    figures = {
+        "nodes": len(points),
+        "triangles": len(triangles),
+        "boundary_nodes": len(np.unique(edges[count == 1])),
+        "quality": {
+            **asdict(shape_quality(points, triangles)),
+            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(points, triangles, _WORST)],
+        },
+        "area": float(np.abs(signed_areas(points, triangles)).sum()),
+    }
+    if spacing_between is not None:
+        figures["spacing"] = asdict(spacing_fit(points, edges, spacing_between(points[edges])))
+    return figures
+
+
 def worst_triangles(points: Floats, triangles: Integers, count: int) -> list[tuple[float, tuple[float, float]]]:
     """Return radius ratio and centroid (x, y) of the worst triangles, at most ``count``, the worst first."""
     ratios = radius_ratios(points, triangles)
@@ -203,7 +206,7 @@ def _lengths(vectors: Floats) -> Floats:
 
 
 def _irregular_fraction(nodes: int, triangles: Integers) -> float | None:
-    pairs, counts = edges(triangles)
+    pairs, counts = unique_edges(triangles)
     valence = np.bincount(pairs.ravel(), minlength=nodes)
     inner = valence > 0
     inner[pairs[counts == 1].ravel()] = False

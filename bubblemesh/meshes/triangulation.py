@@ -7,6 +7,7 @@ import pythoncdt as cdt
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
+from bubblemesh.meshes.edges import SideTable
 from bubblemesh.messages import place
 
 
@@ -80,27 +81,17 @@ def regions(triangles: Integers, facets: Integers, left: Integers, right: Intege
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    n, t = int(triangles.max()) + 1, len(triangles)
-    sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-    forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
-    order = np.argsort(forth)
-    owner = np.tile(np.arange(t), 3)
-
-    def across(keys: Integers) -> tuple[Booleans, Integers]:
-        """Which directed edges (k,) are sides of triangles, and of which."""
-        place = order[np.minimum(np.searchsorted(forth, keys, sorter=order), len(order) - 1)]
-        return forth[place] == keys, owner[place]
-
-    walls = np.concatenate([facets[:, 0] * n + facets[:, 1], facets[:, 1] * n + facets[:, 0]])
-    passed, other = across(back)
-    wall = np.sort(walls)
-    passed &= wall[np.minimum(np.searchsorted(wall, forth), len(wall) - 1)] != forth
-    links = coo_array((np.ones(int(passed.sum())), (owner[passed], other[passed])), shape=(t, t))
+    t, table = len(triangles), SideTable.of(triangles, int(triangles.max()) + 1)
+    walls = [table.find(pairs) for pairs in (facets, facets[:, ::-1])]
+    other = table.opposite()
+    for rows in walls:
+        other[rows[rows >= 0]] = -1
+    passed = np.flatnonzero(other >= 0)
+    links = coo_array((np.ones(len(passed)), (table.owner(passed)[0], table.owner(other[passed])[0])), shape=(t, t))
     count, part = connected_components(links, directed=False)
     region = np.zeros(count, np.int64)
-    for keys, side in ((walls[: len(facets)], left), (walls[len(facets) :], right)):
-        found, triangle = across(keys)
-        region[part[triangle[found]]] = side[found]
+    for rows, side in zip(walls, (left, right), strict=True):
+        region[part[table.owner(rows[rows >= 0])[0]]] = side[rows >= 0]
     return region[part]
 
 

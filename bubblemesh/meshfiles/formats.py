@@ -57,7 +57,7 @@ class Format:
 
     def holds_all_of(self, mesh: Mesh) -> bool:
         """Whether the labelled points and periodic pairs of a mesh have a place in it."""
-        return (self.points or not len(mesh.vertices)) and (self.periodic or not len(mesh.periodic))
+        return (self.points or not len(mesh.labelled_nodes)) and (self.periodic or not len(mesh.periodic))
 
 
 FORMATS: dict[FormatName, Format] = {

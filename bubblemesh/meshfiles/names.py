@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import group_names, vertex_ids
+from bubblemesh.meshfiles.groups import group_names, node_ids
 
 LABELS_FILE = ".labels.json"
 LONGEST = 60  # characters; CalculiX and Abaqus allow 80
@@ -73,8 +73,8 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
 
 def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
     """Nodes of the labelled points, by the ids of their groups."""
-    ids = vertex_ids(mesh)
-    return {int(number): {"nodes": mesh.vertices[ids == number].tolist()} for number in np.unique(ids)}
+    ids = node_ids(mesh)
+    return {int(number): {"nodes": mesh.labelled_nodes[ids == number].tolist()} for number in np.unique(ids)}
 
 
 def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Shaking: random displacements where the order is broken, each followed by a short relaxation."""
+"""Annealing: random displacements where the order is broken, each followed by a short relaxation."""
 
 import math
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from annotated_types import Ge, Gt, Le
 
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, enmeshed
+from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.packing.placement.perturbation import displacements
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
@@ -20,7 +20,7 @@ REGULAR_VALENCE = 6
 
 
 @dataclass(frozen=True)
-class Shaking:
+class Annealing:
     """Annealing of the coarse levels: grain boundaries heal, and what is left of them is in the right places.
 
     Bubbles with another number of neighbours than six, and their neighbours, are displaced, less from cycle to cycle.
@@ -57,11 +57,15 @@ class Shaking:
         total = Relaxed.none(net.bubbles)
         cycles = self.cycles(len(net.bubbles))
         for cycle in range(cycles):
-            net = enmeshed(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
+            net = connect_inside(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
             relaxed = relax(net, self.shake_steps)
             total = total.followed_by(relaxed)
             # The edges from before the relaxation still tell where the order is broken.
-            net = enmeshed(relaxed.bubbles, domain, spacing) if relaxed.lost else replace(net, bubbles=relaxed.bubbles)
+            net = (
+                connect_inside(relaxed.bubbles, domain, spacing)
+                if relaxed.lost
+                else replace(net, bubbles=relaxed.bubbles)
+            )
         return total
 
     def cycles(self, bubbles: int) -> int:
@@ -72,9 +76,9 @@ class Shaking:
         """The bubbles after a displacement by this share of the first one."""
         bubbles, inside = net.bubbles, net.bubbles.interior
         shift = displacements(random, len(bubbles))
-        at_boundary = net.joined(np.arange(len(bubbles)) < bubbles.boundary_count)
+        at_boundary = net.dilated(np.arange(len(bubbles)) < bubbles.boundary_count)
         amplitude = share * np.where(at_boundary, self.amplitude_at_boundary * self.amplitude, self.amplitude)
-        amplitude[~net.joined(net.valence != REGULAR_VALENCE)] = 0
+        amplitude[~net.dilated(net.valence != REGULAR_VALENCE)] = 0
         x = bubbles.x.copy()
         x[inside] += (amplitude * bubbles.d)[inside, None] * shift[inside]
         return replace(bubbles, x=x)

@@ -20,7 +20,7 @@ MOST_HALVINGS = 60
 MOST_ADDED = 500_000  # bubbles between curves; those that need more are the same but for rounding
 
 
-def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
     """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off.
 
     Raises
@@ -48,7 +48,7 @@ def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
                 f"two curves at {place(x[0])} are so near to each other that no edges fit between them: let them "
                 "share the curve, or move them apart"
             )
-        bubbles = bubbles.joined_by(x, spacing(x), piece, s)
+        bubbles = bubbles.append(x, spacing(x), piece, s)
     return bubbles
 
 
@@ -79,14 +79,14 @@ def _cutting(
     return cutting
 
 
-def enclosed(bubbles: Bubbles, domain: Domain) -> Bubbles:
+def drop_strays(bubbles: Bubbles, domain: Domain) -> Bubbles:
     """The bubbles without those that nothing can be made of: run into others on the boundary, or outside its edges."""
     bubbles = _separated(bubbles, domain)
     inside = _inside_chords(bubbles, domain)
     if inside.all():
         return bubbles
     keep = np.concatenate([np.arange(bubbles.boundary_count), bubbles.boundary_count + np.flatnonzero(inside)])
-    return bubbles.kept(keep)
+    return bubbles.select(keep)
 
 
 def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
@@ -100,7 +100,7 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
         gone = np.unique(gone[gone >= bubbles.corners])
         if len(gone) == 0:
             return bubbles
-        bubbles = bubbles.kept(np.delete(np.arange(len(bubbles)), gone))
+        bubbles = bubbles.select(np.delete(np.arange(len(bubbles)), gone))
 
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:

@@ -50,12 +50,12 @@ class Bubbles:
         """Number of bubbles on the boundary, corners included."""
         return self.corners + len(self.piece)
 
-    def kept(self, keep: Integers) -> "Bubbles":
+    def select(self, keep: Integers) -> "Bubbles":
         """The bubbles ``keep`` (k,), ascending, all corners among them."""
         slide = keep[(keep >= self.corners) & (keep < self.boundary_count)] - self.corners
         return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners, self.touched[keep])
 
-    def joined_by(self, x: Floats, d: Floats, piece: Integers, s: Floats) -> "Bubbles":
+    def append(self, x: Floats, d: Floats, piece: Integers, s: Floats) -> "Bubbles":
         """These bubbles and new ones at ``x`` (k, 2), the first of which lie on ``piece``, ``s`` (j,)."""
         at, slides, new = self.boundary_count, len(piece), np.ones(len(x), bool)
         return Bubbles(

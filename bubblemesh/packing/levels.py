@@ -11,10 +11,10 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.placement.diffusion import distance_to_facets, on_boundary
+from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
 from bubblemesh.spacing.grid.leaves import Leaves, leaves
-from bubblemesh.spacing.rules.gap_sources import Filling
-from bubblemesh.spacing.rules.grading import GROWTH, graded
+from bubblemesh.spacing.rules.gap_sources import GapSources
+from bubblemesh.spacing.rules.grading import GROWTH, gradient_limited
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -89,8 +89,8 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
 
     loose = Spacing(enlarged, factor * spacing.floor)
     limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
-    narrow = Filling(ACROSS, GROWTH, spacing)(domain, loose)
-    limited = graded(domain, loose, GROWTH, limits.joined(narrow)).spacing
+    narrow = GapSources(ACROSS, GROWTH, spacing)(domain, loose)
+    limited = gradient_limited(domain, loose, GROWTH, limits.joined(narrow)).spacing
     if limited is loose:
         return loose
     return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)
@@ -105,7 +105,7 @@ def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:
     long = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > SPLIT * spacing.extended(middles)
     x = np.vstack([x[inside], middles[long]])
     x = x[along_hilbert_curve(x)]
-    shell, d = on_boundary(domain, spacing), spacing.extended(x)
+    shell, d = boundary_bubbles(domain, spacing), spacing.extended(x)
     clear = distance_to_facets(shell, domain, x, d) > NEAREST_TO_BOUNDARY * d
-    grown = shell.joined_by(x[clear], d[clear], np.zeros(0, np.int64), np.zeros(0))
+    grown = shell.append(x[clear], d[clear], np.zeros(0, np.int64), np.zeros(0))
     return replace(grown, touched=np.zeros(len(grown), bool))

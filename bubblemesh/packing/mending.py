@@ -10,9 +10,9 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, enmeshed, reconnected
+from bubblemesh.packing.net import Net, connect_inside, reconnect
 from bubblemesh.packing.placement.perturbation import displacements
-from bubblemesh.packing.smoothing import ShapeSteps, eta
+from bubblemesh.packing.smoothing import Smoothing, eta
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_PATCHES = 16
@@ -58,7 +58,7 @@ class Mending:
     mend_amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.2
 
     def __call__(
-        self, net: Net, domain: Domain, spacing: Spacing, polish: ShapeSteps, random: np.random.Generator
+        self, net: Net, domain: Domain, spacing: Spacing, polish: Smoothing, random: np.random.Generator
     ) -> Net:
         """The net with better worst triangles and the same number of bubbles."""
         bad = self._bad(net)
@@ -77,7 +77,7 @@ class Mending:
         x, s = bubbles.x.copy(), bubbles.s.copy()
         x[numbers] = mended.bubbles.x
         s[numbers[mended.bubbles.sliding] - bubbles.corners] = mended.bubbles.s
-        return enmeshed(replace(bubbles, x=x, s=s), domain, spacing)
+        return connect_inside(replace(bubbles, x=x, s=s), domain, spacing)
 
     def _bad(self, net: Net) -> Integers:
         """Triangles (k,) to mend, the worst first."""
@@ -85,13 +85,13 @@ class Mending:
         bad = np.flatnonzero(measure > self.mend_worse)
         return bad[np.argsort(-measure[bad], kind="stable")][:MOST_PATCHES]
 
-    def _tried(self, net: Net, bad: Integers, domain: Domain, polish: ShapeSteps, random: np.random.Generator) -> Net:
+    def _tried(self, net: Net, bad: Integers, domain: Domain, polish: Smoothing, random: np.random.Generator) -> Net:
         """The net after one attempt at each patch."""
         patches = disjoint_patches(net, bad)
-        trial = reconnected(net, self._displaced(net, patches, random))
+        trial = reconnect(net, self._displaced(net, patches, random))
         try:
             for _ in range(PASSES):
-                trial = reconnected(trial, polish.moved(trial, domain, patches.moving >= 0))
+                trial = reconnect(trial, polish.moved(trial, domain, patches.moving >= 0))
         except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
             return net
         better = worst_of(trial, patches) < worst_of(net, patches)
@@ -101,7 +101,7 @@ class Mending:
             return net
         old, new = net.bubbles, trial.bubbles
         x = np.where(keep[:, None], new.x, old.x)
-        return reconnected(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
+        return reconnect(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
 
     def _displaced(self, net: Net, patches: Patches, random: np.random.Generator) -> Bubbles:
         bubbles = net.bubbles

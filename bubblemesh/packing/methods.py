@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bubblemesh.packing.annealing import Shaking
+from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
 from bubblemesh.packing.mending import Mending
@@ -15,7 +15,7 @@ from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision, Pl
 from bubblemesh.packing.population.defects import Defects
 from bubblemesh.packing.population.thresholds import Population, Thresholds
 from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
-from bubblemesh.packing.smoothing import ShapeSteps
+from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled
 from bubblemesh.packing.viscosity import Constant, OddBubbles, SawTooth, Viscosity
 
@@ -34,8 +34,8 @@ class Method:
     odd: OddBubbles | None
     population: Population
     termination: FixedRounds
-    shaking: Shaking | None
-    polish: ShapeSteps | None
+    shaking: Annealing | None
+    polish: Smoothing | None
     mending: Mending | None
 
 
@@ -81,8 +81,8 @@ METHODS = {
         odd=None,
         population=Defects(),
         termination=Settled(),
-        shaking=Shaking(),
-        polish=ShapeSteps(),
+        shaking=Annealing(),
+        polish=Smoothing(),
         mending=Mending(),
     ),
 }
@@ -94,8 +94,8 @@ SCHEMES: Mapping[str, Mapping[str, type[Any] | None]] = {
     "relaxation": {"nearby": Nearby, "connected": Connected},
     "motion": {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler},
     "population": {"thresholds": Thresholds, "defects": Defects},
-    "shaking": {"none": None, "irregular": Shaking},
-    "polish": {"none": None, "shape": ShapeSteps},
+    "shaking": {"none": None, "irregular": Annealing},
+    "polish": {"none": None, "shape": Smoothing},
     "mending": {"none": None, "patches": Mending},
     "viscosity": {"constant": Constant, "saw-tooth": SawTooth},
     "odd": {"none": None, "touched": OddBubbles},

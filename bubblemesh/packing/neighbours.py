@@ -86,7 +86,7 @@ def _within(candidates: Integers, x: Floats, around: Floats, margin: float) -> I
     return candidates[((x[candidates] >= low) & (x[candidates] <= high)).all(axis=1)]
 
 
-def independent(pairs: Integers, rank: Integers) -> Booleans:
+def maximal_independent_set(pairs: Integers, rank: Integers) -> Booleans:
     """Greedy choice (n,) of members no two of which form one of the ``pairs`` (m, 2), best ``rank`` (n,) first.
 
     Ranks are distinct. Whoever outranks all neighbours still in play is chosen, and they go; that repeats until all

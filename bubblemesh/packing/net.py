@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
@@ -54,10 +55,9 @@ class Net:
     def are_facets(self, pairs: Integers) -> Booleans:
         """Which pairs (k, 2) of bubbles, in either order, are the ends of a facet."""
         n = len(self.bubbles)
-        (low, high), (first, last) = np.sort(pairs, axis=1).T, np.sort(self.facets, axis=1).T
-        return np.isin(low * n + high, first * n + last)
+        return np.isin(edge_keys(np.sort(pairs, axis=1), n), edge_keys(np.sort(self.facets, axis=1), n))
 
-    def joined(self, marked: Booleans) -> Booleans:
+    def dilated(self, marked: Booleans) -> Booleans:
         """Bubbles (n,) that are marked or next to one that is."""
         i, j = self.edges.T
         result = marked.copy()
@@ -70,7 +70,7 @@ class Net:
         near = np.zeros(len(self.bubbles), bool)
         near[bubbles] = True
         for _ in range(rings):
-            near = self.joined(near)
+            near = self.dilated(near)
         return near
 
     def part(self, marked: Booleans) -> tuple[Integers, "Net"]:
@@ -79,18 +79,16 @@ class Net:
         chosen[: self.bubbles.corners] = True
         numbers, renumbered = np.flatnonzero(chosen), np.cumsum(chosen) - 1
         triangles = self.triangles[marked[self.triangles].all(axis=1)]
-        sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-        n = len(self.bubbles)
-        forth, back = sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0]
-        rim = sides[~np.isin(forth, back)]
-        own = self.facets[:, 0] * n + self.facets[:, 1]
+        n, sides = len(self.bubbles), directed_sides(triangles)
+        rim = sides[np.sort(one_sided(sides, n))]
+        own, forth = edge_keys(self.facets, n), edge_keys(sides, n)
         order = np.argsort(own)
-        place = order[np.searchsorted(own, rim[:, 0] * n + rim[:, 1], sorter=order) % len(own)]
-        piece = np.where((self.facets[place] == rim).all(axis=1), self.facet_piece[place], -1)
-        within = np.isin(own, forth) & np.isin(own, back)
+        place = find_keys(own[order], edge_keys(rim, n))
+        piece = np.where(place < 0, -1, self.facet_piece[order[place]])
+        within = np.isin(own, forth) & np.isin(edge_keys(self.facets[:, ::-1], n), forth)
         edges = self.edges[marked[self.edges].all(axis=1)]
         return numbers, Net(
-            bubbles=self.bubbles.kept(numbers),
+            bubbles=self.bubbles.select(numbers),
             facets=renumbered[np.concatenate([rim, self.facets[within]])],
             facet_piece=np.concatenate([piece, self.facet_piece[within]]),
             two_sided=np.arange(len(rim) + int(within.sum())) >= len(rim),
@@ -99,28 +97,28 @@ class Net:
         )
 
 
-def connected(bubbles: Bubbles, domain: Domain) -> Net:
+def connect(bubbles: Bubbles, domain: Domain) -> Net:
     """The net of the bubbles; those outside the boundary edges belong to no triangle."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     two_sided = domain.boundary.inner[piece]
     return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
 
 
-def reconnected(net: Net, bubbles: Bubbles) -> Net:
+def reconnect(net: Net, bubbles: Bubbles) -> Net:
     """The net with its bubbles moved to other places, within the same facets."""
     triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
     return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
 
 
-def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
+def connect_inside(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
     """The net of the bubbles without those outside, with the spacing at their present places."""
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     kept = net.valence > 0
     d = np.where(kept, 0.0, np.nan)
     d[kept] = spacing.extended(bubbles.x[kept])
     if kept.all():
         return replace(net, bubbles=replace(bubbles, d=d))
     number = np.cumsum(kept) - 1
-    rest = replace(bubbles, d=d).kept(np.flatnonzero(kept))
+    rest = replace(bubbles, d=d).select(np.flatnonzero(kept))
     renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
     return replace(net, bubbles=rest, **renumbered)

@@ -63,7 +63,7 @@ def _closing(method: Method, bubbles: int) -> float:
     return method.polish.passes * POLISHING * bubbles + mending
 
 
-class Workload:
+class Progress:
     """Keeps count of the work done, for a watch.
 
     Parameters

@@ -9,13 +9,13 @@ from annotated_types import Gt
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.boundary_edges import enclosed, parted
+from bubblemesh.packing.boundary_edges import drop_strays, split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.confinement import Clearance, Rails
+from bubblemesh.packing.confinement import Confinement, Sliding
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import Motion
 from bubblemesh.packing.neighbours import Neighbours
-from bubblemesh.packing.net import Net, enmeshed
+from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.spacing.spacing import Spacing
 
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
@@ -77,23 +77,23 @@ class Nearby:
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles after ``steps`` steps."""
         start, (force, motion, damping) = net.bubbles, dynamics
-        rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
+        sliding, confinement = Sliding(domain.boundary, start), Confinement(domain, start.x[start.interior])
         x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
         neighbours, listed = Neighbours.of(x, d, REACH), 0
         acting = force.among(neighbours)
         speeds = np.empty(steps)
         for step in range(steps):
             if step - listed >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
-                clearance.kept_inside(x[inside], v[inside], d[inside])
+                confinement.put_back(x[inside], v[inside], d[inside])
                 d = spacing(x)
                 neighbours, listed = Neighbours.of(x, d, REACH), step
                 acting = force.among(neighbours)
-            moved, v = motion(x, v, damping(step, start.touched), rails.holding(acting))
-            x, v = rails.settled(*_bounded(x, moved, v, d))
+            moved, v = motion(x, v, damping(step, start.touched), sliding.projecting(acting))
+            x, v = sliding.advance(*_bounded(x, moved, v, d))
             speeds[step] = _lengths(v).mean()
-        clearance.kept_inside(x[inside], v[inside], d[inside])
-        ended = parted(rails.ended(x, spacing(x)), domain, spacing)
-        kept = enclosed(ended, domain)
+        confinement.put_back(x[inside], v[inside], d[inside])
+        ended = split_cutting_edges(sliding.bubbles_at(x, spacing(x)), domain, spacing)
+        kept = drop_strays(ended, domain)
         added, lost = len(ended) - len(x), len(ended) - len(kept)
         return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
 
@@ -120,7 +120,7 @@ class Connected:
         force, motion, damping = dynamics
         for begin in range(0, steps, self.refresh):
             if begin:
-                net = enmeshed(net.bubbles, domain, spacing)
+                net = connect_inside(net.bubbles, domain, spacing)
             bubbles = net.bubbles
             x, v, d = bubbles.x, np.zeros_like(bubbles.x), bubbles.d
             acting = force.among(Neighbours.along(net.edges, x, d))

@@ -10,9 +10,9 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.net import Net, connected, enmeshed
+from bubblemesh.packing.net import Net, connect, connect_inside
 from bubblemesh.packing.population.thresholds import Change
-from bubblemesh.packing.progress import CONNECTING, POLISHING, Stage, TimeUp, Watch, Workload, stages_of
+from bubblemesh.packing.progress import CONNECTING, POLISHING, Progress, Stage, TimeUp, Watch, stages_of
 from bubblemesh.packing.relaxation import Dynamics, Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -64,14 +64,14 @@ class Round:
 
 
 @dataclass(frozen=True)
-class Course:
+class LevelRun:
     """What stays the same through the rounds of a level."""
 
     domain: Domain
     spacing: Spacing
     method: Method
     random: np.random.Generator
-    workload: Workload
+    workload: Progress
 
     def relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """The steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
@@ -108,9 +108,9 @@ class Course:
         for _ in range(CLOSING_REPEATS):
             if relaxed.lost == 0:
                 break
-            relaxed = self.relaxed(connected(relaxed.bubbles, self.domain), steps, number, odd)
+            relaxed = self.relaxed(connect(relaxed.bubbles, self.domain), steps, number, odd)
             total = total.followed_by(relaxed)
-        return enmeshed(total.bubbles, self.domain, self.spacing), 0, total
+        return connect_inside(total.bubbles, self.domain, self.spacing), 0, total
 
     def polished(self, net: Net) -> tuple[Net, int]:
         """The net after the method's polish, with population control in between, and the number of new bubbles."""
@@ -120,7 +120,7 @@ class Course:
         for number in range(polish.passes):
             change = self.controlled(net) if number else Change(net.bubbles, 0, 0)
             if change.deleted + change.inserted:
-                net, inserted = enmeshed(change.bubbles, self.domain, self.spacing), inserted + change.inserted
+                net, inserted = connect_inside(change.bubbles, self.domain, self.spacing), inserted + change.inserted
             net = polish(net, self.domain, self.spacing)
             self.workload.net = net
             self.workload.grows(POLISHING * len(net.bubbles))
@@ -148,15 +148,15 @@ def rounds(
     """
     random = method.perturbation.generator()
     stages = stages_of(method, len(levels), len(start))
-    net, number, level = connected(method.perturbation(start, levels[0], random), domain), 0, 0
-    workload = Workload(stages, watch, net)
+    net, number, level = connect(method.perturbation(start, levels[0], random), domain), 0, 0
+    workload = Progress(stages, watch, net)
     try:
         for place, stage in enumerate(stages):
             if stage.level > level:
                 level = stage.level
-                workload.net = net = connected(refined(net, domain, levels[level]), domain)
+                workload.net = net = connect(refined(net, domain, levels[level]), domain)
             workload.begins(place)
-            course = Course(domain, levels[level], method, random, workload)
+            course = LevelRun(domain, levels[level], method, random, workload)
             for done in _settling(course, net, number == 0, stage):
                 number, net = number + 1, done.net
                 yield replace(done, number=number)
@@ -168,12 +168,12 @@ def _cut_short(net: Net, domain: Domain, levels: Sequence[Spacing], number: int,
     """A round that does no more than to refine the bubbles to the wanted spacing, level by level."""
     before = len(net.bubbles)
     for spacing in levels:
-        net = connected(refined(net, domain, spacing), domain)
+        net = connect(refined(net, domain, spacing), domain)
     inserted = len(net.bubbles) - before
     return Round(number, 0, before, max(-inserted, 0), max(inserted, 0), net, np.zeros(0), 0, reason)
 
 
-def _settling(course: Course, net: Net, opening: bool, stage: Stage) -> Iterator[Round]:
+def _settling(course: LevelRun, net: Net, opening: bool, stage: Stage) -> Iterator[Round]:
     """Rounds of a stage until the termination says stop."""
     method, closing = course.method, stage.closing
     counts: list[tuple[int, int]] = []
@@ -182,11 +182,11 @@ def _settling(course: Course, net: Net, opening: bool, stage: Stage) -> Iterator
         number, before = len(counts), len(net.bubbles)
         steps = method.termination.steps(opening and number == 0)
         relaxed = course.shaken(net) if stage.shaking and number == 0 else course.relaxed(net, steps, number, odd)
-        change = course.controlled(enmeshed(relaxed.bubbles, course.domain, course.spacing))
+        change = course.controlled(connect_inside(relaxed.bubbles, course.domain, course.spacing))
         counts.append((before, len(change.bubbles)))
         odd = method.odd is not None and method.odd.active(*counts[-1])
         reason = method.termination(counts)
-        net, inserted = connected(change.bubbles, course.domain), change.inserted
+        net, inserted = connect(change.bubbles, course.domain), change.inserted
         course.workload.net = net
         if reason is not None and closing:
             net, more, last = course.closed(net, steps, number, odd)

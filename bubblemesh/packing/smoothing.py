@@ -10,8 +10,8 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.confinement import Rails
-from bubblemesh.packing.net import Net, enmeshed
+from bubblemesh.packing.confinement import Sliding
+from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.spacing.spacing import Spacing
 
 MOMENTUM = 0.8
@@ -22,7 +22,7 @@ WORST = 3.0  # shape measure, beyond which its power grows no more
 
 
 @dataclass(frozen=True)
-class ShapeSteps:
+class Smoothing:
     """Gradient descent with momentum on sum over triangles of eta^4 + spacing_weight * sum over edges of (l/d - 1)^2.
 
     The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its fourth power makes
@@ -59,7 +59,7 @@ class ShapeSteps:
         allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
         for held in (net.bubbles.corners, net.bubbles.boundary_count):
             try:
-                polished = enmeshed(self.moved(net, domain, np.arange(len(net.bubbles)) >= held), domain, spacing)
+                polished = connect_inside(self.moved(net, domain, np.arange(len(net.bubbles)) >= held), domain, spacing)
             except GeometryError:
                 continue
             if eta(polished.bubbles.x, polished.triangles).max() <= allowed:
@@ -69,7 +69,7 @@ class ShapeSteps:
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
         """The bubbles of a net after one pass in which only those that are ``free`` (n,) move."""
         bubbles = net.bubbles
-        rails = Rails(domain.boundary, bubbles)
+        sliding = Sliding(domain.boundary, bubbles)
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         wanted = (d[ends[0]] + d[ends[1]]) / 2
@@ -78,11 +78,11 @@ class ShapeSteps:
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
             gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)
-            v = MOMENTUM * v - self.shape_step * rails.along(gradient * scale)
+            v = MOMENTUM * v - self.shape_step * sliding.project(gradient * scale)
             length = np.sqrt(np.einsum("ij,ij->i", v, v))
             v *= np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
-            x, v = rails.settled(x + v, v)
-        return rails.ended(x, d)
+            x, v = sliding.advance(x + v, v)
+        return sliding.bubbles_at(x, d)
 
 
 def eta(x: Floats, triangles: Integers) -> Floats:

@@ -87,7 +87,7 @@ class Scene:
             "regions": [{"name": name, "at": self._middle_of(k)} for k, name in enumerate(mesh.regions)],
             "points": [
                 {"name": mesh.point_labels[label], "node": node}
-                for node, label in zip(mesh.vertices.tolist(), mesh.vertex_labels.tolist(), strict=True)
+                for node, label in zip(mesh.labelled_nodes.tolist(), mesh.node_labels.tolist(), strict=True)
             ],
             "worst": self.worst,
         }

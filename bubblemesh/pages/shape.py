@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
-from bubblemesh.meshes.quality import angles, edge_means, edge_ratios, edges
+from bubblemesh.meshes.quality import angles, edge_means, edge_ratios
 from bubblemesh.pages.charts import histogram_chart
 from bubblemesh.pages.markup import Markup, joined, tag
 from bubblemesh.pages.numbers import place, whole
@@ -22,7 +23,7 @@ def histograms(scene: Scene, target: Floats) -> Markup:
     """Histograms of quality, angles, and edge length over the spacing (t,) wanted in the triangles."""
     points, corners = scene.mesh.points, scene.corners
     q, corner_angles = scene.quality.values, angles(points, corners)
-    sides, _ = edges(corners)
+    sides, _ = unique_edges(corners)
     ratios = edge_ratios(points, sides, edge_means(corners, target))
     low = lowest_shown(q)
     least = min(10 * math.floor(float(np.nanmin(corner_angles)) / 10), 50)

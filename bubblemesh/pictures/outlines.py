@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import edges
 from bubblemesh.pictures.colours import INK, LABELS
 
 MOST = 8  # labels that are told apart unless asked for
@@ -62,7 +62,7 @@ def _add(axes: Axes, mesh: Mesh, pairs: Integers, width: float, color: str, dash
 
 def _unlabelled(mesh: Mesh) -> Integers:
     """Boundary edges (b, 2) that are no facets."""
-    pairs, counts = edges(mesh.triangles[:, :3])
+    pairs, counts = unique_edges(mesh.triangles[:, :3])
     keys = pairs[counts == 1] @ [len(mesh.points), 1]
     labelled = np.sort(mesh.facets[:, :2], axis=1) @ [len(mesh.points), 1]
     return pairs[counts == 1][~np.isin(keys, labelled)]

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm, several
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
-from bubblemesh.meshfiles.fields import read_field
+from bubblemesh.meshfiles.read import read_field
 from bubblemesh.readers.arrays import read_gridded
 from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.images import read_grey

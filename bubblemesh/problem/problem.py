@@ -17,8 +17,8 @@ from bubblemesh.problem.domain import domain_of
 from bubblemesh.problem.node_target import Scaling, next_aim, scaled_to
 from bubblemesh.problem.spacing import Wanted, wanted_of
 from bubblemesh.run.resources import timed
-from bubblemesh.spacing.rules.grading import Graded
-from bubblemesh.spacing.rules.periodic import across_sides, packable_across
+from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.periodic import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes, ideal_nodes, surveyed
@@ -69,7 +69,7 @@ class Problem:
         Extremes of the wanted spacing and the ideal number of nodes.
     expected_nodes : float
         The same number for the spacing that the packing goes by.
-    ruled, tied : Graded
+    ruled, tied : LimitedSpacing
         How the rules of the wanted spacing changed it, and then the counterparts of periodic sides, if they did.
     warnings : tuple of str
     seconds : dict
@@ -84,8 +84,8 @@ class Problem:
     spacing: Spacing
     survey: Survey
     expected_nodes: float
-    ruled: Graded
-    tied: Graded
+    ruled: LimitedSpacing
+    tied: LimitedSpacing
     warnings: tuple[str, ...]
     seconds: dict[str, float]
     budget: "Budget | None" = None
@@ -101,7 +101,7 @@ class Problem:
         return self.spacing is not self.wanted
 
     @property
-    def changes(self) -> dict[str, Graded]:
+    def changes(self) -> dict[str, LimitedSpacing]:
         """What made the wanted spacing finer than its terms, as reports name it."""
         found = {"rules": self.ruled, "periodic": self.tied}
         if self.tied is self.ruled:
@@ -224,12 +224,12 @@ def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], 
         wanted, rules = asked.at(scale), asked.rules
         survey = surveyed(domain, wanted, max_nodes)
         ruled = rules(domain, wanted.floored(survey.minimum / 2), max_nodes)
-        tied = across_sides(domain, ruled)
+        tied = limited_across_sides(domain, ruled)
         wanted = tied.spacing
         if max(ruled.ratio, tied.ratio) > 1:
             survey = surveyed(domain, wanted, max_nodes)
         short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        grading = packable_across(domain, tied, short.joined(coarse))
+        grading = limited_for_packing_across_sides(domain, tied, short.joined(coarse))
         spacing = grading.spacing
         expected = survey.ideal_nodes
         if spacing is not wanted:

@@ -21,8 +21,8 @@ from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, costly, nothing
-from bubblemesh.spacing.terms.near import NEAR_GROWTH, Near, Nearest
-from bubblemesh.spacing.terms.regions import OwnSpacing, Shapes, Within, by_region
+from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
+from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
 
 UNLIMITED = (0.0, np.inf)
 NO_RULES = Rules()
@@ -110,7 +110,7 @@ def _value(case: Case, domain: Domain) -> Spacing:
             if model.spacing not in made:
                 made[model.spacing] = _bound(model.spacing, case, domain, *path)
             finer[model.name] = made[model.spacing], Key(path)
-    own = [OwnSpacing(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
+    own = [RegionSpacing(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
     return by_region(_rest(case, domain), own)
 
 
@@ -128,20 +128,20 @@ def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     yield from (Spacing(near) for near in found if not near.costly)
     slow = tuple(near for near in found if near.costly)
     if slow:
-        yield Spacing(slow[0] if len(slow) == 1 else Nearest(slow), costly=True)
+        yield Spacing(slow[0] if len(slow) == 1 else Proximities(slow), costly=True)
 
 
-def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Near]:
+def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
     growth = NEAR_GROWTH if terms.growth is None else terms.growth
     models: tuple[NearModel, ...] = several(terms.near)
     for number, near in enumerate(models):
         with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
             distance = _distance(near, domain)
-        yield Near(distance, near.size, growth if near.growth is None else near.growth, near.until)
+        yield Proximity(distance, near.size, growth if near.growth is None else near.growth, near.until)
     for label, size in terms.labels.items():
         with at_key("spacing", "labels", label):
             distance = distance_to(domain, [label])
-        yield Near(distance, size, growth)
+        yield Proximity(distance, size, growth)
 
 
 def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
@@ -178,8 +178,8 @@ def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[
                     raise CaseError(unknown("region", name, known))
             largest = max(region.polygon.area for region in mine)
             others = [region for region in others if region.polygon.area < largest]
-        reach = Shapes(tuple(region.reach for region in mine)) if mine else None
-        within = Within(term.function, reach, Shapes(tuple(region.core for region in others)))
+        reach = ShapeUnion(tuple(region.reach for region in mine)) if mine else None
+        within = RegionTerm(term.function, reach, ShapeUnion(tuple(region.core for region in others)))
         yield replace(term, function=within)
 
 

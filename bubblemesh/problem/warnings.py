@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.geometry.corners import departures
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
 from bubblemesh.messages import place
-from bubblemesh.spacing.rules.grading import GROWTH, Graded
+from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
@@ -85,8 +85,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     thinned = slice(None, None, len(piece) // MOST_SAMPLES + 1)
     piece, s, step = piece[thinned], s[thinned], step[thinned]
     parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)
-    chord = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    chord, part = members(parts)
     return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
 
 
@@ -109,7 +108,7 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def slowed_growth(grading: Graded, limit: float | None, scale: float | None = None) -> list[str]:
+def slowed_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
     """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit.
 
     Slopes go with a ``scale`` that was found for a number of nodes.

@@ -70,7 +70,7 @@ class Destination:
         if realpath(source) in map(realpath, self.files):
             raise FileError(f"{source}: the results would overwrite this file: give another name by -o")
 
-    def deliver(self, result: Result[Mesh]) -> dict[str, Any]:
+    def deliver(self, result: Result) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
         Raises
@@ -150,7 +150,7 @@ def require_finished(report: Mapping[str, Any]) -> None:
         raise LimitError(f"limits.seconds: stopped by {report['stop_reason']}: the mesh is written as it was then")
 
 
-def _page(mesh: Mesh, result: Result[Mesh], report: Mapping[str, Any]) -> str:
+def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
     """The page of a run whose report is as written."""
     from bubblemesh.pages.report import report_page
 

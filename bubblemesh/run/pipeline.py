@@ -3,39 +3,39 @@
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
+from bubblemesh.errors import CaseError
 from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, connected
+from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, prepared
-from bubblemesh.run.report import RoundRow, initial_row, mesh_figures, round_row, rules_figures, triangle_fields
+from bubblemesh.run.report import RoundRow, initial_row, round_row, rules_figures, triangle_fields
 from bubblemesh.run.resources import peak_memory_mb, timed
 from bubblemesh.run.time_limit import Clock
 from bubblemesh.spacing.grid.table import tabulated
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
-M = TypeVar("M", bound=Mesh, covariant=True)
-
 
 @dataclass(frozen=True)
-class Result(Generic[M]):
+class Result:
     """A mesh, data (t,) for its triangles, the report, and the mean speeds (iterations,) in each round."""
 
-    mesh: M
+    mesh: Mesh
     fields: dict[str, Floats]
     report: dict[str, Any]
     speeds: tuple[Floats, ...]
@@ -45,7 +45,7 @@ OnRound = Callable[[RoundRow], None]
 OnShare = Callable[[float], None]
 
 
-def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result[Mesh]:
+def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result:
     """Mesh a case.
 
     ``on_round`` is told of each round as it ends, ``on_share`` again and again what share of the packing is done.
@@ -55,14 +55,14 @@ def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShar
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
+    if not isinstance(case, Case):
+        raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
     return meshed(prepared(case), on_round, on_share)
 
 
-def meshed(
-    problem: Problem, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None
-) -> Result[Mesh]:
+def meshed(problem: Problem, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result:
     """Mesh a problem; else as `mesh_case`."""
-    budget, done = problem.budget, dict[float, Result[Mesh]]()
+    budget, done = problem.budget, dict[float, Result]()
     if budget is None:
         return _meshed(problem, on_round, on_share, sum(problem.seconds.values()))
     nodes, begun = budget.nodes, perf_counter() - sum(problem.seconds.values())
@@ -77,7 +77,7 @@ def meshed(
     return _closest(nodes, done, perf_counter() - begun)
 
 
-def _closest(nodes: int, done: dict[float, Result[Mesh]], seconds: float) -> Result[Mesh]:
+def _closest(nodes: int, done: dict[float, Result], seconds: float) -> Result:
     """The mesh, of those by scale, nearest to the wanted number of nodes; its report tells of all that were made."""
 
     def rank(scale: float) -> tuple[bool, int]:
@@ -99,7 +99,7 @@ def _closest(nodes: int, done: dict[float, Result[Mesh]], seconds: float) -> Res
     return replace(best, report=report)
 
 
-def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: float) -> Result[Mesh]:
+def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: float) -> Result:
     """Mesh a problem once, as it is, when so many seconds have passed."""
     task = problem.task
     domain, method, seconds = problem.domain, problem.method, dict(problem.seconds)
@@ -108,14 +108,14 @@ def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: floa
         spacing = tabulated(domain, problem.spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        initial = initial_row(start, connected(start, domain).triangles)
+        initial = initial_row(start, connect(start, domain).triangles)
     with timed(seconds, "packing"):
         last, rows, speeds = _packed(rounds(start, domain, levels, method, clock), on_round)
     with timed(seconds, "quality"):
         mesh = mesh_of(last.net, domain)
         require_conforming(mesh)
         departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
-        figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted)
+        figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted.between)
     report = {
         "case": task.name,
         "method": task.method_name,
@@ -178,8 +178,8 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
         tuple(boundary.labels[k] for k in labels),
         regions=tuple(parts.names[k] for k in numbers),
         triangle_regions=region,
-        vertices=np.array(vertices, np.int64),
-        vertex_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
+        labelled_nodes=np.array(vertices, np.int64),
+        node_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
         point_labels=point_labels,
         facet_middles=boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2)),
         periodic=matching_edges(domain.periodic, piece),

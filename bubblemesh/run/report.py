@@ -1,27 +1,16 @@
 """What a run reports: figures of the start, of each round and of the mesh."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import (
-    edges,
-    radius_ratios,
-    shape_quality,
-    signed_areas,
-    spacing_fit,
-    worst_triangles,
-)
+from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes
-
-WORST = 5
 
 
 @dataclass(frozen=True)
@@ -69,25 +58,6 @@ def initial_row(start: Bubbles, triangles: Integers) -> dict[str, Any]:
         "quality_mean": float(q.mean()),
         "quality_min": float(q.min()),
     }
-
-
-def mesh_figures(points: Floats, triangles: Integers, wanted: Spacing | None) -> dict[str, Any]:
-    """Quality of a mesh of any orientation, and how well its edges keep the wanted spacing where that is known."""
-    sides, count = edges(triangles)
-    worst = worst_triangles(points, triangles, WORST)
-    figures = {
-        "nodes": len(points),
-        "triangles": len(triangles),
-        "boundary_nodes": len(np.unique(sides[count == 1])),
-        "quality": {
-            **asdict(shape_quality(points, triangles)),
-            "worst": [{"quality": q, "at": at} for q, at in worst],
-        },
-        "area": float(np.abs(signed_areas(points, triangles)).sum()),
-    }
-    if wanted is not None:
-        figures["spacing"] = asdict(spacing_fit(points, sides, wanted.between(points[sides])))
-    return figures
 
 
 def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import GAUSS, Floats, Integers, members
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import doubled_areas, triangulated
@@ -22,7 +22,6 @@ NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
 MOST_PARTS = 1_000_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
 FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
-GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
 class Extremes(NamedTuple):
@@ -169,8 +168,7 @@ def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
     corners, number = np.unique(line.points, axis=0, return_inverse=True)
     begin, end = number, number[line.successor]
     parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
-    chord = np.repeat(np.arange(len(parts)), parts)
-    rank = np.arange(len(chord)) - (np.cumsum(parts) - parts)[chord]
+    chord, rank = members(parts)
     inner = rank > 0
     share = (rank / parts[chord])[inner, None]
     between = corners[begin[chord[inner]]] * (1 - share) + corners[end[chord[inner]]] * share

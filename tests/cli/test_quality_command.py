@@ -15,10 +15,11 @@ from bubblemesh import console
 from bubblemesh.cli import app
 from bubblemesh.console.comparison import show_comparison
 from bubblemesh.meshes import comparison
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
-from bubblemesh.meshes.quality import angles, edge_means, edges, inverted, radius_ratios
+from bubblemesh.meshes.quality import angles, edge_means, inverted, radius_ratios
 from bubblemesh.meshfiles import write_file
-from bubblemesh.meshfiles.foreign import read_foreign
+from bubblemesh.meshfiles.read import read_mesh
 
 
 def run(*arguments):
@@ -212,7 +213,7 @@ def test_bars_end_at_eighths_of_a_character(monkeypatch):
 
 def test_means_at_edges_agree_with_a_loop(files):
     mesh, target = files[2], files[4]
-    sides, counts = edges(mesh.triangles)
+    sides, counts = unique_edges(mesh.triangles)
     means = edge_means(mesh.triangles, target)
     for k in range(0, len(sides), 7):
         mine = [t for t, triangle in enumerate(mesh.triangles.tolist()) if {*sides[k].tolist()} <= {*triangle}]
@@ -238,6 +239,6 @@ def test_histograms_count_every_value_once():
 
 def test_a_mesh_is_measured_as_its_file_has_it(files):
     a, _, first, *_ = files
-    found = comparison.measured(a, read_foreign(a), None)
+    found = comparison.measured(a, read_mesh(a).mesh, read_mesh(a).cell_data, None)
     assert np.array_equal(np.sort(found.quality), np.sort(radius_ratios(first.points, first.triangles)))
-    assert len(found.spacing) == len(edges(first.triangles)[0])
+    assert len(found.spacing) == len(unique_edges(first.triangles)[0])

@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 from scipy.spatial import Delaunay
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.meshes.quality import edges, signed_areas
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.triangulation import circumcircles, linked, sorted_triangles, triangulated
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
@@ -42,7 +43,7 @@ def test_linked_triangles_are_the_same_with_each_edge_once(seed):
     points = random_square(seed)
     triangles, sides = linked(points, ring(0, 4))
     np.testing.assert_array_equal(sorted_triangles(triangles), triangulated(points, ring(0, 4)))
-    expected, count = edges(triangles)
+    expected, count = unique_edges(triangles)
     assert sorted(map(sorted, sides.tolist())) == expected.tolist()
     assert np.issubdtype(sides.dtype, np.integer)
     assert (count == 1).sum() == 4
@@ -64,7 +65,7 @@ def test_holes_stay_empty_and_constraints_are_edges_of_one_triangle(seed):
     points = np.vstack([SQUARE, hole, far])
     constraints = np.vstack([ring(0, 4), ring(4, 7)])
     triangles = triangulated(points, constraints)
-    sides, count = edges(triangles)
+    sides, count = unique_edges(triangles)
     assert {tuple(side) for side in sides[count == 1].tolist()} == {tuple(sorted(e)) for e in constraints.tolist()}
     x, y = hole.T
     area = 1 - np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2

@@ -12,7 +12,7 @@ from test_output import holed_square
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles import FORMATS, write_file, write_files
-from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids, vertex_ids
+from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.names import plain_words
 from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName, Solver
 
@@ -27,7 +27,7 @@ def test_a_simple_mesh_has_one_region_and_no_points():
     mesh = holed_square()
     assert mesh.regions == ("domain",)
     assert mesh.order == 1
-    assert len(mesh.vertices) == 0
+    assert len(mesh.labelled_nodes) == 0
     np.testing.assert_array_equal(mesh.triangle_regions, np.zeros(len(mesh.triangles)))
     np.testing.assert_array_equal(mesh.facet_middles, mesh.points[mesh.facets].mean(axis=1))
 
@@ -45,7 +45,7 @@ def test_ids_of_labels_regions_and_points_never_collide():
     }
     assert set(facet_ids(mesh)) == {1, 2, 3, 4, 5, 6}
     assert set(region_ids(mesh)) == {7, 8}
-    assert vertex_ids(mesh).tolist() == [9, 10]
+    assert node_ids(mesh).tolist() == [9, 10]
 
 
 def test_one_name_for_several_things_becomes_several_names():

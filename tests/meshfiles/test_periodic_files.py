@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from partitions import mesh_of
 
-from bubblemesh.api import Mesh
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles import FORMATS, write_files
@@ -121,7 +120,7 @@ def test_meshio_reads_the_pairs(cell, tmp_path, form):
 
 
 def test_meshio_is_handed_the_pairs(cell):
-    require_pairs(Mesh.of(cell).to_meshio().gmsh_periodic, cell)
+    require_pairs(cell.to_meshio().gmsh_periodic, cell)
 
 
 def test_node_arrays_have_the_pairs(tmp_path):

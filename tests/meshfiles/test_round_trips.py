@@ -10,7 +10,7 @@ from test_output import fields_of, holed_square
 from test_solvers import python_with, run
 
 from bubblemesh.meshfiles import FORMATS, write_files
-from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids, vertex_ids
+from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
 
 ODD = (
     *(
@@ -63,7 +63,7 @@ def with_groups(labels, regions, points):
         mesh, regions=names(".", regions), triangle_regions=np.arange(len(mesh.triangles)) % regions
     )
     at = np.arange(points) * (len(mesh.points) // max(points, 1))
-    return dataclasses.replace(mesh, vertices=at, vertex_labels=np.arange(points), point_labels=names(":", points))
+    return dataclasses.replace(mesh, labelled_nodes=at, node_labels=np.arange(points), point_labels=names(":", points))
 
 
 @pytest.fixture(scope="module", params=[(1, 1, 0), (80, 80, 40)], ids=["few", "two hundred"])
@@ -87,7 +87,7 @@ def written(mesh, tmp_path):
 
 def cells_of(mesh):
     """Cells of each group as sorted tuples of nodes, by dimension and id."""
-    kinds = [(1, mesh.facets, facet_ids), (2, mesh.triangles, region_ids), (0, mesh.vertices[:, None], vertex_ids)]
+    kinds = [(1, mesh.facets, facet_ids), (2, mesh.triangles, region_ids), (0, mesh.labelled_nodes[:, None], node_ids)]
     found = {}
     for dimension, cells, ids in kinds:
         for cell, number in zip(cells.tolist(), ids(mesh).tolist(), strict=True):

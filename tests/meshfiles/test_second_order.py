@@ -8,8 +8,8 @@ import pytest
 from sandwiches import sandwich, written
 
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import edges
 from bubblemesh.meshfiles import FORMATS, write_files
 
 
@@ -17,7 +17,7 @@ def test_second_order_adds_one_node_for_each_edge():
     mesh = sandwich()
     curved, straight = mesh.second_order()
     assert (curved.order, straight) == (2, 0)
-    pairs, _ = edges(mesh.triangles)
+    pairs, _ = unique_edges(mesh.triangles)
     assert len(curved.points) == len(mesh.points) + len(pairs)
     corners = curved.points[curved.triangles[:, :3]]
     for k in range(3):

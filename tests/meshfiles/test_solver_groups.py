@@ -145,7 +145,7 @@ def test_freefem_measures_all_groups(straight, tmp_path):
     found = {int(number): float(size) for number, size in re.findall(r"^size (\d+) (\S+)", printed, flags=re.M)}
     assert found == pytest.approx(sizes(straight))
     nodes = [(int(node), int(number)) for node, number in re.findall(r"^node (\d+) (\d+)", printed, flags=re.M)]
-    assert sorted(nodes) == sorted(zip(straight.vertices.tolist(), (13, 14), strict=True))
+    assert sorted(nodes) == sorted(zip(straight.labelled_nodes.tolist(), (13, 14), strict=True))
 
 
 @pytest.mark.parametrize(("order", "tolerance"), [(1, 1e-5), (2, 2e-3)])

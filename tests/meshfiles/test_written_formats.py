@@ -13,7 +13,7 @@ import skfem
 from sandwiches import ODD, names_of, sandwich, written
 from test_output import holed_square
 
-from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids, vertex_ids
+from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.names import plain_words
 from bubblemesh.meshfiles.write.nodes import nodes_of
 
@@ -31,10 +31,10 @@ def test_meshio_reads_msh(mesh, tmp_path, form):
     read = meshio.read(written(mesh, tmp_path, form), file_format="gmsh")
     np.testing.assert_array_equal(read.points, np.pad(mesh.points, ((0, 0), (0, 1))))
     assert [block.type for block in read.cells] == ["vertex", "line", "triangle"]
-    for cells, found in zip((mesh.vertices[:, None], mesh.facets, mesh.triangles), read.cells, strict=True):
+    for cells, found in zip((mesh.labelled_nodes[:, None], mesh.facets, mesh.triangles), read.cells, strict=True):
         np.testing.assert_array_equal(found.data, cells)
     for name in ("gmsh:physical", "gmsh:geometrical"):
-        for ids, found in zip((vertex_ids(mesh), facet_ids(mesh), region_ids(mesh)), read.cell_data[name], strict=True):
+        for ids, found in zip((node_ids(mesh), facet_ids(mesh), region_ids(mesh)), read.cell_data[name], strict=True):
             np.testing.assert_array_equal(found, ids)
     assert {name: tuple(group) for name, group in read.field_data.items()} == group_names(mesh)
 
@@ -65,8 +65,8 @@ def test_gmsh_reads_msh(gmsh, mesh, tmp_path, form, order):
     np.testing.assert_array_equal(coordinates.reshape(-1, 3)[order_of, :2], mesh.points)
     named = {gmsh.model.getPhysicalName(*group): group[::-1] for group in gmsh.model.getPhysicalGroups()}
     assert named == group_names(mesh)
-    ids = {0: vertex_ids(mesh), 1: facet_ids(mesh), 2: region_ids(mesh)}
-    cells = {0: mesh.vertices[:, None], 1: mesh.facets, 2: mesh.triangles}
+    ids = {0: node_ids(mesh), 1: facet_ids(mesh), 2: region_ids(mesh)}
+    cells = {0: mesh.labelled_nodes[:, None], 1: mesh.facets, 2: mesh.triangles}
     for tag, dimension in group_names(mesh).values():
         found = [
             np.reshape(nodes, (-1, cells[dimension].shape[1]))
@@ -88,8 +88,8 @@ def test_meshio_reads_medit(mesh, tmp_path):
     np.testing.assert_array_equal(lines, facet_ids(mesh))
     np.testing.assert_array_equal(triangles, region_ids(mesh))
     refs = read.point_data["medit:ref"]
-    assert refs[mesh.vertices].tolist() == [9, 10]
-    rest = np.setdiff1d(np.arange(len(mesh.points)), mesh.vertices)
+    assert refs[mesh.labelled_nodes].tolist() == [9, 10]
+    rest = np.setdiff1d(np.arange(len(mesh.points)), mesh.labelled_nodes)
     np.testing.assert_array_equal(refs[rest] > 0, np.isin(rest, mesh.facets))
 
 
@@ -132,7 +132,7 @@ def test_sets_of_an_input_file(mesh, tmp_path, form, kind, order):
         sides = [(int(element), int(side[1:]) - 1) for element, side in rows]
         pairs = [(elements[element][side] - 1, elements[element][(side + 1) % 3] - 1) for element, side in sides]
         assert pairs == [tuple(pair) for pair in mine[:, :2].tolist()]
-    for word, node in zip(words[8:], mesh.vertices, strict=True):
+    for word, node in zip(words[8:], mesh.labelled_nodes, strict=True):
         assert [rows for key, o, rows in blocks if key == "NSET" and o["NSET"] == word] == [[[str(node + 1)]]]
 
 
@@ -181,7 +181,7 @@ def test_meshio_reads_med(mesh, tmp_path, order):
     words = list(plain_words(mesh).values())
     assert read.cell_tags == {-(k + 1): [word] for k, word in enumerate(words[:8])}
     assert read.point_tags == {9: [words[8]], 10: [words[9]]}
-    assert np.flatnonzero(read.point_data["point_tags"]).tolist() == sorted(mesh.vertices)
+    assert np.flatnonzero(read.point_data["point_tags"]).tolist() == sorted(mesh.labelled_nodes)
 
 
 def test_openfoam_gets_a_layer_of_prisms_with_closed_patches(mesh, tmp_path):
@@ -236,7 +236,7 @@ def test_nodes_as_table_and_arrays(mesh, tmp_path):
     assert arrays["boundary"].sum() == len(np.unique(mesh.facets[mesh.outer]))
     assert set(arrays["label"][inner]) == {"interface"}
     assert not arrays["boundary"][inner].any()
-    assert arrays["label"][mesh.vertices].tolist() == ["corner", "probe"]
+    assert arrays["label"][mesh.labelled_nodes].tolist() == ["corner", "probe"]
 
 
 def test_normals_of_a_square_point_out_of_it():

@@ -46,7 +46,7 @@ def test_the_page_holds_the_mesh(page, result):
     assert [region["name"] for region in head["regions"]] == ["matrix", "fibre"]
     for region in head["regions"]:
         assert mesh.regions[mesh.triangle_regions[region["at"]]] == region["name"]
-    assert head["points"] == [{"name": "well", "node": int(mesh.vertices[0])}]
+    assert head["points"] == [{"name": "well", "node": int(mesh.labelled_nodes[0])}]
 
 
 def test_triangles_of_any_order_of_nodes_survive_the_packing():

@@ -260,7 +260,7 @@ spacing: 0.25
 """
     mesh = mesh_case(load_case("points.yaml", text=text)).mesh
     assert mesh.point_labels == ("well", "point-2")
-    found = zip(mesh.points[mesh.vertices].tolist(), mesh.vertex_labels.tolist(), strict=True)
+    found = zip(mesh.points[mesh.labelled_nodes].tolist(), mesh.node_labels.tolist(), strict=True)
     assert list(found) == [([0.5, 0.5], 0), ([1, 0], 1), ([1.5, 0.5], 0)]
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 
 LENGTH = 16  # chords of a run
 AT_A_TIME = 1 << 11  # runs, so that their points stay in the processor's caches
@@ -48,9 +48,9 @@ class ChordRuns:
         begin = np.flatnonzero(np.append(True, ~connected))
         size = np.diff(begin, append=len(start))
         runs = -(-size // LENGTH)
-        earlier = np.arange(runs.sum()) - np.repeat(np.cumsum(runs) - runs, runs)
-        first = np.repeat(begin, runs) + LENGTH * earlier
-        count = np.minimum(np.repeat(begin + size, runs) - first, LENGTH)
+        path, earlier = members(runs)
+        first = begin[path] + LENGTH * earlier
+        count = np.minimum((begin + size)[path] - first, LENGTH)
         last = first + count - 1
         rank = np.arange(LENGTH + 1)[:, None]
         chord = np.minimum(first + rank, last)

@@ -66,4 +66,4 @@ def _parts(mesh: Mesh, element: str) -> Iterator[str]:
         yield f"*SURFACE, NAME={word}, TYPE=ELEMENT\n"
         yield from lines("%d, S%d", mesh.sides[of_label] + 1)
     for index, word in enumerate(points):
-        yield f"*NSET, NSET={word}\n{listed(mesh.vertices[mesh.vertex_labels == index] + 1, PER_LINE)}"
+        yield f"*NSET, NSET={word}\n{listed(mesh.labelled_nodes[mesh.node_labels == index] + 1, PER_LINE)}"

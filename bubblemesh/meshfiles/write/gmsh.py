@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, Group, facet_ids, group_names, region_ids, vertex_ids
+from bubblemesh.meshfiles.groups import Fields, Group, facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
 # Gmsh's numbers of the kinds of cells, by meshio's names.
@@ -109,6 +109,6 @@ def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
 def _blocks(mesh: Mesh) -> list[Block]:
     line, triangle = {1: ("line", "triangle"), 2: ("line3", "triangle6")}[mesh.order]
     blocks = [Block(line, mesh.facets, facet_ids(mesh)), Block(triangle, mesh.triangles, region_ids(mesh))]
-    if len(mesh.vertices):
-        blocks.insert(0, Block("vertex", mesh.vertices[:, None], vertex_ids(mesh)))
+    if len(mesh.labelled_nodes):
+        blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh)))
     return blocks

@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, facet_ids, region_ids, vertex_ids
+from bubblemesh.meshfiles.groups import Fields, facet_ids, node_ids, region_ids
 from bubblemesh.meshfiles.text import lines, write_text
 
 
@@ -23,10 +23,10 @@ def _parts(mesh: Mesh) -> Iterator[str]:
     yield from lines("%d %d %d", mesh.facets + 1, facet_ids(mesh))
     yield f"\nTriangles\n{len(mesh.triangles)}\n"
     yield from lines("%d %d %d %d", mesh.triangles + 1, region_ids(mesh))
-    if len(mesh.vertices):
+    if len(mesh.labelled_nodes):
         # Mmg keeps the points that are named here.
-        yield f"\nRequiredVertices\n{len(mesh.vertices)}\n"
-        yield from lines("%d", mesh.vertices + 1)
+        yield f"\nRequiredVertices\n{len(mesh.labelled_nodes)}\n"
+        yield from lines("%d", mesh.labelled_nodes + 1)
     yield "\nEnd\n"
 
 
@@ -35,5 +35,5 @@ def _point_ids(mesh: Mesh) -> Integers:
     ids = np.zeros(len(mesh.points), np.int64)
     ids[mesh.facets[:, 1]] = facet_ids(mesh)
     ids[mesh.facets[:, 0]] = facet_ids(mesh)
-    ids[mesh.vertices] = vertex_ids(mesh)
+    ids[mesh.labelled_nodes] = node_ids(mesh)
     return ids

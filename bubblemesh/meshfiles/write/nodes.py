@@ -50,7 +50,7 @@ def nodes_of(mesh: Mesh) -> Nodes:
     for facets in (~mesh.outer, mesh.outer):
         for ends in mesh.facets[facets].T[::-1]:
             label[ends] = names[mesh.facet_labels[facets]]
-    label[mesh.vertices] = point_names[mesh.vertex_labels]
+    label[mesh.labelled_nodes] = point_names[mesh.node_labels]
     (x, y), (nx, ny) = mesh.points.T, _normals(mesh).T
     return Nodes(x, y, boundary, label.astype(str), nx, ny)
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, facet_ids, group_names, region_ids, vertex_ids
+from bubblemesh.meshfiles.groups import Fields, facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.names import plain_words
 
 
@@ -19,7 +19,7 @@ def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
     # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 is none.
     data: dict[str, Any] = {"cell_tags": [-facet_ids(mesh), -region_ids(mesh)]}
     points = np.zeros(len(mesh.points), np.int64)
-    points[mesh.vertices] = vertex_ids(mesh)
+    points[mesh.labelled_nodes] = node_ids(mesh)
     result = meshio.Mesh(
         mesh.points, [(line, mesh.facets), (triangle, mesh.triangles)], {"point_tags": points}, cell_data=data
     )

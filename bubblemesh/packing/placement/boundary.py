@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import GAUSS, Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.spacing.rules.periodic import finest
-from bubblemesh.spacing.rules.sources import panels
+from bubblemesh.spacing.rules.periodic import finer_of_both_sides
+from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 FEWEST_ON_A_CLOSED_CURVE = 3
-GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
 def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]:
@@ -19,15 +18,15 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     A piece gets as many intervals as the integral says, to the nearest whole number and at least one.
     """
     boundary = domain.boundary
-    piece, begin, length = panels(domain, spacing)
-    weight = length / 2 * sum(1 / finest(domain, spacing, piece, begin + t * length) for t in GAUSS)
+    piece, begin, length = short_intervals(domain, spacing)
+    weight = length / 2 * sum(1 / finer_of_both_sides(domain, spacing, piece, begin + t * length) for t in GAUSS)
     total = np.bincount(piece, weight, minlength=len(boundary.lengths))
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
     intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
     # A closed curve has a bubble at its start, an open piece a corner.
     count = np.where(boundary.closed, intervals, intervals - 1)
-    owner = np.repeat(np.arange(len(count)), count)
-    rank = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + ~boundary.closed[owner]
+    owner, rank = members(count)
+    rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
     wanted = before[owner] + total[owner] * rank / intervals[owner]
     reached = np.cumsum(weight)

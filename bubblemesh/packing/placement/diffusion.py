@@ -11,7 +11,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement.boundary import equidistributed
 from bubblemesh.packing.placement.subdivision import require_at_most
@@ -48,10 +48,10 @@ class ErrorDiffusion:
         LimitError
             If there would be more than ``max_nodes`` of them.
         """
-        shell = on_boundary(domain, spacing)
-        x = missing(domain, spacing, shell, self.leaf)
+        shell = boundary_bubbles(domain, spacing)
+        x = diffused_points(domain, spacing, shell, self.leaf)
         require_at_most(max_nodes, len(shell) + len(x))
-        return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+        return shell.append(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
 
 
 def everything(x: Floats, d: Floats) -> Floats:
@@ -59,7 +59,7 @@ def everything(x: Floats, d: Floats) -> Floats:
     return np.ones(len(x))
 
 
-def missing(
+def diffused_points(
     domain: Domain,
     spacing: Spacing,
     shell: Bubbles,
@@ -78,13 +78,13 @@ def missing(
     return cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
 
 
-def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
+def boundary_bubbles(domain: Domain, spacing: Spacing) -> Bubbles:
     """The bubbles on the boundary alone, equidistributed."""
     boundary = domain.boundary
     piece, s = equidistributed(domain, spacing)
     x = np.vstack([boundary.corners, boundary.points(piece, s)])
     shell = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
-    return parted(shell, domain, spacing)
+    return split_cutting_edges(shell, domain, spacing)
 
 
 def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:

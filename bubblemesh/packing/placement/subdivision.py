@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
 
@@ -58,7 +58,7 @@ class HierarchicalSubdivision:
         inside = self._interior(domain, spacing, max_nodes)
         x = np.vstack([on_boundary, inside])
         placed = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
-        return parted(placed, domain, spacing)
+        return split_cutting_edges(placed, domain, spacing)
 
     def _interior(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Floats:
         """Corners (k, 2) of the quadtree's rhombi that are far enough from the boundary."""

@@ -9,12 +9,12 @@ from scipy.spatial import KDTree
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
-from bubblemesh.packing.annealing import Shaking
+from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.placement.diffusion import distance_to_facets, missing, on_boundary
+from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
 from bubblemesh.packing.placement.subdivision import require_at_most
 from bubblemesh.spacing.spacing import Spacing
 
@@ -25,7 +25,7 @@ LEAF = 0.35  # spacings
 
 
 @dataclass(frozen=True)
-class Present:
+class PreviousNodes:
     """Nodes of a mesh inside a domain.
 
     Attributes
@@ -56,17 +56,17 @@ class Present:
 
 
 @dataclass(frozen=True)
-class FromNodes:
-    """Present nodes, thinned out where the spacing is larger than their size, and new ones where it is smaller.
+class WarmStart:
+    """Nodes of a mesh, thinned out where the spacing is larger than their size, and new ones where it is smaller.
 
     Both by error diffusion along a Hilbert curve, so that the number of bubbles is right everywhere.
 
     Attributes
     ----------
-    present : Present
+    present : PreviousNodes
     """
 
-    present: Present
+    present: PreviousNodes
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         """Bubbles of the domain before any motion.
@@ -76,12 +76,12 @@ class FromNodes:
         LimitError
             If there would be more than ``max_nodes`` of them.
         """
-        shell = on_boundary(domain, spacing)
+        shell = boundary_bubbles(domain, spacing)
         kept = self._kept(domain, spacing, shell)
-        new = missing(domain, spacing, shell, LEAF, self._lacking)
+        new = diffused_points(domain, spacing, shell, LEAF, self._lacking)
         x = np.vstack([kept, new])
         require_at_most(max_nodes, len(shell) + len(x))
-        return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+        return shell.append(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
 
     def _kept(self, domain: Domain, spacing: Spacing, shell: Bubbles) -> Floats:
         """Points (k, 2) of the nodes that stay."""
@@ -102,15 +102,15 @@ class FromNodes:
 
 
 @dataclass(frozen=True)
-class SparingShaking(Shaking):
-    """Shaking that leaves those bubbles alone whose sizes are as in the present mesh.
+class SparingAnnealing(Annealing):
+    """Annealing that leaves those bubbles alone whose sizes are as in the present mesh.
 
     Attributes
     ----------
-    present : Present
+    present : PreviousNodes
     """
 
-    present: Present = Present(np.zeros((0, 2)), np.zeros(0))
+    present: PreviousNodes = PreviousNodes(np.zeros((0, 2)), np.zeros(0))
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         """The bubbles after a displacement by this share of the first one."""
@@ -120,7 +120,7 @@ class SparingShaking(Shaking):
         return replace(shaken, x=np.where(calm[:, None], bubbles.x, shaken.x))
 
 
-def starting_from(method: Method, present: Present) -> Method:
+def warm_started(method: Method, present: PreviousNodes) -> Method:
     """The method with the present nodes in place of its own start, on the finest level only."""
-    shaking = method.shaking and SparingShaking(**vars(method.shaking), present=present)
-    return replace(method, levels=SingleLevel(), placement=FromNodes(present), shaking=shaking)
+    shaking = method.shaking and SparingAnnealing(**vars(method.shaking), present=present)
+    return replace(method, levels=SingleLevel(), placement=WarmStart(present), shaking=shaking)

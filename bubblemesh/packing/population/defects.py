@@ -8,7 +8,7 @@ from annotated_types import Ge, Gt, Le
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.neighbours import independent
+from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.population.thresholds import Change
 from bubblemesh.spacing.spacing import Spacing
@@ -51,9 +51,9 @@ class Defects:
         touched = np.zeros(len(bubbles), bool)
         touched[net.edges[gone[net.edges].any(axis=1)]] = True
         touched[halved] = True
-        rest = replace(bubbles, touched=touched).kept(np.flatnonzero(~gone))
+        rest = replace(bubbles, touched=touched).select(np.flatnonzero(~gone))
         none = np.zeros(0, np.int64)
-        grown = rest.joined_by(x, spacing.extended(x), none, np.zeros(0))
+        grown = rest.append(x, spacing.extended(x), none, np.zeros(0))
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(x))
 
     def _crowded(self, net: Net, ratio: Floats, on_walls: Booleans) -> Booleans:
@@ -70,7 +70,7 @@ class Defects:
         wanted[loser[interior[loser]]] = True
         number = np.cumsum(wanted) - 1
         conflicts = number[net.edges[wanted[net.edges].all(axis=1)]]
-        wanted[wanted] = independent(conflicts, np.arange(int(wanted.sum())))
+        wanted[wanted] = maximal_independent_set(conflicts, np.arange(int(wanted.sum())))
         return wanted
 
     def _too_long(self, net: Net, ratio: Floats, gone: Booleans) -> Integers:

@@ -9,11 +9,11 @@ from annotated_types import Ge, Gt, Le
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
-from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
-from bubblemesh.packing.neighbours import Neighbours, independent, pairs_within
-from bubblemesh.packing.net import Net, connected
+from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, pairs_within
+from bubblemesh.packing.net import Net, connect
 from bubblemesh.spacing.spacing import Spacing
 
 REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j is the farthest: below two l0 for any two radii
@@ -96,8 +96,8 @@ class Thresholds:
         crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
         crowded[: bubbles.corners] = False
         gone = spread(crowded, near, self.delete_apart, self.rank(alpha, random))
-        rest = replace(bubbles, touched=next_to(near, gone)).kept(np.flatnonzero(~gone))
-        grown = self._filled(parted(rest, domain, spacing), domain, spacing)
+        rest = replace(bubbles, touched=next_to(near, gone)).select(np.flatnonzero(~gone))
+        grown = self._filled(split_cutting_edges(rest, domain, spacing), domain, spacing)
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
 
     def rank(self, alpha: Floats, random: np.random.Generator) -> Integers:
@@ -112,20 +112,20 @@ class Thresholds:
     def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles and more in the gaps between them."""
         alpha = overlaps(Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP))
-        net = connected(bubbles, domain)
+        net = connect(bubbles, domain)
         room, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, self.insert_apart)
         triangles = sorted_triangles(net.triangles)
         loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
         hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
         x = np.vstack([domain.boundary.points(piece, s), center])
         d = spacing(x)
-        come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        come = maximal_independent_set(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
         on_boundary, inside = come[: len(room)], come[len(room) :]
         touched = bubbles.touched.copy()
         touched[room[on_boundary]] = True
         touched[hollow[inside]] = True
         grown = replace(bubbles, touched=touched)
-        return grown.joined_by(x[come], d[come], piece[on_boundary], s[on_boundary])
+        return grown.append(x[come], d[come], piece[on_boundary], s[on_boundary])
 
 
 def boundary_gaps(
@@ -159,7 +159,7 @@ def spread(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> 
     close = near.distances < apart * near.contact
     number = np.cumsum(wanted) - 1
     result = np.zeros(len(wanted), bool)
-    result[wanted] = independent(number[near.pairs[conflict & close]], rank[wanted])
+    result[wanted] = maximal_independent_set(number[near.pairs[conflict & close]], rank[wanted])
     return result
 
 

@@ -1,4 +1,4 @@
-"""Background grid: a quadtree whose cells change in size by no more than 2 : 1, with values at its vertices."""
+"""Quadtree grid: a quadtree whose cells change in size by no more than 2 : 1, with values at its vertices."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,7 +35,7 @@ class Vertices(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Background:
+class Quadtree:
     """Square cells that tile a square.
 
     Attributes
@@ -56,7 +56,7 @@ class Background:
     column_row: Integers
 
     @classmethod
-    def around(cls, bounds: tuple[float, float, float, float]) -> "Background":
+    def around(cls, bounds: tuple[float, float, float, float]) -> "Quadtree":
         """One cell around a bounding box (x0, y0, x1, y1)."""
         x0, y0, x1, y1 = bounds
         size = max(x1 - x0, y1 - y0)
@@ -106,7 +106,7 @@ class Background:
         x, y = (points - self.low).T
         return (x >= 0) & (x <= self.size) & (y >= 0) & (y <= self.size)
 
-    def split(self, cells: Booleans) -> tuple["Background", Integers, Booleans]:
+    def split(self, cells: Booleans) -> tuple["Quadtree", Integers, Booleans]:
         """The grid with some divisible ``cells`` (n,) in four; from which cell each stems, and which are quarters."""
         old, new = np.flatnonzero(~cells), np.repeat(np.flatnonzero(cells), 4)
         level = np.concatenate([self.level[old], self.level[new] + 1])
@@ -115,7 +115,7 @@ class Background:
         column_row = np.concatenate([self.column_row[old], self.column_row[new] + quarter])
         order = np.argsort(_interleaved(column_row), kind="stable")
         origin, fresh = np.concatenate([old, new])[order], (np.arange(len(level)) >= len(old))[order]
-        return Background(self.low, self.size, level[order], column_row[order]), origin, fresh
+        return Quadtree(self.low, self.size, level[order], column_row[order]), origin, fresh
 
     def unbalanced(self) -> Booleans:
         """Cells (n,) that are more than twice as large as one beside them."""

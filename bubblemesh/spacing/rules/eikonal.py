@@ -3,7 +3,7 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.spacing.grid.quadtree import Background
+from bubblemesh.spacing.grid.quadtree import Quadtree
 
 SWEEPS = 100_000
 TOLERANCE = 1e-6  # relative change of a value that is worth passing on
@@ -11,7 +11,7 @@ BESIDE = np.array([[1, 2], [0, 3], [3, 0], [2, 1]])  # corners of a cell beside 
 OPPOSITE = np.array([3, 2, 1, 0])
 
 
-def slowed(grid: Background, values: Floats, growth: float, medium: Booleans) -> Floats:
+def limited_values(grid: Quadtree, values: Floats, growth: float, medium: Booleans) -> Floats:
     """Values (v,) at the vertices of a grid, lowered until they grow by at most ``growth`` per length.
 
     They spread through the cells of the ``medium`` (n,) first, and from there, without a way back, through the others.
@@ -19,9 +19,10 @@ def slowed(grid: Background, values: Floats, growth: float, medium: Booleans) ->
 
     References
     ----------
-    W.-K. Jeong, R. T. Whitaker, "A fast iterative method for Eikonal equations", SIAM J. Sci. Comput. 30 (2008), for
-    the order of the updates; J. N. Tsitsiklis, "Efficient algorithms for globally optimal trajectories", IEEE Trans.
-    Automatic Control 40 (1995), for a single one.
+    P.-O. Persson, "Mesh size functions for implicit geometries and PDE-based gradient limiting", Engineering with
+    Computers 22 (2006), for the equation; W.-K. Jeong, R. T. Whitaker, "A fast iterative method for Eikonal equations",
+    SIAM J. Sci. Comput. 30 (2008), for the order of the updates; J. N. Tsitsiklis, "Efficient algorithms for globally
+    optimal trajectories", IEEE Trans. Automatic Control 40 (1995), for a single one.
     """
     inner = _spread(grid, values, growth, np.flatnonzero(medium))
     outer = _spread(grid, inner, growth, np.flatnonzero(~medium))
@@ -33,7 +34,7 @@ def slowed(grid: Background, values: Floats, growth: float, medium: Booleans) ->
     return result
 
 
-def _by_level(grid: Background) -> list[tuple[Integers, Integers, Integers]]:
+def _by_level(grid: Quadtree) -> list[tuple[Integers, Integers, Integers]]:
     """Hanging vertices with the ends of their sides, in groups none of which depends on itself."""
     hanging = grid.vertices.hanging
     lengths = np.abs(grid.vertices.points[hanging[:, 1]] - grid.vertices.points[hanging[:, 2]]).max(axis=1)
@@ -42,7 +43,7 @@ def _by_level(grid: Background) -> list[tuple[Integers, Integers, Integers]]:
     return [tuple(group.T) for group in np.split(hanging, starts[1:])] if len(hanging) else []
 
 
-def _spread(grid: Background, values: Floats, growth: float, cells: Integers) -> Floats:
+def _spread(grid: Quadtree, values: Floats, growth: float, cells: Integers) -> Floats:
     """Values (v,) after they have spread through some ``cells``."""
     corners, rise = grid.vertices.corners[cells], growth * grid.sides[cells]
     around = _cells_around(corners, len(values))

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
 from bubblemesh.messages import place
-from bubblemesh.spacing.rules.sources import Sources, panels
+from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
@@ -24,7 +24,7 @@ NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zer
 
 
 @dataclass(frozen=True)
-class Filling:
+class GapSources:
     """Sources that fill the narrow parts of a domain.
 
     Attributes
@@ -72,8 +72,7 @@ class Filling:
             if len(long) == 0:
                 break
             waiting = waiting._replace(number=number)
-            piece, begin, length = piece[long], begin[long], length[long] / 2
-            piece, begin, length = np.tile(piece, 2), np.append(begin, begin + length), np.tile(length, 2)
+            piece, begin, length = halved(piece[long], begin[long], length[long])
         return Sources.all_of(done)
 
     def _narrow(self, found: Gaps, d: Floats) -> tuple[Gaps, Floats]:
@@ -90,8 +89,8 @@ class Filling:
         """Sources on the ways across the gaps, up to a part of these."""
         apart = self._apart(size)
         parts = np.ceil(far * found.widths / apart).astype(np.int64)
-        way = np.repeat(np.arange(len(parts)), parts + 1)
-        share = far * (np.arange(len(way)) - (np.cumsum(parts + 1) - parts - 1)[way]) / parts[way]
+        way, number = members(parts + 1)
+        share = far * number / parts[way]
         points = found.places[way] + share[:, None] * (found.feet - found.places)[way]
         return Sources(points, size[way], CELLS * apart[way])
 
@@ -113,7 +112,7 @@ class Filling:
 def _probes(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
     """Piece, begin and length (k,) of parts of all lines that are short beside the spacing, and hardly bent."""
     boundary = domain.boundary
-    piece, begin, _ = panels(domain, spacing)
+    piece, begin, _ = short_intervals(domain, spacing)
     chord_piece, s, step = boundary.panels()
     turn = np.abs(turning(boundary.tangents(chord_piece, s), boundary.tangents(chord_piece, s + step)))
     turns = np.diff(np.floor(np.cumsum(turn) / LARGEST_TURN), prepend=0) > 0

@@ -6,9 +6,9 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.rules.gap_sources import Filling
-from bubblemesh.spacing.rules.grading import GROWTH, Graded, graded
-from bubblemesh.spacing.rules.sources import Sources, Turning, coarse_curves, short_pieces
+from bubblemesh.spacing.rules.gap_sources import GapSources
+from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing, gradient_limited
+from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 
@@ -33,7 +33,7 @@ class Rules:
     across: float | None = None
     minimum: float = 0.0
 
-    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> Graded:
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> LimitedSpacing:
         """The largest spacing below the given one that follows the rules.
 
         Raises
@@ -42,18 +42,19 @@ class Rules:
             If curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
         """
         if (self.growth, self.per_circle, self.across) == (None, None, None):
-            return Graded(spacing)
+            return LimitedSpacing(spacing)
         growth, sources = GROWTH if self.growth is None else self.growth, Sources.none()
         if self.growth is not None:
             # What the boundary makes fine in any case would otherwise grow faster from there.
             sources = short_pieces(domain, spacing).joined(coarse_curves(domain, spacing))
         if self.per_circle is not None:
-            sources = sources.joined(Turning(self.per_circle, growth, self.minimum, max_nodes)(domain, spacing))
+            curves = curvature_sources(domain, spacing, self.per_circle, growth, self.minimum, max_nodes)
+            sources = sources.joined(curves)
         sources = sources.not_below(self.minimum)
         if self.across is not None:
-            filling = Filling(self.across, min(growth, GROWTH), self._least, max_nodes)
-            sources = sources.joined(filling(domain, spacing))
-        return graded(domain, spacing, growth, sources)
+            gaps = GapSources(self.across, min(growth, GROWTH), self._least, max_nodes)
+            sources = sources.joined(gaps(domain, spacing))
+        return gradient_limited(domain, spacing, growth, sources)
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)

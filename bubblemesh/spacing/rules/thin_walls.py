@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, members
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.rules.sources import panels
+from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 WIDEST = 4.0  # spacings: radius of the discs outside that a coarse cell cannot overlook
@@ -20,7 +20,7 @@ def thin_walls(domain: Domain, spacing: Spacing) -> tuple[Floats, Floats]:
     A wall is as thick as the largest disc that touches the boundary from outside.
     """
     boundary = domain.boundary
-    piece, begin, length = panels(domain, spacing)
+    piece, begin, length = short_intervals(domain, spacing)
     outer = ~boundary.inner[piece]
     piece, begin, length = piece[outer], begin[outer], length[outer]
     points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)
@@ -36,8 +36,8 @@ def thin_walls(domain: Domain, spacing: Spacing) -> tuple[Floats, Floats]:
     thin = np.flatnonzero(radius < widest)
     radius = np.maximum(radius, length[thin].sum() / (CELL * MOST))
     parts = np.ceil(length[thin] / (CELL * radius[thin])).astype(np.int64)
-    mine = np.repeat(thin, parts)
-    part = np.arange(len(mine)) - np.repeat(np.cumsum(parts) - parts, parts)
-    on_wall = boundary.points(piece[mine], begin[mine] + (part + 0.5) / np.repeat(parts, parts) * length[mine])
+    wall, part = members(parts)
+    mine = thin[wall]
+    on_wall = boundary.points(piece[mine], begin[mine] + (part + 0.5) / parts[wall] * length[mine])
     within = on_wall + radius[mine, None] * outward[mine]
     return np.vstack([on_wall, within]), np.tile(CELL * radius[mine], 2)

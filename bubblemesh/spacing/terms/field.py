@@ -10,8 +10,8 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.triangulation import doubled_areas
 from bubblemesh.messages import place
-from bubblemesh.spacing.terms.locator import Locator, Rim
-from bubblemesh.spacing.terms.samples import require_positive, spots
+from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
+from bubblemesh.spacing.terms.values import require_positive, spots
 
 FLAT = 1e-13  # height in terms of the longest side
 
@@ -115,12 +115,12 @@ class Field:
         return d
 
     @cached_property
-    def _locator(self) -> Locator:
-        return Locator.of(self.points[self.triangles])
+    def _locator(self) -> TriangleLocator:
+        return TriangleLocator.of(self.points[self.triangles])
 
     @cached_property
-    def _rim(self) -> Rim:
-        return Rim.of(self.points, self.triangles)
+    def _rim(self) -> MeshRim:
+        return MeshRim.of(self.points, self.triangles)
 
 
 def _with_area(points: Floats, triangles: Integers) -> Integers:

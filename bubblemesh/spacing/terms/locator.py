@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
-from bubblemesh.spacing.grid.quadtree import Background
+from bubblemesh.meshes.edges import directed_sides, one_sided
+from bubblemesh.spacing.grid.quadtree import Quadtree
 
 
 @dataclass(frozen=True)
-class Rim:
+class MeshRim:
     """Edges with triangles on one side only, also where the triangles beside each other have nodes of their own.
 
     Attributes
@@ -26,14 +27,14 @@ class Rim:
     runs: ChordRuns
 
     @classmethod
-    def of(cls, points: Floats, triangles: Integers) -> "Rim":
+    def of(cls, points: Floats, triangles: Integers) -> "MeshRim":
         """Rim of triangles (t, 3) that turn either way and have an area."""
         _, places = np.unique(points, axis=0, return_inverse=True)
         a, b, c = np.moveaxis(points[triangles], 1, 0)
         clockwise = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
         turned = np.where(clockwise[:, None], triangles[:, ::-1], triangles)
-        edges = turned[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-        edges = edges[_one_sided(places[edges], len(points))]
+        edges = directed_sides(turned)
+        edges = edges[one_sided(places[edges], len(points))]
         nodes = edges[_along_loops(*places[edges].T)]
         return cls(nodes, ChordRuns.of(points[nodes[:, 0]], points[nodes[:, 1]]))
 
@@ -41,18 +42,6 @@ class Rim:
         """Nodes (m, 2) of the edges nearest to points (m, 2), and the shares (m,) of the ways along them."""
         edge = nearest_chord(self.runs, points)
         return self.nodes[edge], self.runs.feet(points, edge)[0]
-
-
-def _one_sided(edges: Integers, count: int) -> Integers:
-    """Rows (k,) of directed edges (m, 2) that are left when each cancels one in the other direction.
-
-    As many of them begin as end at each of the ``count`` nodes, even where triangles overlap.
-    """
-    keys, first, number = np.unique(edges[:, 0] * count + edges[:, 1], return_index=True, return_counts=True)
-    reverse = keys % count * count + keys // count
-    at = np.minimum(np.searchsorted(keys, reverse), len(keys) - 1)
-    against = np.where(keys[at] == reverse, number[at], 0)
-    return np.repeat(first, np.maximum(number - against, 0))
 
 
 def _along_loops(start: Integers, end: Integers) -> Integers:
@@ -78,7 +67,7 @@ AT_A_TIME = 1 << 16  # points, so that the arrays stay in the processor's caches
 
 
 @dataclass(frozen=True)
-class Locator:
+class TriangleLocator:
     """Triangles, and cells of a quadtree with the few of them that each one meets.
 
     Attributes
@@ -87,7 +76,7 @@ class Locator:
         Origin of the coordinates of cells and maps.
     maps : (t, 6)
         Of each triangle its first corner, and the matrix that gives the weights of the other two.
-    grid : Background
+    grid : Quadtree
     begin : (n + 1,)
         Where the candidates of each cell begin.
     candidates : (k,)
@@ -96,12 +85,12 @@ class Locator:
 
     low: Floats
     maps: Floats
-    grid: Background
+    grid: Quadtree
     begin: Integers
     candidates: Integers
 
     @classmethod
-    def of(cls, corners: Floats) -> "Locator":
+    def of(cls, corners: Floats) -> "TriangleLocator":
         """Locator for triangles with ``corners`` (t, 3, 2), none of them without an area; they may turn either way."""
         low = corners.min(axis=(0, 1))
         corners = corners - low
@@ -149,9 +138,9 @@ def _weights(maps: Floats, points: Floats) -> tuple[Floats, Floats]:
     return maps[:, 2] * x + maps[:, 3] * y, maps[:, 4] * x + maps[:, 5] * y
 
 
-def _candidates(corners: Floats, maps: Floats) -> tuple[Background, Integers, Integers]:
+def _candidates(corners: Floats, maps: Floats) -> tuple[Quadtree, Integers, Integers]:
     """Cells, and pairs (k,) of cells and triangles that may meet; few triangles for each cell."""
-    grid = Background.around((0.0, 0.0, *corners.max(axis=(0, 1)).tolist()))
+    grid = Quadtree.around((0.0, 0.0, *corners.max(axis=(0, 1)).tolist()))
     low, high = corners.min(axis=1), corners.max(axis=1)
     boxes = np.column_stack([(low + high) / 2, (high - low) / 2])
     cell, triangle = np.zeros(len(maps), np.int64), np.arange(len(maps))
@@ -163,17 +152,17 @@ def _candidates(corners: Floats, maps: Floats) -> tuple[Background, Integers, In
         grid, origin, _ = grid.split(split)
         # The quarters of a cell follow each other where it was.
         parts = np.where(split[cell], 4, 1)
-        rank = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        pair, rank = members(parts)
         first = np.searchsorted(origin, np.arange(len(split)))
-        cell, triangle = np.repeat(first[cell], parts) + rank, np.repeat(triangle, parts)
-        kept = np.repeat(parts == 1, parts)
+        cell, triangle = first[cell][pair] + rank, triangle[pair]
+        kept = (parts == 1)[pair]
         new = np.flatnonzero(~kept)
         kept[new] = _meeting(grid, cell[new], boxes[triangle[new]], maps[triangle[new]])
         cell, triangle = cell[kept], triangle[kept]
     return grid, cell, triangle
 
 
-def _meeting(grid: Background, cell: Integers, boxes: Floats, maps: Floats) -> Booleans:
+def _meeting(grid: Quadtree, cell: Integers, boxes: Floats, maps: Floats) -> Booleans:
     """Which cells (k,) meet the triangles with ``boxes`` and ``maps`` beside them: no side of either parts the two."""
     centers, half = grid.centers[cell], grid.sides[cell] / 2 * (1 + SLACK)
     meeting = np.abs(centers[:, 0] - boxes[:, 0]) <= half + boxes[:, 2]

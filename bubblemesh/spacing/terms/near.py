@@ -14,7 +14,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Near:
+class Proximity:
     """A term ``size + growth * distance``.
 
     Attributes
@@ -48,13 +48,13 @@ class Near:
 
 
 @dataclass(frozen=True)
-class Nearest:
+class Proximities:
     """The smallest of several such terms, few of whose distances are computed.
 
     A term cannot change from a place to another one by more than its growth times their distance.
     """
 
-    terms: tuple[Near, ...]
+    terms: tuple[Proximity, ...]
 
     costly = True
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import Key
 from bubblemesh.geometry.arrangement.regions import Region
 from bubblemesh.geometry.boxes import Boxes
@@ -19,7 +19,7 @@ Inside = Callable[[Floats, Floats], Booleans]  # which points, given as x (n,) a
 
 
 @dataclass(frozen=True)
-class Shapes:
+class ShapeUnion:
     """The places inside any of some shapes, of which there may be hundreds."""
 
     shapes: tuple[shapely.Geometry, ...]
@@ -39,7 +39,7 @@ class Shapes:
 
 
 @dataclass(frozen=True)
-class Within:
+class RegionTerm:
     """A term that asks for nothing outside a region.
 
     Attributes
@@ -71,7 +71,7 @@ class Within:
         return values
 
 
-class OwnSpacing(NamedTuple):
+class RegionSpacing(NamedTuple):
     """The spacing of a region, and its key in the case."""
 
     region: Region
@@ -79,7 +79,7 @@ class OwnSpacing(NamedTuple):
     key: Key
 
 
-def by_region(rest: Spacing, own: Sequence[OwnSpacing]) -> Spacing:
+def by_region(rest: Spacing, own: Sequence[RegionSpacing]) -> Spacing:
     """Spacing that is another one in some regions.
 
     In a region its own spacing counts; on the rim the finest of those that meet there. Of nested regions the innermost
@@ -96,7 +96,7 @@ class _Regions:
     """Regions with spacings of their own, those within others after them."""
 
     rest: Spacing
-    own: tuple[OwnSpacing, ...]
+    own: tuple[RegionSpacing, ...]
 
     @cached_property
     def _cores(self) -> Floats:
@@ -128,7 +128,7 @@ class _Regions:
         wanted = self._own_values(x[point], y[point], region)
         inside = shapely.contains_xy(self._cores[region], x[point], y[point])
         # One region after the other where several have a point: nested ones, or neighbours at their common rim.
-        rank = np.arange(len(point)) - np.searchsorted(point, point)
+        _, rank = members(np.bincount(point))
         for k in range(int(rank.max(initial=-1)) + 1):
             mine = rank == k
             at = point[mine]

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from quadtrees import balanced
 
-from bubblemesh.spacing.grid.quadtree import DEEPEST, Background
+from bubblemesh.spacing.grid.quadtree import DEEPEST, Quadtree
 
 
 def grown(bounds=(-1.0, 2.0, 3.0, 5.0), rounds=5, seed=0):
     """A grid with some cells split at random, again and again."""
     random = np.random.default_rng(seed)
-    grid = Background.around(bounds)
+    grid = Quadtree.around(bounds)
     for _ in range(rounds):
         grid, _, _ = grid.split(random.random(len(grid)) < 0.6)
     return grid
@@ -53,7 +53,7 @@ def test_split_tells_where_cells_come_from():
 
 
 def test_balanced_cells_beside_each_other_differ_by_one_level_at_most():
-    grid = Background.around((0, 0, 1, 1))
+    grid = Quadtree.around((0, 0, 1, 1))
     for _ in range(9):
         grid, _, _ = grid.split(np.arange(len(grid)) == grid.located(np.array([[0.3, 0.61]]))[0])
     assert grid.unbalanced().any()
@@ -106,7 +106,7 @@ def test_bilinear_functions_are_interpolated_exactly():
 
 
 def test_deepest_level_is_reached_without_overflow():
-    grid = Background.around((0, 0, 1, 1))
+    grid = Quadtree.around((0, 0, 1, 1))
     place = np.array([[0.999999999, 0.999999999]])
     for _ in range(DEEPEST):
         grid, _, _ = grid.split(np.arange(len(grid)) == grid.located(place)[0])

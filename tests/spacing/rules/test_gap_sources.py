@@ -7,7 +7,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.spacing.rules.gap_sources import Filling
+from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.rules import Rules
 
 PLATE = "domain: {outer: {rectangle: [0, 0, 2, 1]}, "
@@ -92,7 +92,7 @@ def test_disc_counts_as_a_narrow_part_only_if_it_is_small():
 
 def test_what_is_narrow_outside_of_the_domain_needs_nothing():
     slit = "holes: [{polygon: [[0.5, 0.5], [1, 0.495], [1.5, 0.5], [1.5, 0.51], [1, 0.515], [0.5, 0.51]]}]}"
-    assert len(Filling(3, 0.4, lambda p: np.zeros(len(p)))(domain_of(PLATE + slit), uniform(0.1))) == 0
+    assert len(GapSources(3, 0.4, lambda p: np.zeros(len(p)))(domain_of(PLATE + slit), uniform(0.1))) == 0
 
 
 def test_what_is_beside_a_thin_hole_is_left_as_it_is():

@@ -9,7 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import prepared
-from bubblemesh.spacing.rules.grading import GROWTH, graded, packable
+from bubblemesh.spacing.rules.grading import GROWTH, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
 
@@ -33,7 +33,7 @@ def stepped(edge, low=0.02, high=0.2):
 @pytest.mark.parametrize("name", JUMPS)
 def test_spacing_grows_from_the_fine_side_of_a_jump(name, growth):
     edge = JUMPS[name]
-    found = graded(SQUARE, stepped(edge), growth, NONE).spacing(INSIDE)
+    found = gradient_limited(SQUARE, stepped(edge), growth, NONE).spacing(INSIDE)
     largest = np.minimum(0.2, 0.02 + growth * np.maximum(edge(*INSIDE.T), 0))
     assert np.quantile(np.abs(found / largest - 1), 0.99) < 0.05
     assert np.abs(found / largest - 1).max() < 0.3  # in the cells that the jump crosses
@@ -44,7 +44,7 @@ def test_graded_spacing_grows_nowhere_faster(growth):
     def function(x, y):
         return 0.02 + 0.3 * np.abs(np.sin(4 * x)) * np.abs(np.cos(3 * y)) + 0.7 * np.maximum(x, 0)
 
-    found = graded(SQUARE, Spacing(function, floor=0.01), growth, NONE).spacing
+    found = gradient_limited(SQUARE, Spacing(function, floor=0.01), growth, NONE).spacing
     random = np.random.default_rng(1)
     angle = random.uniform(0, 2 * np.pi, len(INSIDE))
     d = found(INSIDE)
@@ -69,7 +69,7 @@ def test_graded_spacing_grows_nowhere_faster(growth):
 )
 def test_slow_growth_is_left_alone(function):
     wanted = Spacing(function, floor=0.01)
-    found = graded(SQUARE, wanted, GROWTH, NONE)
+    found = gradient_limited(SQUARE, wanted, GROWTH, NONE)
     assert found.spacing is wanted
     assert (found.steepest, found.share, found.ratio) == (None, 0.0, 1.0)
 
@@ -85,13 +85,13 @@ def test_examples_are_left_alone(example):
 @pytest.mark.parametrize("side", [np.less, np.less_equal])
 def test_jumps_between_cells_are_seen(at, side):
     wanted = Spacing(lambda x, y: np.where(side(x, at), 0.01, 0.2), floor=0.005)
-    found = graded(SQUARE, wanted, 0.4, NONE)
+    found = gradient_limited(SQUARE, wanted, 0.4, NONE)
     assert found.steepest is not None
     assert found.spacing(np.array([[at + 0.1, 0.3]]))[0] == pytest.approx(0.05, rel=0.03)
 
 
 def test_change_is_told():
-    found = graded(SQUARE, stepped(JUMPS["line"]), 0.3, NONE)
+    found = gradient_limited(SQUARE, stepped(JUMPS["line"]), 0.3, NONE)
     assert found.steepest.size == 0.02
     assert found.steepest.growth > 10
     assert abs(found.steepest.at[0] - 0.123) < 0.03
@@ -100,7 +100,7 @@ def test_change_is_told():
 
 
 def test_steep_slope_is_told_with_its_growth():
-    found = graded(SQUARE, Spacing(lambda x, y: 0.05 + 0.8 * (x + 1), floor=0.02), 0.3, NONE)
+    found = gradient_limited(SQUARE, Spacing(lambda x, y: 0.05 + 0.8 * (x + 1), floor=0.02), 0.3, NONE)
     assert found.steepest.growth == pytest.approx(0.8, rel=1e-6)
     at = np.array([[0.5, 0.1]])
     assert found.spacing(at)[0] == pytest.approx(0.05 + 0.3 * 1.5, rel=0.01)
@@ -108,7 +108,7 @@ def test_steep_slope_is_told_with_its_growth():
 
 def test_sources_hold_the_spacing_where_they_are():
     sources = Sources(np.array([[0.1, 0.2], [0.7, -0.5], [-1.0, -1.0]]), np.array([0.01, 0.002, 0.05]))
-    found = graded(SQUARE, uniform(0.3), 0.25, sources)
+    found = gradient_limited(SQUARE, uniform(0.3), 0.25, sources)
     away = np.hypot(*(INSIDE[:, None] - sources.points).transpose(2, 0, 1))
     largest = np.minimum(0.3, (sources.sizes + 0.25 * away).min(axis=1))
     d = found.spacing(INSIDE)
@@ -121,7 +121,7 @@ def test_sources_hold_the_spacing_where_they_are():
 
 def test_sources_finer_than_any_cell_are_no_endless_task():
     sources = Sources(np.array([[0.1, 0.2], [0.3, 0.2]]), np.array([1e-13, 1e-300]))
-    d = graded(SQUARE, uniform(0.3), 0.4, sources).spacing(np.array([[0.1, 0.2], [0.1, 0.4], [0.3, 0.3]]))
+    d = gradient_limited(SQUARE, uniform(0.3), 0.4, sources).spacing(np.array([[0.1, 0.2], [0.1, 0.4], [0.3, 0.3]]))
     assert d[0] < 1e-8
     np.testing.assert_allclose(d[1:], [0.08, 0.04], rtol=0.1)
 
@@ -130,7 +130,7 @@ def test_growth_goes_around_walls():
     slit = [(-1, -1), (1, -1), (1, 1), (0.05, 1), (0.05, -0.6), (-0.05, -0.6), (-0.05, 1), (-1, 1)]
     domain = Domain.of(rings.polygon(slit))
     wanted = stepped(lambda x, y: x + 0.2, high=0.5)
-    d = graded(domain, wanted, 0.3, NONE).spacing(np.array([[0.3, 0.9], [-0.06, 0.9]]))
+    d = gradient_limited(domain, wanted, 0.3, NONE).spacing(np.array([[0.3, 0.9], [-0.06, 0.9]]))
     assert d[0] == pytest.approx(0.5)
     assert d[1] == pytest.approx(0.02 + 0.3 * 0.14, rel=0.1)
 
@@ -143,14 +143,14 @@ def test_growth_goes_around_walls_however_thin(width):
     there = np.array([[1 + width + 0.05, 0.95], [1 + width + 0.05, 0.5], [0.95, 0.5]])
     over_tip = np.hypot(0.1, 0.4) - 0.05 + width
     ways = np.array([over_tip + np.hypot(0.05, 0.45), over_tip + 0.05, np.hypot(0.05, 0.4) - 0.05])
-    found = graded(domain, wanted, 0.2, NONE).spacing(there)
+    found = gradient_limited(domain, wanted, 0.2, NONE).spacing(there)
     np.testing.assert_allclose(found, 0.01 + 0.2 * ways, rtol=0.06)
 
 
 @pytest.mark.parametrize("growth", [0.1, 0.2, 0.4])
 def test_curves_get_the_nodes_that_their_sources_ask_for(growth):
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.2), rings.circle((0.6, 0.5), 0.03)])
-    fine = graded(plate, uniform(0.3), growth, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36)).spacing
+    fine = gradient_limited(plate, uniform(0.3), growth, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36)).spacing
     for piece in np.flatnonzero(plate.boundary.curved):
         length = plate.boundary.lengths[piece]
         s = (np.arange(5000) + 0.5) / 5000 * length
@@ -165,7 +165,7 @@ def test_spots_that_no_sample_sees_are_known_by_their_places(size, slope):
     def function(x, y):
         return np.minimum(0.2, size + slope * np.hypot(x - place[0, 0], y - place[0, 1]))
 
-    found = graded(SQUARE, Spacing(function, spots=np.vstack([place, [[5, 5]]])), 0.2, NONE)
+    found = gradient_limited(SQUARE, Spacing(function, spots=np.vstack([place, [[5, 5]]])), 0.2, NONE)
     largest = np.minimum(0.2, size + 0.2 * np.hypot(*(INSIDE - place).T))
     np.testing.assert_allclose(found.spacing(INSIDE), largest, rtol=0.05)
     assert found.steepest.growth > 0.9 * min(slope, 0.19 / size)
@@ -174,13 +174,13 @@ def test_spots_that_no_sample_sees_are_known_by_their_places(size, slope):
 def test_what_grows_slowly_by_its_rules_is_graded_no_more():
     holes = [rings.circle((0.3 * i, 0.5 * j), 0.05) for i in (-2, 0, 1) for j in (-1, 0, 1)]
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), holes)
-    ruled = graded(plate, uniform(0.3), GROWTH, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36))
-    assert packable(plate, ruled, NONE) is ruled
-    finer = packable(plate, ruled, Sources(np.array([[0.9, 0.9]]), np.array([0.01])))
+    ruled = gradient_limited(plate, uniform(0.3), GROWTH, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36))
+    assert limited_for_packing(plate, ruled, NONE) is ruled
+    finer = limited_for_packing(plate, ruled, Sources(np.array([[0.9, 0.9]]), np.array([0.01])))
     assert finer.steepest is None
     assert finer.spacing(np.array([[0.9, 0.9]]))[0] == pytest.approx(0.01, rel=0.05)
     steep = replace(ruled, growth=0.6)
-    assert packable(plate, steep, NONE).growth == GROWTH
+    assert limited_for_packing(plate, steep, NONE).growth == GROWTH
 
 
 def test_spacing_that_exists_in_the_domain_only():
@@ -189,8 +189,8 @@ def test_spacing_that_exists_in_the_domain_only():
             return 0.05 + 0.1 * np.sqrt(np.hypot(x, y) - 0.39)
 
     domain = Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.4)])
-    assert graded(domain, Spacing(function, floor=0.025), 0.6, NONE).steepest is None
-    limited = graded(domain, Spacing(function, floor=0.025), 0.1, NONE)
+    assert gradient_limited(domain, Spacing(function, floor=0.025), 0.6, NONE).steepest is None
+    limited = gradient_limited(domain, Spacing(function, floor=0.025), 0.1, NONE)
     points = INSIDE[domain.contains(INSIDE)]
     assert (limited.spacing(points) <= function(*points.T)).all()
     assert limited.steepest is not None
@@ -199,15 +199,17 @@ def test_spacing_that_exists_in_the_domain_only():
 @pytest.mark.parametrize("scale", [2.0**-40, 2.0**40])
 def test_grading_does_not_depend_on_the_unit_of_length(scale):
     function = stepped(JUMPS["oblique"]).function
-    unit = graded(SQUARE, stepped(JUMPS["oblique"]), 0.3, NONE)
+    unit = gradient_limited(SQUARE, stepped(JUMPS["oblique"]), 0.3, NONE)
     large = Domain.of(rings.rectangle(-scale, -scale, scale, scale))
-    found = graded(large, Spacing(lambda x, y: scale * function(x / scale, y / scale), floor=0.01 * scale), 0.3, NONE)
+    found = gradient_limited(
+        large, Spacing(lambda x, y: scale * function(x / scale, y / scale), floor=0.01 * scale), 0.3, NONE
+    )
     np.testing.assert_allclose(found.spacing(INSIDE * scale) / scale, unit.spacing(INSIDE), rtol=1e-9)
     assert found.share == pytest.approx(unit.share)
 
 
 def test_spacing_larger_than_the_domain_is_left_alone():
-    assert graded(SQUARE, uniform(100.0), 0.3, NONE).steepest is None
+    assert gradient_limited(SQUARE, uniform(100.0), 0.3, NONE).steepest is None
 
 
 def test_fast_growth_is_warned_of_with_its_place():

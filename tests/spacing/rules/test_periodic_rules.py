@@ -10,8 +10,12 @@ from bubblemesh.problem.problem import prepared
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.run.report import estimate
 from bubblemesh.spacing.rules import periodic as sides
-from bubblemesh.spacing.rules.grading import Graded, graded
-from bubblemesh.spacing.rules.periodic import across_sides, finest, packable_across
+from bubblemesh.spacing.rules.grading import LimitedSpacing, gradient_limited
+from bubblemesh.spacing.rules.periodic import (
+    finer_of_both_sides,
+    limited_across_sides,
+    limited_for_packing_across_sides,
+)
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
@@ -71,9 +75,9 @@ def test_nothing_changes_where_both_sides_agree(spacing):
 
 def test_sides_that_are_not_periodic_are_left_alone():
     domain = problem_of("0.1", "[]").domain
-    steep = Graded(Spacing(lambda x, y: 0.01 + 0.1 * x))
-    assert across_sides(domain, steep) is steep
-    assert packable_across(domain, steep, Sources.none()).spacing is steep.spacing
+    steep = LimitedSpacing(Spacing(lambda x, y: 0.01 + 0.1 * x))
+    assert limited_across_sides(domain, steep) is steep
+    assert limited_for_packing_across_sides(domain, steep, Sources.none()).spacing is steep.spacing
 
 
 def test_how_much_changed_is_told():
@@ -99,9 +103,9 @@ def test_the_finer_spacing_of_both_sides_is_that_of_either():
     s = np.array([0.25, 0.5])
     wanted = Spacing(lambda x, y: 0.1 + 0.1 * x * y)
     for piece in (left, right):
-        np.testing.assert_array_equal(finest(domain, wanted, np.full(2, piece), s), 0.1)
+        np.testing.assert_array_equal(finer_of_both_sides(domain, wanted, np.full(2, piece), s), 0.1)
     others = np.setdiff1d(np.arange(4), domain.periodic)
-    np.testing.assert_array_equal(finest(domain, uniform(0.3), others, np.zeros(2)), 0.3)
+    np.testing.assert_array_equal(finer_of_both_sides(domain, uniform(0.3), others, np.zeros(2)), 0.3)
 
 
 def test_a_limit_of_growth_is_no_compromise():
@@ -115,9 +119,9 @@ def test_grading_across_the_sides_ends(monkeypatch):
 
     def counted(*arguments):
         graded_times.append(arguments)
-        return graded(*arguments)
+        return gradient_limited(*arguments)
 
-    monkeypatch.setattr(sides, "graded", counted)
+    monkeypatch.setattr(sides, "gradient_limited", counted)
     problem = problem_of("{value: 0.2, near: {point: [0.02, 0.03], size: 0.004}}", BOTH)
     assert len(graded_times) <= 4
     assert problem.spacing is problem.tied.spacing

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from bubblemesh.spacing.terms.locator import DEEPEST, PAIRS, Locator
+from bubblemesh.spacing.terms.locator import DEEPEST, PAIRS, TriangleLocator
 
 
 def graded(seed=0, n=300):
@@ -58,7 +58,7 @@ def test_found_triangles_hold_the_points_and_none_is_missed(name, size, origin):
     weights = rng.dirichlet([0.3, 0.3, 0.3], 400)
     inside = (weights[:, :, None] * corners[rng.integers(len(corners), size=400)]).sum(axis=1)
     points = np.vstack([rng.uniform(low - 0.3 * (high - low), high + 0.3 * (high - low), (400, 2)), inside])
-    found, (second, third) = Locator.of(corners).located(points)
+    found, (second, third) = TriangleLocator.of(corners).located(points)
     rounding = 1e-7 if max(map(abs, origin)) else 1e-10
     surely, perhaps = holding(corners, points, -rounding), holding(corners, points, max(rounding, 2e-9))
     assert (found[surely.any(axis=1)] >= 0).all()
@@ -75,27 +75,27 @@ def test_corners_and_edges_belong_to_a_triangle(name):
     corners = MESHES[name]
     middles = (corners + np.roll(corners, 1, axis=1)) / 2
     points = np.concatenate([corners.reshape(-1, 2), middles.reshape(-1, 2)])
-    found, weights = Locator.of(corners).located(points)
+    found, weights = TriangleLocator.of(corners).located(points)
     assert (found >= 0).all()
     assert (weights >= -1e-9).all()
     assert (weights.sum(axis=0) <= 1 + 1e-9).all()
 
 
 def test_cells_hold_few_candidates_however_the_triangles_are_graded():
-    locator = Locator.of(graded(n=3000))
+    locator = TriangleLocator.of(graded(n=3000))
     assert np.diff(locator.begin).max() <= 12
     assert len(locator.candidates) < 4 * len(locator.maps)
 
 
 @pytest.mark.parametrize("name", ["fan", "stacked"])
 def test_cells_are_not_split_without_end_where_many_triangles_meet(name):
-    locator = Locator.of(MESHES[name])
+    locator = TriangleLocator.of(MESHES[name])
     assert len(locator.candidates) <= 4 * PAIRS * len(locator.maps)
     assert locator.grid.level.max() <= DEEPEST
 
 
 def test_one_triangle_and_no_points():
-    locator = Locator.of(np.array([[[0.0, 0], [0, 1], [1, 0]]]))
+    locator = TriangleLocator.of(np.array([[[0.0, 0], [0, 1], [1, 0]]]))
     found, weights = locator.located(np.array([[0.25, 0.25], [0.75, 0.75]]))
     np.testing.assert_array_equal(found, [0, -1])
     np.testing.assert_allclose(weights[:, 0], [0.25, 0.25])

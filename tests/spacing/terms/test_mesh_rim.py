@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from bubblemesh.spacing.terms.locator import Rim
+from bubblemesh.spacing.terms.locator import MeshRim
 
 
 def holed(n=500):
@@ -58,7 +58,7 @@ def test_nearest_place_outside_is_that_of_all_edges(name):
     queries = np.random.default_rng(1).uniform(-2, 2, (1000, 2))
     queries = queries[~inside(points, triangles, queries)]
     assert len(queries) > 100
-    nodes, share = Rim.of(points, triangles).nearest(queries)
+    nodes, share = MeshRim.of(points, triangles).nearest(queries)
     place = points[nodes[:, 0]] + share[:, None] * (points[nodes[:, 1]] - points[nodes[:, 0]])
     edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
     a, b = points[edges[:, 0]], points[edges[:, 1]]
@@ -69,7 +69,7 @@ def test_nearest_place_outside_is_that_of_all_edges(name):
 
 def test_edges_between_triangles_are_no_rim_whether_or_not_they_share_nodes():
     for points, triangles in (holed(), exploded()):
-        rim = Rim.of(points, triangles)
+        rim = MeshRim.of(points, triangles)
         edges = np.sort(holed()[1][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         count = np.unique(edges, axis=0, return_counts=True)[1]
         assert len(rim.nodes) == (count == 1).sum()
@@ -77,7 +77,7 @@ def test_edges_between_triangles_are_no_rim_whether_or_not_they_share_nodes():
 
 def test_loops_close_where_parts_touch_in_a_point():
     points, triangles = touching()
-    rim = Rim.of(points, triangles)
+    rim = MeshRim.of(points, triangles)
     begin, end = rim.runs.start, rim.runs.end
     assert sorted(map(tuple, end)) == sorted(map(tuple, begin))
     assert len(rim.nodes) == 9

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bubblemesh.geometry.distance.to_labels import distance_to_line
-from bubblemesh.spacing.terms.near import TOGETHER, Near, Nearest
+from bubblemesh.spacing.terms.near import TOGETHER, Proximities, Proximity
 
 X, Y = np.random.default_rng(0).uniform(-1, 2, (2, 1000))
 
@@ -21,7 +21,7 @@ class Counted:
 
 
 def near(point, size, growth, until=0.0):
-    return Near(Counted(point), size, growth, until)
+    return Proximity(Counted(point), size, growth, until)
 
 
 def test_size_grows_with_the_distance():
@@ -41,23 +41,23 @@ def test_of_several_terms_the_smallest_counts():
     terms = (near((0, 0), 0.01, 0.3), near((1, 1), 0.05, 0.1, until=0.2), near((1.5, -1), 0.002, 1.0))
     expected = np.min([term(X, Y) for term in terms], axis=0)
     assert len(np.unique(np.argmin([term(X, Y) for term in terms], axis=0))) == 3
-    np.testing.assert_array_equal(Nearest(terms)(X, Y), expected)
+    np.testing.assert_array_equal(Proximities(terms)(X, Y), expected)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, TOGETHER, TOGETHER + 1])
 def test_few_points_are_answered_too(count):
     terms = (near((0, 0), 0.01, 0.3), near((1, 1), 0.05, 0.1))
     expected = np.minimum(*(term(X[:count], Y[:count]) for term in terms))
-    np.testing.assert_array_equal(Nearest(terms)(X[:count], Y[:count]), expected)
+    np.testing.assert_array_equal(Proximities(terms)(X[:count], Y[:count]), expected)
 
 
 def test_equal_terms_and_points_are_no_obstacle():
     terms = (near((0, 0), 0.01, 0.3), near((0, 0), 0.01, 0.3))
-    np.testing.assert_allclose(Nearest(terms)(np.ones(99), np.zeros(99)), 0.31, rtol=1e-15)
+    np.testing.assert_allclose(Proximities(terms)(np.ones(99), np.zeros(99)), 0.31, rtol=1e-15)
 
 
 def test_distances_that_cannot_matter_are_not_computed():
     terms = tuple(near((10.0 * k, 0), 0.01, 0.2) for k in range(9))
-    Nearest(terms)(X, Y)
+    Proximities(terms)(X, Y)
     assert terms[0].distance.asked >= len(X)
     assert sum(term.distance.asked for term in terms[1:]) < len(X)

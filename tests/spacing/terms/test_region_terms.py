@@ -9,7 +9,7 @@ from bubblemesh.geometry.arrangement.regions import Region
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.regions import OwnSpacing, by_region
+from bubblemesh.spacing.terms.regions import RegionSpacing, by_region
 
 
 def spacing(text):
@@ -49,7 +49,7 @@ def test_each_region_has_its_own_spacing_and_a_rim_the_finest():
     inside = rng.random((500, 2)) * [12, 6] - 1
     on_sides = np.array([(4, 1), (4, 0), (0, 2), (8, 1), (3, 2), (2.5, 2), (7.5, 2), (8, 2.5)])
     points = np.vstack([inside, on_sides])
-    own = [OwnSpacing(region(ring), one, "key") for ring, one in SHAPES]
+    own = [RegionSpacing(region(ring), one, "key") for ring, one in SHAPES]
     found = by_region(COARSE, own)(points)
     np.testing.assert_array_equal(found, one_after_the_other(points))
     np.testing.assert_array_equal(found, by_region(COARSE, own[::-1])(points))

@@ -2,16 +2,16 @@ import numpy as np
 import pytest
 from test_boundary_placement import DOMAINS, SPACINGS
 
-from bubblemesh.spacing.rules.sources import LONGEST, panels
+from bubblemesh.spacing.rules.sources import LONGEST, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 
 @pytest.mark.parametrize("spacing", SPACINGS)
 @pytest.mark.parametrize("domain", DOMAINS)
-def test_panels_cover_each_piece_and_are_short(domain, spacing):
+def test_intervals_cover_each_piece_and_are_short(domain, spacing):
     domain, spacing = DOMAINS[domain], Spacing(SPACINGS[spacing])
     boundary = domain.boundary
-    piece, begin, length = panels(domain, spacing)
+    piece, begin, length = short_intervals(domain, spacing)
     assert set(piece.tolist()) == set(range(len(boundary.lengths)))
     for k, whole in enumerate(boundary.lengths):
         mine = piece == k

@@ -1,0 +1,119 @@
+"""Edges of triangles: directed sides, each edge once, and what lies across.
+
+A pair of nodes i, j < n has the key i n + j: one integer for each pair sorts many times faster than rows do.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Integers
+
+
+def edge_keys(pairs: Integers, n: int) -> Integers:
+    """Keys (m,) of directed pairs (m, 2) of nodes below ``n``; of longer rows the first two columns count."""
+    return pairs[:, 0].astype(np.int64) * n + pairs[:, 1]
+
+
+def find_keys(keys: Integers, wanted: Integers) -> Integers:
+    """Places (m,) of the wanted keys (m,) among ascending ones (k,), at least one; -1 for a key that is not there."""
+    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[place] == wanted, place, -1)
+
+
+def directed_sides(triangles: Integers) -> Integers:
+    """Sides (3 t, 2) of triangles (t, 3) as they turn: all from corner 0 to 1, then from 1 to 2, then from 2 to 0."""
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+@dataclass(frozen=True, eq=False)
+class SideTable:
+    """Directed sides of triangles, to be found by their nodes.
+
+    Attributes
+    ----------
+    sides : (3 t, 2)
+        In the order of `directed_sides`.
+    n : int
+        Number of nodes.
+    keys : (3 t,)
+        Keys of the sides, ascending.
+    order : (3 t,)
+        Row in ``sides`` of each key.
+    """
+
+    sides: Integers
+    n: int
+    keys: Integers
+    order: Integers
+
+    @classmethod
+    def of(cls, triangles: Integers, n: int) -> "SideTable":
+        """Table of the sides of triangles (t, 3) with nodes below ``n``."""
+        sides = directed_sides(triangles)
+        keys = edge_keys(sides, n)
+        order = np.argsort(keys)
+        return cls(sides, n, keys[order], order)
+
+    def find(self, pairs: Integers) -> Integers:
+        """Rows (m,) of the sides from the first to the second node of pairs (m, 2); -1 for a pair that is no side."""
+        place = find_keys(self.keys, edge_keys(pairs, self.n))
+        return np.where(place < 0, -1, self.order[place])
+
+    def opposite(self) -> Integers:
+        """Row (3 t,) of the same edge's side in the triangle across; -1 where there is none."""
+        return self.find(self.sides[:, ::-1])
+
+    def owner(self, rows: Integers) -> tuple[Integers, Integers]:
+        """Triangles (m,) that sides by their rows (m,) belong to, and their numbers (m,) there: 0, 1 or 2."""
+        number, triangle = np.divmod(rows, len(self.sides) // 3)
+        return triangle, number
+
+
+def unique_edges(triangles: Integers) -> tuple[Integers, Integers]:
+    """Find every edge of the triangles once.
+
+    Parameters
+    ----------
+    triangles : (t, 3)
+
+    Returns
+    -------
+    edges : (e, 2)
+        Node indices i < j, in lexicographic order.
+    counts : (e,)
+        Number of triangles at each edge: 1 on the boundary, 2 inside, more where the mesh is no surface.
+    """
+    keys, n = _undirected_keys(triangles)
+    keys, counts = np.unique(keys, return_counts=True)
+    return np.stack(np.divmod(keys, n), axis=1), counts
+
+
+def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
+    """Edges (e, 2) as of `unique_edges`, and the numbers (t, 3) among them of each triangle's sides 0-1, 1-2, 2-0."""
+    keys, n = _undirected_keys(triangles)
+    keys, number = np.unique(keys, return_inverse=True)
+    return np.stack(np.divmod(keys, n), axis=1), number.reshape(3, -1).T
+
+
+def _undirected_keys(triangles: Integers) -> tuple[Integers, int]:
+    """Keys (3 t,) of the sides with the lower node first, and the number of nodes."""
+    n = int(triangles.max(initial=0)) + 1
+    return edge_keys(np.sort(directed_sides(triangles), axis=1), n), n
+
+
+def rim_nodes(triangles: Integers) -> Integers:
+    """Nodes (b,) on edges of one triangle only, ascending."""
+    edges, counts = unique_edges(triangles)
+    return np.unique(edges[counts == 1])
+
+
+def one_sided(sides: Integers, n: int) -> Integers:
+    """Rows (k,) of directed sides (m, 2) that are left when each cancels one in the other direction, by their keys.
+
+    As many of them begin as end at each of the ``n`` nodes, even where triangles overlap.
+    """
+    keys, first, number = np.unique(edge_keys(sides, n), return_index=True, return_counts=True)
+    reverse = find_keys(keys, keys % n * n + keys // n)
+    against = np.where(reverse < 0, 0, number[reverse])
+    return np.repeat(first, np.maximum(number - against, 0))
