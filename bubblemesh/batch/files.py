@@ -15,7 +15,8 @@ from pathlib import Path
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.worker import Outcome, is_full
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.transaction import reason, transaction
+from bubblemesh.files import reason, unwritten
+from bubblemesh.meshfiles.transaction import transaction
 
 LOCK = ".bubblemesh-lock"
 BEGIN = 10.0  # seconds to wait for other batches that begin
@@ -62,7 +63,7 @@ def _locked(path: Path, refusal: str, seconds: float = 0.1) -> Iterator[None]:
         raise FileError(refusal) from None
     except OSError as error:
         if error.filename is not None:  # else a file system without locks
-            raise FileError(f"cannot write {path}: {reason(error)}") from None
+            raise unwritten(path, error) from None
     try:
         yield
     finally:

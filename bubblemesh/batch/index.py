@@ -9,8 +9,8 @@ from typing import Any
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles import PAGE_FILE
 from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.meshfiles.writing import PAGE_FILE
 
 
 def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:

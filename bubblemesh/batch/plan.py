@@ -10,7 +10,8 @@ from typing import TypeVar
 
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case, named_files
-from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
+from bubblemesh.files import read_bytes
 from bubblemesh.run.destination import Destination, destination
 
 T = TypeVar("T")
@@ -123,16 +124,14 @@ class Entry:
         """
         if self.case is None or self.destination is None:
             raise self.error or FileError(f"{self.source}: not read")
-        files = {str(path): _content(path, self.source) for path in named_files(self.case)}
+        with prefixed(self.source):
+            files = {str(path): _content(path) for path in named_files(self.case)}
         return Job(self.number, self.source, self.case, self.destination, files)
 
 
-def _content(path: Path, source: str) -> bytes:
-    try:
-        return path.read_bytes()
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise FileError(f"{source}: {path}: the file cannot be read: {why}") from None
+def _content(path: Path) -> bytes:
+    with prefixed(path):
+        return read_bytes(path)
 
 
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from bubblemesh.meshfiles import plain
+from bubblemesh.meshfiles.report_json import json_ready
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -129,7 +129,7 @@ class Row:
     def data(self) -> dict[str, Any]:
         """Values of the row's line of JSON."""
         values = {**vars(self), **dict.fromkeys(FIGURES), **self.figures}
-        return dict(plain({key: values[key] for key in KINDS}))
+        return dict(json_ready({key: values[key] for key in KINDS}))
 
     def line(self) -> str:
         """Line of JSON."""

@@ -15,9 +15,8 @@ from bubblemesh import __version__
 from bubblemesh.batch.row import figures_of
 from bubblemesh.case import Case
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
-from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.files import local_copies, reason
 from bubblemesh.problem.problem import prepared
-from bubblemesh.readers.carried import carried
 from bubblemesh.run.destination import Destination, require_finished, require_quality
 from bubblemesh.run.pipeline import meshed
 from bubblemesh.run.resources import forget_peak_memory
@@ -145,7 +144,7 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
     tell((job.number, 0, 0))
     forget_peak_memory()
     with located(job.source, job.case.origin):
-        with carried(job.files):
+        with local_copies(job.files):
             problem = prepared(job.case)
         result = meshed(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
         with TemporaryDirectory(prefix="bubblemesh-") as folder:

@@ -33,7 +33,7 @@ def batch(
     """Mesh many cases; one that fails is a row of the summary."""
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
 
     options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
     workers = many.workers_at(jobs, cluster)
@@ -41,5 +41,5 @@ def batch(
     with BatchProgress(quiet) as progress:
         totals = many.run_batch(entries, options, workers, progress)
     if as_json:
-        write_output(dump(totals))
+        write_output(json_text(totals))
     raise typer.Exit(totals["exit_code"])

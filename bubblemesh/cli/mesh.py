@@ -31,8 +31,8 @@ def quality(
     """Report the quality of a triangle mesh, or compare two."""
     from bubblemesh import console
     from bubblemesh.meshes.quality import mesh_figures
-    from bubblemesh.meshfiles import dump
     from bubblemesh.meshfiles.read import read_triangles
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -47,7 +47,7 @@ def quality(
     with located("--spacing"):
         figures = mesh_figures(points, triangles, wanted)
     if as_json:
-        write_output(dump(figures))
+        write_output(json_text(figures))
     else:
         console.show_quality(figures)
 
@@ -110,8 +110,8 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     from bubblemesh import console
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
-    from bubblemesh.meshfiles import dump
     from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.meshfiles.report_json import json_text
 
     read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
@@ -119,7 +119,7 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
-        write_output(dump(comparison.report(a, b)))
+        write_output(json_text(comparison.report(a, b)))
     else:
         rows = comparison.rows(a.figures, b.figures)
         show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))

@@ -139,12 +139,12 @@ def require_distinct(as_json: bool, output: str | None) -> None:
 def hand_over(result: "Result", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
     """Write what a run has made, tell of it, and check it against what the case requires."""
     from bubblemesh import console
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.run import destination as destinations
 
     report = place.deliver(result)
     if as_json:
-        write_output(dump(report))
+        write_output(json_text(report))
     if not quiet:
         console.show_quality(report)
         if place.folder is not None:
@@ -157,7 +157,7 @@ def hand_over(result: "Result", case: "Case", place: "Destination", as_json: boo
 def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
     """What meshing the case would take, and a picture of its spacing if one is named."""
     from bubblemesh import console
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.problem.problem import prepared
     from bubblemesh.run.report import estimate
 
@@ -166,7 +166,7 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     if picture is not None:
         draw_spacing(problem, picture)
     if as_json:
-        write_output(dump(estimate(problem) | ({} if picture is None else {"plot": picture})))
+        write_output(json_text(estimate(problem) | ({} if picture is None else {"plot": picture})))
     if not quiet:
         console.show_problem(problem)
         if picture is not None:

@@ -11,9 +11,9 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.files import local_copy, reason
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import cell_groups
-from bubblemesh.meshfiles.transaction import reason
 from bubblemesh.messages import shown
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
@@ -276,14 +276,15 @@ def _read(path: Path) -> Any:
     """Read a mesh as meshio has it; a file that cannot be read is a FileError."""
     import meshio
 
-    if not path.exists():  # meshio has an error of its own for this
+    source = local_copy(path)
+    if not source.exists():  # meshio has an error of its own for this
         raise FileError(f"{path}: cannot be read: there is no such file")
-    if path.is_file() and path.stat().st_size == 0:
+    if source.is_file() and source.stat().st_size == 0:
         raise FileError(f"{path}: is empty")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
-            return meshio.read(path, file_format=FORMAT_OF_ENDING.get(path.suffix))
+            return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds

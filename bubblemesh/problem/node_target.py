@@ -1,4 +1,4 @@
-"""Node budget: the scale of a spacing at which it asks for a wanted number of nodes."""
+"""Node target: the scale of a spacing at which it asks for a number of nodes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,30 +22,16 @@ Trial = tuple[float, float]  # logarithms of the rough number and of the true on
 
 
 @dataclass(frozen=True)
-class Scaling:
-    """A spacing whose scale is open.
-
-    Attributes
-    ----------
-    domain : Domain
-    scaled : callable
-        The spacing at a scale.
-    """
-
-    domain: Domain
-    scaled: Callable[[float], Spacing]
-
-    def scales(self) -> "Scales":
-        """The scales for rough numbers of nodes."""
-        count = rough_nodes(self.domain)
-        return Scales(lambda u: float(np.log(count(self.scaled(float(np.exp(u)))))))
-
-
-@dataclass(frozen=True)
 class Scales:
     """Scales for rough numbers of nodes, in logarithms: ``rough`` falls with the scale."""
 
     rough: Callable[[float], float]
+
+    @classmethod
+    def of(cls, domain: Domain, scaled: Callable[[float], Spacing]) -> "Scales":
+        """Scales of the spacing that ``scaled`` gives at a scale."""
+        count = rough_nodes(domain)
+        return cls(lambda u: float(np.log(count(scaled(float(np.exp(u)))))))
 
     @cached_property
     def ends(self) -> Trial:

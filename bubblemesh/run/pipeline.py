@@ -166,7 +166,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     region = np.zeros(len(triangles), np.int64)
     if parts.regions:
         region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
-    numbers, region = np.unique(parts.named[region], return_inverse=True)
+    numbers, region = np.unique(parts.name_indices[region], return_inverse=True)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     vertices = [_node_at(point, bubbles) for point, _ in parts.points]
     point_labels = tuple(dict.fromkeys(name for _, name in parts.points))

@@ -18,8 +18,8 @@ from bubblemesh.meshes import comparison
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
 from bubblemesh.meshes.quality import angles, edge_means, inverted, radius_ratios
-from bubblemesh.meshfiles import write_file
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.writing import write_file
 
 
 def run(*arguments):

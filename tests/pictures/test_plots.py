@@ -16,8 +16,9 @@ from typer.testing import CliRunner
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.meshfiles import FORMATS, write_file
+from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.read import read_mesh, read_triangles
+from bubblemesh.meshfiles.writing import write_file
 from bubblemesh.pictures.colours import BARE, INK
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
 
@@ -72,6 +73,7 @@ def run(*arguments):
 # Files
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_the_same_mesh_gives_the_same_picture(mesh, tmp_path, ending):
     for name in "ab":

@@ -1,4 +1,4 @@
-"""Spacings that count within regions."""
+"""Region terms: spacings that count within regions."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ class ShapeUnion:
         return Boxes.of(shapely.bounds(np.array(self.shapes, dtype=object)))
 
     def __call__(self, x: Floats, y: Floats) -> Booleans:
-        """Which points with coordinates x (n,) and y (n,) are there."""
+        """Whether each of the points with coordinates x (n,) and y (n,) is there."""
         inside = np.zeros(len(x), bool)
         if self.shapes:
             point, shape = self._boxes.holding(x, y)
