@@ -58,9 +58,7 @@ class Smoothing:
     passes: Annotated[int, Ge(0), Doc("passes of the polish, with population control in between")] = 3
     shape_steps: Annotated[int, Gt(0), Doc("steps of a pass")] = 10
     shape_step: Annotated[float, Gt(0), Le(0.1), Doc("length of a step, in units where the spacing is 1")] = 0.015
-    spacing_weight: Annotated[
-        float, Ge(0), Le(20), Doc("weight of the edges' lengths beside the triangles' shapes")
-    ] = 7.0
+    spacing_weight: Annotated[float, Ge(0), Le(20), Doc("weight of edges' lengths beside triangles' shapes")] = 7.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
         """The net after one pass, connected anew.
@@ -86,7 +84,7 @@ class Smoothing:
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         wanted = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
-        free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
+        free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
             gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)

@@ -71,7 +71,7 @@ def extremes(domain: Domain, spacing: Spacing) -> Extremes:
 
 def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
     spots = spacing.spots[domain.contains(spacing.spots)]
-    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
+    points = np.vstack([domain.polygonal_copy.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)
     x, y = points[d.argmax()]
     return Extremes(*_minimised(domain, spacing, points[d.argmin()]), float(d.max()), (float(x), float(y)))
@@ -164,7 +164,7 @@ def _resolved(domain: Domain) -> Floats:
 
 def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
     """Points (m, 2) along the boundary, and edges (e, 2) between them that are no longer than ``longest``."""
-    line = domain.polyline
+    line = domain.polygonal_copy
     corners, number = np.unique(line.points, axis=0, return_inverse=True)
     begin, end = number, number[line.successor]
     parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
@@ -182,7 +182,7 @@ def _lattice(domain: Domain, step: float) -> Floats:
     x0, y0, x1, y1 = domain.bounds
     i, j = np.meshgrid(np.arange(int((x1 - x0) / step) + 2), np.arange(int((y1 - y0) / (step * np.sqrt(0.75))) + 1))
     points = np.column_stack([x0 + step * (i + j % 2 / 2).ravel(), y0 + step * np.sqrt(0.75) * (j + 0.5).ravel()])
-    return points[domain.clear(points, np.full(len(points), step / 2))]
+    return points[domain.surely_inside(points, np.full(len(points), step / 2))]
 
 
 def _intervals(domain: Domain) -> Floats:

@@ -17,6 +17,8 @@ from paths import ROOT
 import bubblemesh
 from bubblemesh.geometry import rings
 
+pytestmark = pytest.mark.solver
+
 PAGE = (ROOT / "docs" / "solvers.md").read_text()
 SPACINGS = (0.2, 0.1, 0.05, 0.025)
 SECONDS = 300

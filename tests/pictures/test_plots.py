@@ -73,6 +73,7 @@ def run(*arguments):
 # Files
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_the_same_mesh_gives_the_same_picture(mesh, tmp_path, ending):
     for name in "ab":

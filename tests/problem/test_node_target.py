@@ -49,6 +49,7 @@ def with_nodes(text, nodes, *overrides):
     return report_of(text, f"spacing.nodes={nodes}", *overrides)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "nodes"), [*((name, 150) for name in DOMAINS if name != "ruled"), ("ruled", 900), ("dense", 3000)]
 )
@@ -60,6 +61,7 @@ def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
     assert not any("asked for" in warning for warning in report["warnings"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["bpm", "accelerated"])
 def test_published_methods_have_them_too(method):
     report = with_nodes(BARE["1"], 200, f"method={method}", "schedule.iterations=100", "schedule.rounds=5")
@@ -201,13 +203,13 @@ class TestSearch:
 
     def test_a_number_out_of_reach_is_an_error_unless_the_nearest_will_do(self):
         with pytest.raises(LimitError, match="at least about 700"):
-            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, asked="nodes")
+            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, key="nodes")
         scale = scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2)
         assert scale > 50
 
     def test_a_number_always_too_large_to_count_is_an_error(self):
         with pytest.raises(LimitError, match="need far more"):
-            scaled_to(500, self.scales, lambda s: np.inf, asked="nodes")
+            scaled_to(500, self.scales, lambda s: np.inf, key="nodes")
 
     def test_a_jump_across_the_number_ends_the_search(self):
         scale = scaled_to(1000, self.scales, lambda s: 800.0 if s > 3 else 1300.0)

@@ -46,7 +46,7 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
         going_on = np.flatnonzero(~small)
         outside = going_on[~inside[going_on]]
         # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
-        away = outside[domain.astray(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))]
+        away = outside[domain.surely_outside(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))]
         cells = cells[np.setdiff1d(going_on, away, assume_unique=True)]
         if len(cells) == 0:
             break

@@ -33,7 +33,7 @@ class Sources:
 
     points: Floats
     sizes: Floats
-    given: Floats | None = None
+    largest_cells: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -41,7 +41,7 @@ class Sources:
     @property
     def cells(self) -> Floats:
         """Largest sides (k,)."""
-        return SOURCE_CELL * self.sizes if self.given is None else self.given
+        return SOURCE_CELL * self.sizes if self.largest_cells is None else self.largest_cells
 
     @classmethod
     def none(cls) -> "Sources":
@@ -147,7 +147,7 @@ class TightChords(NamedTuple):
 def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
     boundary = domain.boundary
-    piece, s, step = boundary.panels()
+    piece, s, step = boundary.stations()
     curved = boundary.approximated[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
