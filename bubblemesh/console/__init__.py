@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
+from bubblemesh.messages import counted
+
 if TYPE_CHECKING:  # an error must be shown even where NumPy cannot be loaded
     from bubblemesh.problem.problem import Problem
     from bubblemesh.spacing.survey import Extremes, Survey
 
-__all__ = ["counted", "fail", "show_files", "show_problem", "show_quality", "warn"]
+__all__ = ["fail", "show_files", "show_problem", "show_quality", "warn"]
 
 ROUNDING = 1e-9  # of a domain's size
 
@@ -123,8 +125,3 @@ def _place(point: Sequence[float], size: float = 0.0) -> str:
     """A point; what is nothing but rounding in a domain of some size is zero."""
     x, y = (0.0 if abs(value) < ROUNDING * size else value for value in point)
     return f"({x:.4g}, {y:.4g})"
-
-
-def counted(number: int, noun: str) -> str:
-    """A count with its noun: no holes, 1 hole, 2 holes."""
-    return f"{number} {noun}" if number == 1 else f"{number or 'no'} {noun}s"

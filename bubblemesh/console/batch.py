@@ -15,6 +15,7 @@ from rich.text import Text
 from bubblemesh import console
 from bubblemesh.batch import Entry, Progress, Row
 from bubblemesh.errors import BubblemeshError, RequirementError, outcome
+from bubblemesh.messages import counted
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
@@ -85,7 +86,7 @@ class BatchProgress(Progress):
         left = total - len(self.over)
         parts = [f"{self.counts[kind]} {kind}" for kind in KINDS if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
-        return f"{console.counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {self.summary}"
+        return f"{counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {self.summary}"
 
     def picture(self) -> Group:
         """The running cases, the oldest first, above the bar."""
