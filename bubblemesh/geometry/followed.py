@@ -9,9 +9,9 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.curves import interpolated, turning
-from bubblemesh.geometry.rings import Curve, Line, Point, Polyline, Ring, Side, Spline
+from bubblemesh.geometry.curves import interpolating_spline, turning
+from bubblemesh.geometry.paths import Curve, Line, Point, Polyline, Ring, Side, Spline
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Following:
 
     def _curves(self, points: Floats, cornered: bool) -> list[Curve]:
         """Curves through the points (k, 2) of a run; closed, it has a corner at its start or is smooth there."""
-        spline = interpolated(points, cornered=cornered) if self.smooth and len(points) > 2 else None
+        spline = interpolating_spline(points, cornered=cornered) if self.smooth and len(points) > 2 else None
         last = len(points) - 1
         if self.tolerance is None:
             return [_part(points, spline, 0, last)]

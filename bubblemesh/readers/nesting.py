@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.messages import place
 from bubblemesh.readers.features import Point

@@ -7,9 +7,9 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Integers
-from bubblemesh.geometry.arrangement.cuts import TOUCHING
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.rings import Line, OpenPath, Ring
+from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.paths import Line, OpenPath, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
