@@ -239,7 +239,7 @@ def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], 
             *asked.warnings,
             *warnings.sharp_angles(domain),
             *warnings.refined_boundary(short, coarse),
-            *warnings.slowed_growth(grading, rules.growth, scale),
+            *warnings.limited_growth(grading, rules.growth, scale),
             *warnings.narrow_parts(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, ruled, tied, told, seconds)

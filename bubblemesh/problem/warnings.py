@@ -20,7 +20,7 @@ ROUNDING = 1e-6
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that are told one by one
 POOR_QUALITY = 0.2
-BUDGET_TOLERANCE = 0.02  # of a wanted number of nodes
+NODE_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
 
@@ -108,7 +108,7 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def slowed_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
+def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
     """Warning of a spacing that grows so fast, or jumps, that it is held to less than the case's own limit.
 
     Slopes go with a ``scale`` that was found for a number of nodes.
@@ -131,9 +131,9 @@ def straight_facets(count: int) -> list[str]:
     return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
 
 
-def missed_budget(wanted: int, found: int) -> list[str]:
+def missed_node_target(wanted: int, found: int) -> list[str]:
     """A number of nodes that the mesh does not have, to 2 %, or to one node if they are few."""
-    if abs(found - wanted) <= max(BUDGET_TOLERANCE * wanted, 1):
+    if abs(found - wanted) <= max(NODE_TOLERANCE * wanted, 1):
         return []
     which = "more" if found > wanted else "fewer"
     return [

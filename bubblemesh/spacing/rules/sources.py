@@ -33,7 +33,7 @@ class Sources:
 
     points: Floats
     sizes: Floats
-    given: Floats | None = None
+    largest_cells: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -41,7 +41,7 @@ class Sources:
     @property
     def cells(self) -> Floats:
         """Largest sides (k,)."""
-        return SOURCE_CELL * self.sizes if self.given is None else self.given
+        return SOURCE_CELL * self.sizes if self.largest_cells is None else self.largest_cells
 
     @classmethod
     def none(cls) -> "Sources":

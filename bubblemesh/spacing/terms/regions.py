@@ -178,14 +178,14 @@ class _Regions:
         """Values (n,) at points with coordinates x (n,) and y (n,)."""
         d = np.broadcast_to(np.asarray(self.rest.function(x, y), float), np.shape(x)).copy()
         point, region = self._found(x, y)
-        wanted = self._own_values(x[point], y[point], region)
+        own = self._own_values(x[point], y[point], region)
         inside = shapely.contains_xy(self._cores[region], x[point], y[point])
         # One region after the other where several have a point: nested ones, or neighbours at their common rim.
         _, rank = members(np.bincount(point))
         for k in range(int(rank.max(initial=-1)) + 1):
             mine = rank == k
             at = point[mine]
-            d[at] = np.where(inside[mine], wanted[mine], np.fmin(d[at], wanted[mine]))
+            d[at] = np.where(inside[mine], own[mine], np.fmin(d[at], own[mine]))
         return d
 
     def key(self, point: Floats) -> Key:
