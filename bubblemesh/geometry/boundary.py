@@ -121,7 +121,7 @@ class Boundary:
 
     @cached_property
     def inner(self) -> Booleans:
-        """Which pieces (p,) have the domain on both sides."""
+        """Mask (p,) of the pieces that have the domain on both sides."""
         return self.ring < 0
 
     def stations(self) -> tuple[Integers, Floats, Floats]:
@@ -148,17 +148,17 @@ class Boundary:
 
     @cached_property
     def closed(self) -> Booleans:
-        """Which pieces (p,) are closed curves without a corner."""
+        """Mask (p,) of the pieces that are closed curves without a corner."""
         return self.start < 0
 
     @cached_property
     def curved(self) -> Booleans:
-        """Which pieces (p,) are not straight."""
+        """Mask (p,) of the pieces that are not straight."""
         return ~np.array([isinstance(f, Lines) for f in self.families])[self.kind]
 
     @cached_property
     def approximated(self) -> Booleans:
-        """Which pieces (p,) the polygonal copy follows nearly, but not exactly."""
+        """Mask (p,) of the pieces that the polygonal copy follows nearly, but not exactly."""
         return ~np.array([f.exact for f in self.families])[self.kind]
 
     @cached_property

@@ -26,7 +26,7 @@ GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 class Family(Protocol):
-    """What a boundary asks of the curves of one kind."""
+    """Curves of one kind, as a boundary uses them."""
 
     @property
     def lengths(self) -> Floats:

@@ -78,7 +78,7 @@ class Domain:
 
     @cached_property
     def on_periodic_side(self) -> Booleans:
-        """Which boundary pieces (p,) have a counterpart, so that their bubbles must not move one by one."""
+        """Mask (p,) of the boundary pieces with a counterpart, whose bubbles must not move one by one."""
         found = np.zeros(len(self.boundary.kind), bool)
         found[self.periodic] = True
         return found
@@ -149,7 +149,7 @@ class Domain:
         return {}
 
     def contains(self, points: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
+        """Mask (m,) of the points (m, 2) inside, to the accuracy of the polygonal copy."""
         return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
 
     def distance_at_least(self, points: Floats) -> Floats:
@@ -157,17 +157,17 @@ class Domain:
         return self._projection.at_least(points)
 
     def surely_inside(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary."""
+        """Mask (m,) of the points (m, 2) inside that are farther than ``distance`` (m,) from the boundary."""
         inside = np.flatnonzero(self.contains(points))
         return self._farther(points, distance, inside, +1)
 
     def surely_outside(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie outside, farther than ``distance`` (m,) from the boundary."""
+        """Mask (m,) of the points (m, 2) outside that are farther than ``distance`` (m,) from the boundary."""
         outside = np.flatnonzero(~self.contains(points))
         return self._farther(points, distance, outside, -1)
 
     def _farther(self, points: Floats, distance: Floats, some: Integers, side: int) -> Booleans:
-        """Which of some points, inside (+1) or outside (-1) by the polygonal copy, are farther than ``distance``.
+        """Mask (m,) of some points, inside (+1) or outside (-1) by the polygonal copy, farther than ``distance``.
 
         Only what is not clearly so needs a distance of its own.
         """

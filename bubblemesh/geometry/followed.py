@@ -23,7 +23,7 @@ SAMPLES = 8  # of a spline between two of its points, to see how far it departs 
 
 @dataclass(frozen=True)
 class Following:
-    """How straight sides are followed.
+    """Rule by which straight sides are followed as curves.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Following:
         return Ring(tuple(sides), tuple(vertices), ring.notes, outline(ring))
 
     def _fixed(self, ring: Ring) -> Booleans:
-        """Which vertices (n,) stay nodes whatever the tolerance."""
+        """Mask (n,) of the vertices that stay nodes whatever the tolerance."""
         straight = np.array([isinstance(side.curve, Line) for side in ring.sides])
         if len(ring.vertices) < 3 or not straight.any():
             return np.ones(len(ring.vertices), bool)
@@ -114,7 +114,7 @@ def _spans(fixed: Booleans) -> Iterator[tuple[int, int]]:
 
 
 def _start(curve: Curve, points: Floats) -> Point:
-    """Where a curve of a run starts."""
+    """Start of a curve of a run."""
     match curve:
         case Line(start=start):
             return start

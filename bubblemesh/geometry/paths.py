@@ -126,20 +126,20 @@ class Ring:
     origin: str | None = field(default=None, compare=False)
 
     def reversed(self) -> "Ring":
-        """The same ring run the other way."""
+        """The ring run the other way."""
         sides = tuple(replace(side, curve=side.curve.reversed()) for side in reversed(self.sides))
         return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
 
     def labelled(self, label: str | None) -> "Ring":
-        """The same ring with all its sides called ``label``, if that is given."""
+        """The ring with all its sides called ``label``, if that is given."""
         return self if label is None else replace(self, sides=tuple(replace(side, label=label) for side in self.sides))
 
     def renamed(self, old: str, new: str) -> "Ring":
-        """The same ring with the sides that are called ``old`` called ``new``."""
+        """The ring with the sides that are called ``old`` called ``new``."""
         return replace(self, sides=tuple(replace(s, label=new) if s.label == old else s for s in self.sides))
 
     def scaled(self, factor: float) -> "Ring":
-        """The same ring in another unit of length."""
+        """The ring in another unit of length."""
         sides = tuple(replace(side, curve=side.curve.scaled(factor)) for side in self.sides)
         return replace(self, sides=sides, vertices=tuple(_times(vertex, factor) for vertex in self.vertices))
 

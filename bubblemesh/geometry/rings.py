@@ -81,24 +81,15 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     GeometryError
         If an arc's ends are not equally far from its centre, or fewer than three points remain.
     """
-    first = here = _point(start)
+    first = _point(start)
     tolerance = 1e-13 * _extent([first, *(_end(piece) for piece in pieces)])
     if not _same(_end(pieces[-1]) if pieces else first, first, tolerance):
         pieces = [*pieces, LineTo(first, label)]
-    sides, vertices, notes, doubles = [], [], [], []
-    for number, piece in enumerate(pieces, start=1):
-        end = first if number == len(pieces) else _point(_end(piece))
-        if isinstance(piece, LineTo) and _same(here, end, tolerance):
-            doubles.append(end)
-            continue
-        curve, curve_notes = _curve(here, piece, end)
-        sides.append(Side(curve, piece.label or label))
-        vertices.append(here)
-        notes += curve_notes
-        here = end
+    sides, vertices, notes = _sides(first, pieces, tolerance, first, label)
+    vertices.pop()
     if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
         raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
-    return Ring(tuple(sides), tuple(vertices), (*_merged(doubles), *notes))
+    return Ring(tuple(sides), tuple(vertices), notes)
 
 
 def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> OpenPath:
@@ -109,21 +100,36 @@ def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo
     GeometryError
         If an arc's ends are not equally far from its centre, or the line has no length.
     """
-    here, sides, vertices = _point(start), [], [_point(start)]
-    notes, doubles = [], []
-    for piece in pieces:
-        end = _point(_end(piece))
-        if isinstance(piece, LineTo) and here == end:
+    sides, vertices, notes = _sides(_point(start), pieces)
+    if not sides:
+        raise GeometryError(f"the line at {place(vertices[0])} has no length: give it two different points")
+    return OpenPath(tuple(sides), tuple(vertices), label, notes)
+
+
+def _sides(
+    start: Point,
+    pieces: Sequence[LineTo | ArcTo | SplineTo],
+    tolerance: float = 0.0,
+    last: Point | None = None,
+    label: str | None = None,
+) -> tuple[list[Side], list[Point], tuple[str, ...]]:
+    """Sides along the pieces, the start and all ends of them, and notes on what was merged or mended.
+
+    ``last`` is exactly where the last piece ends, if it is given.
+    """
+    sides, vertices, notes, doubles = list[Side](), [start], list[str](), list[Point]()
+    for number, piece in enumerate(pieces, start=1):
+        here, end = vertices[-1], _point(_end(piece))
+        if last is not None and number == len(pieces):
+            end = last
+        if isinstance(piece, LineTo) and _same(here, end, tolerance):
             doubles.append(end)
             continue
-        curve, curve_notes = _curve(here, piece, end)
-        notes += curve_notes
-        sides.append(Side(curve, piece.label))
+        curve, mended = _curve(here, piece, end)
+        sides.append(Side(curve, piece.label or label))
         vertices.append(end)
-        here = end
-    if not sides:
-        raise GeometryError(f"the line at {place(here)} has no length: give it two different points")
-    return OpenPath(tuple(sides), tuple(vertices), label, (*_merged(doubles), *notes))
+        notes += mended
+    return sides, vertices, (*_merged(doubles), *notes)
 
 
 def _merged(doubles: Sequence[Point]) -> list[str]:

@@ -1,4 +1,4 @@
-"""How the lines of a domain meet: regions, interfaces, contacts; and how near is the same."""
+"""Arrangement of the lines of a domain: regions, interfaces, contacts; and how near is the same."""
 
 TOUCHING = 1e-9  # of the domain's size: nearer is the same
 NEARLY = 1e-6  # of the domain's size: nearer, but not the same, is a slip of the user's

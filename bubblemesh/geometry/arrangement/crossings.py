@@ -1,4 +1,4 @@
-"""Where curves cross, where they touch with a common tangent, and where they run along each other."""
+"""Places where curves cross, touch with a common tangent, or run along each other."""
 
 from typing import NamedTuple
 
@@ -48,7 +48,7 @@ class NearChords(NamedTuple):
     step_b: Floats
 
     def kept(self, which: Integers | Booleans) -> "NearChords":
-        """Those of them."""
+        """The pairs ``which`` (k,)."""
         return NearChords(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
@@ -146,7 +146,7 @@ def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> 
 
 
 def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
-    """Which pairs (m,) are of two curves that have a stretch in common, however each of them is made.
+    """Mask (m,) of the pairs of two curves that have a stretch in common, however each of them is made.
 
     The middle and an end of the first chord are on the second curve. Curves that only touch part within half a
     chord, or are so much alike that `require_room` refuses them.

@@ -49,7 +49,7 @@ def noded(boundary: Boundary, size: float, fixed: int) -> Boundary:
 
 
 def _meetings(boundary: Boundary, size: float) -> Cuts:
-    """Where inner pieces cross or touch others, each other or themselves, but for their ends."""
+    """Cuts where inner pieces cross or touch others, each other or themselves, but for their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
     same = coincident(boundary, pairs, size)
     along, pairs = pairs.kept(same), pairs.kept(~same)
@@ -58,7 +58,7 @@ def _meetings(boundary: Boundary, size: float) -> Cuts:
 
 
 def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int) -> Cuts:
-    """Where corners are on pieces between their ends, one of the two being inner.
+    """Cuts where corners are on pieces between their ends, one of the two being inner.
 
     Raises
     ------

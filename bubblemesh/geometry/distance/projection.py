@@ -69,7 +69,7 @@ class Projection:
 
     @cached_property
     def _approximated(self) -> Booleans:
-        """Which chords (m,) are not the curve itself."""
+        """Mask (m,) of the chords that are not the curve itself."""
         return (self.chords.piece >= 0) & self.boundary.approximated[self.chords.piece]
 
     @cached_property
