@@ -301,6 +301,12 @@ def test_what_cannot_be_drawn_is_refused(mesh, data, options, message):
         mesh_figure(mesh, PlotOptions(**options), known)
 
 
+def test_the_error_of_an_option_names_it(mesh):
+    with pytest.raises(PlotOptionError) as refused:
+        mesh_figure(mesh, PlotOptions(limits=(1, 1)))
+    assert (refused.value.option, str(refused.value)[:7]) == ("range", "range: ")
+
+
 def test_a_mesh_without_labels_regions_or_area(mesh):
     bare = dataclasses.replace(mesh, facets=mesh.facets[:0], facet_labels=mesh.facet_labels[:0], labels=(), regions=())
     for color, what in (("label", "no labelled edges"), ("material", "no regions")):
