@@ -8,10 +8,11 @@ import pytest
 from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "labels", "messages"}
+FOUNDATION = {"arrays", "errors", "files", "labels", "messages"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
+    "files": {"errors"},
     "labels": set(),
     "messages": {"arrays"},
     "meshes": FOUNDATION,

@@ -10,8 +10,8 @@ from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.rows import Row
 from bubblemesh.batch.shards import Shard
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles import PAGE_FILE
 from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.meshfiles.writing import PAGE_FILE
 
 
 def require_no_index(entries: Iterable[Entry], folder: Path, shard: Shard) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bubblemesh.batch.shards import WHOLE, Shard
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.files import reason, unwritten
 
 try:
     import fcntl
@@ -88,7 +88,7 @@ def _opened(path: Path, flags: int) -> int:
     try:
         return os.open(path, flags, 0o666)
     except OSError as error:
-        raise FileError(f"cannot write {path}: {reason(error)}") from None
+        raise unwritten(path, error) from None
 
 
 def _is_at(path: Path, handle: int) -> bool:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from bubblemesh.batch.jobs import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case, named_files
-from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
+from bubblemesh.files import read_bytes
 from bubblemesh.run.destination import Destination, destination
 
 
@@ -140,13 +141,11 @@ def job_of(entry: Entry, settings: Settings) -> Job:
     place = _place(case, entry.source, settings)
     if entry.place is None or (place.folder, place.name) != (entry.place.folder, entry.place.name):
         raise CaseError(f"{entry.source}: its name or folder has changed since the batch began: run the batch again")
-    files = {str(path): _content(path, entry.source) for path in named_files(case)}
+    with prefixed(entry.source):
+        files = {str(path): _content(path) for path in named_files(case)}
     return Job(entry.number, entry.source, case, place, files)
 
 
-def _content(path: Path, source: str) -> bytes:
-    try:
-        return path.read_bytes()
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise FileError(f"{source}: {path}: the file cannot be read: {why}") from None
+def _content(path: Path) -> bytes:
+    with prefixed(path):
+        return read_bytes(path)

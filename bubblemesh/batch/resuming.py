@@ -8,7 +8,8 @@ from pathlib import Path
 from bubblemesh.batch.plan import Entry, Settings, job_of
 from bubblemesh.batch.rows import Row
 from bubblemesh.errors import BubblemeshError, RequirementError
-from bubblemesh.meshfiles import HISTORY_FILES, PAGE_FILE
+from bubblemesh.meshfiles.history import HISTORY_FILES
+from bubblemesh.meshfiles.writing import PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
 DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from bubblemesh.meshfiles import plain
+from bubblemesh.meshfiles.report_json import json_ready
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -110,7 +110,7 @@ class Row:
         figures = {key: self.figures.get(key) for key in FIGURES}
         record = {key: getattr(self, key) for key in KINDS}
         head = {key: record.pop(key) for key in ("case", "source", "sweep", "exit_code", "error")}
-        return dict(plain(head | figures | record))
+        return dict(json_ready(head | figures | record))
 
     def line(self) -> str:
         """The row as a line of JSON."""

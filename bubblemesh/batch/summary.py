@@ -7,7 +7,8 @@ from pathlib import Path
 
 from bubblemesh.batch.rows import HEAD, Row
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.transaction import reason, transaction
+from bubblemesh.files import reason, unwritten
+from bubblemesh.meshfiles.transaction import transaction
 
 STEM = "summary"
 
@@ -92,7 +93,7 @@ class Lines:
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
         except OSError as error:
-            raise FileError(f"cannot write {path}: {reason(error)}") from error
+            raise unwritten(path, error) from error
 
     @property
     def size(self) -> int:
@@ -116,7 +117,7 @@ class Lines:
                 os.ftruncate(self._file, before)
                 raise FileError(f"cannot write {self.path}: only a part of a row fits: is the disk full?")
         except OSError as error:
-            raise FileError(f"cannot write {self.path}: {reason(error)}") from error
+            raise unwritten(self.path, error) from error
 
     def close(self) -> None:
         """Close the file."""

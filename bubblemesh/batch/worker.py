@@ -12,9 +12,8 @@ from bubblemesh import __version__
 from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
 from bubblemesh.batch.space import is_full
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
-from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.files import local_copies, reason
 from bubblemesh.problem.problem import prepared
-from bubblemesh.readers.carried import carried
 from bubblemesh.run.destination import require_finished, require_quality
 from bubblemesh.run.pipeline import Result, meshed
 from bubblemesh.run.resources import forget_peak_memory
@@ -44,7 +43,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
     tell(Note(job.number))
     forget_peak_memory()
     with located(job.source, job.case.origin):
-        with carried(job.files):
+        with local_copies(job.files):
             problem = prepared(job.case)
         result = meshed(problem, lambda row: tell(Note(job.number, row.round, row.nodes_after)))
         report, files = _delivered(job, result)

@@ -27,11 +27,11 @@ class Region(Strict):
 class EmbeddedLine(PathLine):
     """A line inside the domain that edges of the mesh follow: a crack, a wire."""
 
-    def strand(self, default: str) -> "rings.Strand":
+    def strand(self, default: str) -> "rings.OpenPath":
         """The line's geometry."""
         from bubblemesh.geometry import rings
 
-        return rings.strand(*self.pieces(), self.label or default)
+        return rings.open_path(*self.pieces(), self.label or default)
 
 
 class EmbeddedPoint(Strict):

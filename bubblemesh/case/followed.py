@@ -39,11 +39,11 @@ class Traced(BaseModel):
         GeometryError
             If a spline departs from it by too much; with the file and place that it comes from.
         """
-        from bubblemesh.geometry.followed import Tracing
+        from bubblemesh.geometry.followed import Following
 
         if self.corners is None:
             return ring
         try:
-            return replace(Tracing(self.corners, self.smooth, self.tolerance)(ring), origin=ring.origin)
+            return replace(Following(self.corners, self.smooth, self.tolerance)(ring), origin=ring.origin)
         except GeometryError as error:
             raise GeometryError(f"{ring.origin}: {error}" if ring.origin else str(error)) from None

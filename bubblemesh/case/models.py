@@ -22,7 +22,7 @@ from bubblemesh.case.files import FileDomain
 from bubblemesh.case.rings import Ring, rings_of
 from bubblemesh.case.spacing import WantedSpacing, expressions
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
-from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName, Solver
+from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver
 from bubblemesh.messages import ring_name
 from bubblemesh.spacing.expression import check_parameter_name
 

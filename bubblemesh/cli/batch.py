@@ -34,7 +34,7 @@ def batch(
     """Mesh many cases; one that fails is a row of the summary."""
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
 
     part = many.Shard.parsed(shard)
     workers = many.workers_at(jobs, cluster)
@@ -44,5 +44,5 @@ def batch(
     with closing(events), BatchProgress(quiet) as progress:
         results = many.Results.of(progress.shown(events))
     if as_json:
-        write_output(dump(results.data()))
+        write_output(json_text(results.data()))
     raise typer.Exit(results.exit_code)

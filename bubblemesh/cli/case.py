@@ -11,9 +11,9 @@ from bubblemesh.cli.stdio import write_new, write_output
 def schema() -> None:
     """Print the JSON Schema of the case file."""
     from bubblemesh.case.schema import case_schema
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
 
-    write_output(dump(case_schema()))
+    write_output(json_text(case_schema()))
 
 
 def init(

@@ -29,8 +29,8 @@ def quality(
     from bubblemesh import console
     from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.quality import mesh_figures
-    from bubblemesh.meshfiles import dump
     from bubblemesh.meshfiles.read import read_triangles
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -39,12 +39,13 @@ def quality(
     if other is not None:
         compare(mesh, other, wanted, as_json)
         return
-    points, triangles, others = read_triangles(mesh)
-    console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
+    file = read_triangles(mesh)
+    points, triangles = file.points, file.triangles
+    console.warn([*left_out(mesh, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
         figures = mesh_figures(points, triangles, wanted)
     if as_json:
-        write_output(dump(figures))
+        write_output(json_text(figures))
     else:
         show_quality(figures)
 
@@ -75,7 +76,7 @@ def plot(
     """Draw a triangle mesh as a picture."""
     from bubblemesh import console
     from bubblemesh.console.report import show_files
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
     from bubblemesh.pictures.colouring import MeshData
     from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
     from bubblemesh.pictures.styles import PlotOptionError, PlotOptions
@@ -95,7 +96,7 @@ def plot(
         width=width,
         dpi=dpi,
     )
-    read = read_foreign(mesh)
+    read = read_mesh(mesh)
     console.warn(left_out(mesh, read.left_out))
     try:
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
@@ -112,16 +113,16 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     from bubblemesh import console
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
-    from bubblemesh.meshfiles import dump
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.meshfiles.report_json import json_text
 
-    read = {path: read_foreign(path) for path in (first, second)}
+    read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
         console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
-        write_output(dump(comparison.report(a, b)))
+        write_output(json_text(comparison.report(a, b)))
     else:
         rows = comparison.rows(a.figures, b.figures)
         show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))

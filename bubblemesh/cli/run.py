@@ -91,7 +91,7 @@ def adapt(
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import Solution
-    from bubblemesh.meshfiles.solutions import read_nodal_field
+    from bubblemesh.meshfiles.read import read_nodal_field
     from bubblemesh.run import destination as destinations
 
     loaded = read_case(case, overrides)
@@ -143,14 +143,14 @@ def deliver(
     from bubblemesh import console
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.run import destination as destinations
 
     with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
         result = meshed(progress.show, progress.advance)
     report = place.deliver(result)
     if as_json:
-        write_output(dump(report))
+        write_output(json_text(report))
     if not quiet:
         show_quality(report)
         if place.folder is not None:
@@ -164,7 +164,7 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
     from bubblemesh.console import report
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.problem.problem import prepared
     from bubblemesh.run.report import estimate
 
@@ -174,7 +174,7 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
         draw_spacing(problem, picture)
     figures = estimate(problem)
     if as_json:
-        write_output(dump(figures | ({} if picture is None else {"plot": picture})))
+        write_output(json_text(figures | ({} if picture is None else {"plot": picture})))
     if not quiet:
         report.show_estimate(figures)
         if picture is not None:

@@ -6,10 +6,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family, Lines
-from bubblemesh.geometry.rings import Curve, Ring, Strand, family
+from bubblemesh.geometry.rings import Curve, OpenPath, Ring, family
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
@@ -40,7 +41,7 @@ class Chords(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Polyline:
+class PolygonalCopy:
     """Fine polygonal copy of the boundary.
 
     Attributes
@@ -61,6 +62,17 @@ class Polyline:
     step: Floats
     successor: Integers
     ring: Integers
+
+    def rings(self) -> list[Floats]:
+        """Points (k, 2) of each ring, the outer one first."""
+        return [self.points[self.ring == number] for number in range(int(self.ring.max()) + 1)]
+
+    def polygon(self) -> shapely.Polygon:
+        """The domain that the rings bound."""
+        outer, *holes = self.rings()
+        polygon = shapely.Polygon(outer, holes)
+        shapely.prepare(polygon)
+        return polygon
 
     @property
     def chords(self) -> Chords:
@@ -134,20 +146,20 @@ class Boundary:
             families, kind, index, offset, lengths, start, end, label, ring_number, *sides, vertices, tuple(labels)
         )
 
-    def joined_by(self, strands: Sequence[Strand], points: Sequence[tuple[float, float]] = ()) -> "Boundary":
-        """These pieces, and inner ones along strands, whose vertices may be corners already; and embedded points.
+    def joined_by(self, paths: Sequence[OpenPath], points: Sequence[tuple[float, float]] = ()) -> "Boundary":
+        """These pieces, and inner ones along paths, whose vertices may be corners already; and embedded points.
 
-        The pieces of the first strand have the ring number -1, those of the next one -2, and so on.
+        The pieces of the first path have the ring number -1, those of the next one -2, and so on.
         """
         members: dict[type, list[Curve]] = {}
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
         rows = []
-        for number, strand in enumerate(strands, start=1):
-            ends = [corners.setdefault(vertex, len(corners)) for vertex in strand.vertices]
-            for k, side in enumerate(strand.sides):
+        for number, path in enumerate(paths, start=1):
+            ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices]
+            for k, side in enumerate(path.sides):
                 group = members.setdefault(type(side.curve), [])
-                name = labels.setdefault(side.label or strand.label, len(labels))
+                name = labels.setdefault(side.label or path.label, len(labels))
                 family_number = len(self.families) + list(members).index(type(side.curve))
                 first, last = (ends[k], ends[k + 1]) if ends else (-1, -1)
                 rows.append((family_number, len(group), first, last, name, -number))
@@ -184,13 +196,13 @@ class Boundary:
         """Which pieces (p,) have the domain on both sides."""
         return self.ring < 0
 
-    def panels(self) -> tuple[Integers, Floats, Floats]:
+    def stations(self) -> tuple[Integers, Floats, Floats]:
         """Piece, arc length and length (m,) of the chords of a fine polygonal copy of all pieces."""
         return self._chords
 
     def chords(self) -> Chords:
         """Chords of the polygonal copy; those of a piece follow each other without a gap."""
-        piece, s, step = self.panels()
+        piece, s, step = self.stations()
         start = self._vertices(piece, s)
         last = np.flatnonzero(np.diff(piece, append=-1))
         end = np.roll(start, -1, axis=0)
@@ -297,9 +309,9 @@ class Boundary:
         length = self.lengths[piece]
         return np.where(self.closed[piece], np.mod(s, length), np.clip(s, 0, length))
 
-    def polyline(self) -> Polyline:
+    def polygonal_copy(self) -> PolygonalCopy:
         """The rings as chords, about 256 for a full turn, one for a straight line."""
-        piece, s, step = self.panels()
+        piece, s, step = self.stations()
         more_piece, more_s = self._graded_to_contacts()
         if len(more_piece):
             piece, s, step = self._sorted(np.append(piece, more_piece), np.append(s, more_s))
@@ -310,7 +322,7 @@ class Boundary:
         successor = np.arange(1, len(piece) + 1)
         ends = np.flatnonzero(np.diff(ring, append=-1))
         successor[ends] = np.concatenate([[0], ends[:-1] + 1])
-        return Polyline(points, piece, s, step, successor, ring)
+        return PolygonalCopy(points, piece, s, step, successor, ring)
 
     def _graded_to_contacts(self) -> tuple[Integers, Floats]:
         """Piece and arc length of more points beside corners that join two rings, and beside cusps.
@@ -329,7 +341,7 @@ class Boundary:
         if len(forward) + len(backward) == 0:
             return none
         # Equal lengths on both curves: the sharper curve's chords then turn away faster.
-        piece, _, step = self.panels()
+        piece, _, step = self.stations()
         first, last = np.flatnonzero(np.diff(piece, prepend=-1)), np.flatnonzero(np.diff(piece, append=-1))
         beside = np.concatenate([step[first[forward]], step[last[backward]]])
         # Far from the origin the curves must part by more than their points are rounded.
@@ -434,7 +446,7 @@ class Boundary:
 
 def outline(ring: Ring) -> Floats:
     """Polygonal copy (m, 2) of a ring."""
-    return Boundary.of([ring]).polyline().points
+    return Boundary.of([ring]).polygonal_copy().points
 
 
 def default_label(ring: int) -> str:

@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement.contacts import joined
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
-from bubblemesh.geometry.boundary import Boundary, Polyline, outline
+from bubblemesh.geometry.boundary import Boundary, PolygonalCopy, outline
 from bubblemesh.geometry.corners import require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection
 from bubblemesh.geometry.labelled import known_labels, onto
@@ -33,14 +33,14 @@ class Domain:
         What was changed on reading the rings.
     parts : Parts
         Regions and embedded lines and points, which are pieces and corners of the boundary too.
-    traced : dict
+    given_outlines : dict
         Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
     """
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
     parts: Parts = field(default_factory=Parts)
-    traced: dict[int, Floats] = field(default_factory=dict)
+    given_outlines: dict[int, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
@@ -56,14 +56,13 @@ class Domain:
         for ring, name in zip(rings, names, strict=True):
             simple_polygon(outline(ring), name)
         boundary = joined(Boundary.of(rings))
-        polyline = boundary.polyline()
-        require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))], names)
+        require_domain(boundary.polygonal_copy().rings(), names)
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
-        traced = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
-        simple = cls(boundary, notes, traced=traced)
+        given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
+        simple = cls(boundary, notes, given_outlines=given_outlines)
         whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
         require_room(whole)
-        return cls(whole, notes, Parts() if parts is None else parts, traced)
+        return cls(whole, notes, Parts() if parts is None else parts, given_outlines)
 
     @cached_property
     def periodic(self) -> Integers:
@@ -77,24 +76,21 @@ class Domain:
         return paired(self.boundary, self.parts.periodic)
 
     @cached_property
-    def tied(self) -> Booleans:
+    def on_periodic_side(self) -> Booleans:
         """Which boundary pieces (p,) have a counterpart, so that their bubbles must not move one by one."""
-        tied = np.zeros(len(self.boundary.kind), bool)
-        tied[self.periodic] = True
-        return tied
+        found = np.zeros(len(self.boundary.kind), bool)
+        found[self.periodic] = True
+        return found
 
     @cached_property
-    def polyline(self) -> Polyline:
+    def polygonal_copy(self) -> PolygonalCopy:
         """Fine polygonal copy of the boundary."""
-        return self.boundary.polyline()
+        return self.boundary.polygonal_copy()
 
     @cached_property
     def polygon(self) -> shapely.Polygon:
         """The domain bounded by that copy."""
-        rings = [self.polyline.points[self.polyline.ring == k] for k in range(self.polyline.ring.max() + 1)]
-        polygon = shapely.Polygon(rings[0], rings[1:])
-        shapely.prepare(polygon)
-        return polygon
+        return self.polygonal_copy.polygon()
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -119,7 +115,7 @@ class Domain:
 
     @cached_property
     def _projection(self) -> Projection:
-        return Projection(self.boundary, self.polyline.chords)
+        return Projection(self.boundary, self.polygonal_copy.chords)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -151,12 +147,12 @@ class Domain:
         """Lower bounds (m,) of the distances of points (m, 2) from the boundary, much quicker than these."""
         return self._projection.at_least(points)
 
-    def clear(self, points: Floats, distance: Floats) -> Booleans:
+    def surely_inside(self, points: Floats, distance: Floats) -> Booleans:
         """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary."""
         inside = np.flatnonzero(self.contains(points))
         return self._farther(points, distance, inside, +1)
 
-    def astray(self, points: Floats, distance: Floats) -> Booleans:
+    def surely_outside(self, points: Floats, distance: Floats) -> Booleans:
         """Which of the points (m, 2) lie outside, farther than ``distance`` (m,) from the boundary."""
         outside = np.flatnonzero(~self.contains(points))
         return self._farther(points, distance, outside, -1)

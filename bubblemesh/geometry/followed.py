@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import outline
 from bubblemesh.geometry.curves import interpolated, turning
-from bubblemesh.geometry.rings import Curve, Line, Point, Ring, Side, Spline, Trace
+from bubblemesh.geometry.rings import Curve, Line, Point, Polyline, Ring, Side, Spline
 from bubblemesh.messages import place
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ SAMPLES = 8  # of a spline between two of its points, to see how far it departs 
 
 
 @dataclass(frozen=True)
-class Tracing:
+class Following:
     """How straight sides are followed.
 
     Attributes
@@ -53,7 +53,7 @@ class Tracing:
         if not fixed.any() and self.tolerance is None:
             points = np.array([*ring.vertices, ring.vertices[0]])
             return Ring(
-                (Side(Spline(points) if self.smooth else Trace(points), ring.sides[0].label),),
+                (Side(Spline(points) if self.smooth else Polyline(points), ring.sides[0].label),),
                 (),
                 ring.notes,
                 outline(ring),
@@ -118,7 +118,7 @@ def _start(curve: Curve, points: Floats) -> Point:
     match curve:
         case Line(start=start):
             return start
-        case Trace(points=own) | Spline(knots=own):
+        case Polyline(points=own) | Spline(knots=own):
             x, y = own[0].tolist()
         case _:
             x, y = points[0].tolist()
@@ -132,7 +132,7 @@ def _part(points: Floats, spline: "CubicSpline | None", begin: int, end: int) ->
         length = np.hypot(*np.diff(points, axis=0).T).sum()
         return Spline(part, spline(spline.x[[begin, end]], 1) / length)
     if len(part) > 2:
-        return Trace(part)
+        return Polyline(part)
     (x0, y0), (x1, y1) = part.tolist()
     return Line((x0, y0), (x1, y1))
 

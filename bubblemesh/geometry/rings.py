@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import curves
-from bubblemesh.geometry.traces import Traces
+from bubblemesh.geometry.traces import Polylines
 from bubblemesh.messages import place
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
@@ -76,19 +76,19 @@ class Spline(NamedTuple):
         return self._replace(knots=self.knots * factor)
 
 
-class Trace(NamedTuple):
+class Polyline(NamedTuple):
     """A polyline through ``points`` (k, 2) that nodes may slide along; closed if the last point is the first."""
 
     points: Floats
 
-    def reversed(self) -> "Trace":
-        return Trace(self.points[::-1])
+    def reversed(self) -> "Polyline":
+        return Polyline(self.points[::-1])
 
-    def scaled(self, factor: float) -> "Trace":
-        return Trace(self.points * factor)
+    def scaled(self, factor: float) -> "Polyline":
+        return Polyline(self.points * factor)
 
 
-Curve = Line | Arc | Ellipse | Spline | Trace
+Curve = Line | Arc | Ellipse | Spline | Polyline
 
 
 def family(members: Sequence[Curve]) -> curves.Family:
@@ -96,8 +96,8 @@ def family(members: Sequence[Curve]) -> curves.Family:
     if isinstance(members[0], Spline):
         splines = [member for member in members if isinstance(member, Spline)]
         return curves.Splines([spline.knots for spline in splines], [spline.slopes for spline in splines])
-    if isinstance(members[0], Trace):
-        return Traces([member.points for member in members if isinstance(member, Trace)])
+    if isinstance(members[0], Polyline):
+        return Polylines([member.points for member in members if isinstance(member, Polyline)])
     kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
     return kind(*(np.array(column, float) for column in zip(*members, strict=True)))
 
@@ -153,7 +153,7 @@ class Ring:
 
 
 @dataclass(frozen=True)
-class Strand:
+class OpenPath:
     """Inner sides one after the other.
 
     Attributes
@@ -173,7 +173,7 @@ class Strand:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def around(cls, ring: Ring, label: str) -> "Strand":
+    def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""
         return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes)
 
@@ -261,7 +261,7 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     return Ring(tuple(sides), tuple(vertices), (*_merged(doubles), *notes))
 
 
-def strand(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> Strand:
+def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> OpenPath:
     """Open line from ``start`` along ``pieces``.
 
     Raises
@@ -283,7 +283,7 @@ def strand(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], 
         here = end
     if not sides:
         raise GeometryError(f"the line at {place(here)} has no length: give it two different points")
-    return Strand(tuple(sides), tuple(vertices), label, (*_merged(doubles), *notes))
+    return OpenPath(tuple(sides), tuple(vertices), label, (*_merged(doubles), *notes))
 
 
 def _merged(doubles: Sequence[Point]) -> list[str]:

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 
 
 @dataclass(frozen=True)
-class Traces:
+class Polylines:
     """Polylines through ``vertices``, one array (k, 2) each, whose tangents jump at them."""
 
     vertices: Sequence[Floats]

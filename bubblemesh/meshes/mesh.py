@@ -230,7 +230,7 @@ class Mesh:
         FileError
             If a file cannot be written; then none is.
         """
-        from bubblemesh.meshfiles import write_file
+        from bubblemesh.meshfiles.writing import write_file
 
         ratios = radius_ratios(self.points, self.triangles[:, :3])
         figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}

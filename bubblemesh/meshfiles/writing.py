@@ -9,12 +9,13 @@ from time import perf_counter
 from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.files import unwritten
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
 from bubblemesh.meshfiles.groups import Fields
 from bubblemesh.meshfiles.names import LABELS_FILE, labels_text
-from bubblemesh.meshfiles.report_json import dump
-from bubblemesh.meshfiles.transaction import reason, transaction
+from bubblemesh.meshfiles.report_json import json_text
+from bubblemesh.meshfiles.transaction import transaction
 
 _REPORT = ".report.json"
 PAGE_FILE = ".html"
@@ -85,7 +86,7 @@ def write_files(
             begun = perf_counter()
             (staging / f"{name}{end}").write_text(make(written), encoding="utf-8")
             written = _completed(written, files, "page", perf_counter() - begun)
-        (staging / files[-1]).write_text(dump(written), encoding="utf-8")
+        (staging / files[-1]).write_text(json_text(written), encoding="utf-8")
     return written
 
 
@@ -122,24 +123,23 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
     """
     form = format_named(format)
     require_order([format], mesh.order)
-    write = form.write_alone or form.write
     try:
         with TemporaryDirectory() as folder:
             path = Path(folder, f"mesh{form.files[0]}")
-            write(mesh, fields, path)
+            form.write(mesh, fields, path, alone=True)
             with path.open("rb") as source:
                 shutil.copyfileobj(source, stream)
         stream.flush()
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise FileError(f"cannot write the mesh to the output stream: {reason(error)}") from error
+        raise unwritten("the mesh to the output stream", error) from error
 
 
 def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:
     """Text of the sidecar with the ids of all names, if a format needs it."""
     table = {form: format_named(form) for form in formats}
-    spellings = {name: None if form.names is None else form.names(mesh) for name, form in table.items()}
+    spellings = {name: form.names(mesh) for name, form in table.items()}
     return labels_text(mesh, spellings, complete=all(form.holds_all_of(mesh) for form in table.values()))
 
 

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from dataclasses import dataclass, field, replace
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
+from bubblemesh.arrays import Booleans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
@@ -18,42 +20,54 @@ from bubblemesh.spacing.spacing import Spacing
 CYCLES = {"fast": 20, "normal": 100, "best": 400}
 REGULAR_VALENCE = 6
 
+Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
+Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
+
+
+@dataclass(frozen=True)
+class NoAnnealing:
+    """No annealing."""
+
+    shake_steps: ClassVar[int] = 0
+
+    def __call__(
+        self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
+    ) -> Relaxed:
+        """The bubbles as they are."""
+        return Relaxed.none(net.bubbles)
+
+    def cycles(self, bubbles: int) -> int:
+        """None."""
+        return 0
+
+    def sparing(self, calm: Calm) -> "NoAnnealing":
+        """No annealing either."""
+        return self
+
 
 @dataclass(frozen=True)
 class Annealing:
-    """Annealing of the coarse levels: grain boundaries heal, and what is left of them is in the right places.
+    """Displacement, again and again and less and less, of bubbles without six neighbours and of those next to them.
 
-    Bubbles with another number of neighbours than six, and their neighbours, are displaced, less from cycle to cycle.
-
-    Attributes
-    ----------
-    effort : {"fast", "normal", "best"}
-        Number of cycles: 20, 100 or 400.
-    amplitude : float
-        Standard deviation of the first displacement, in units of spacing.
-    amplitude_at_boundary : float
-        What of it applies to bubbles next to the boundary.
-    shake_steps : int
-        Steps of relaxation after each displacement.
-    fully_shaken : int
-        Levels with more bubbles than this get fewer cycles in proportion, so that each level costs about the same.
+    On the coarse levels grain boundaries heal, and what is left of them is in the right places.
     """
 
-    effort: Literal["fast", "normal", "best"] = "normal"
-    amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.18
-    amplitude_at_boundary: Annotated[float, Ge(0), Le(1)] = 0.5
-    shake_steps: Annotated[int, Gt(0)] = 8
-    fully_shaken: Annotated[int, Gt(0)] = 1500
+    effort: Annotated[
+        Literal["fast", "normal", "best"], Doc("`fast`, `normal` or `best`: 20, 100 or 400 cycles of shaking")
+    ] = "normal"
+    amplitude: Annotated[
+        float, Gt(0), Le(0.5), Doc("displacement of the first cycle, standard deviation in units of spacing")
+    ] = 0.18
+    amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
+    shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
+    fully_shaken: Annotated[
+        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, so that each costs about the same")
+    ] = 1500
 
     def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        random: np.random.Generator,
-        relax: Callable[[Net, int], Relaxed],
+        self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
     ) -> Relaxed:
-        """The bubbles after all cycles; ``relax`` takes a net and a number of steps."""
+        """The bubbles after all cycles."""
         total = Relaxed.none(net.bubbles)
         cycles = self.cycles(len(net.bubbles))
         for cycle in range(cycles):
@@ -61,16 +75,18 @@ class Annealing:
             relaxed = relax(net, self.shake_steps)
             total = total.followed_by(relaxed)
             # The edges from before the relaxation still tell where the order is broken.
-            net = (
-                connect_inside(relaxed.bubbles, domain, spacing)
-                if relaxed.lost
-                else replace(net, bubbles=relaxed.bubbles)
-            )
+            net = replace(net, bubbles=relaxed.bubbles)
+            if relaxed.lost:
+                net = connect_inside(relaxed.bubbles, domain, spacing)
         return total
 
     def cycles(self, bubbles: int) -> int:
         """Number of cycles on a level of so many bubbles."""
         return math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / bubbles))
+
+    def sparing(self, calm: Calm) -> "Annealing":
+        """The same annealing but for calm bubbles, which are left alone."""
+        return SparingAnnealing(**vars(self), calm=calm)
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         """The bubbles after a displacement by this share of the first one."""
@@ -82,3 +98,14 @@ class Annealing:
         x = bubbles.x.copy()
         x[inside] += (amplitude * bubbles.d)[inside, None] * shift[inside]
         return replace(bubbles, x=x)
+
+
+@dataclass(frozen=True)
+class SparingAnnealing(Annealing):
+    """Annealing that leaves ``calm`` bubbles alone."""
+
+    calm: Calm = field(kw_only=True)
+
+    def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
+        displaced = super()._displaced(net, share, random)
+        return replace(displaced, x=np.where(self.calm(net.bubbles)[:, None], net.bubbles.x, displaced.x))

@@ -6,6 +6,8 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
+NOWHERE = np.zeros(0, np.int64), np.zeros(0)  # no place on the boundary
+
 
 @dataclass(frozen=True)
 class Bubbles:
@@ -55,8 +57,8 @@ class Bubbles:
         slide = keep[(keep >= self.corners) & (keep < self.boundary_count)] - self.corners
         return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners, self.touched[keep])
 
-    def append(self, x: Floats, d: Floats, piece: Integers, s: Floats) -> "Bubbles":
-        """These bubbles and new ones at ``x`` (k, 2), the first of which lie on ``piece``, ``s`` (j,)."""
+    def append(self, x: Floats, d: Floats, piece: Integers = NOWHERE[0], s: Floats = NOWHERE[1]) -> "Bubbles":
+        """These bubbles and new ones at ``x`` (k, 2), of which the first j lie on the boundary at ``piece``, ``s``."""
         at, slides, new = self.boundary_count, len(piece), np.ones(len(x), bool)
         return Bubbles(
             np.concatenate([self.x[:at], x[:slides], self.x[at:], x[slides:]]),

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.neighbours import Neighbours
@@ -21,19 +22,16 @@ def pair_force(ratio: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class VanDerWaals:
-    """Sum of the pair forces, in the directions away from the neighbours.
+    """Sum of the pair forces, in the directions away from the neighbours."""
 
-    Attributes
-    ----------
-    k0 : float
-        Strength of the force.
-    force : {"scaled", "plain"}
-        "plain" is the paper's force, which moves bubbles by lengths that depend on the unit of length; "scaled"
-        multiplies it by each bubble's spacing, so that one time step serves every case.
-    """
-
-    k0: Annotated[float, Gt(0), Le(100)] = 1.0
-    force: Literal["scaled", "plain"] = "scaled"
+    k0: Annotated[float, Gt(0), Le(100), Doc("strength of the force")] = 1.0
+    force: Annotated[
+        Literal["scaled", "plain"],
+        Doc(
+            "`scaled`: the force is multiplied by the bubble's spacing, so that one time step serves every case; "
+            "`plain`: as printed in the paper, for a case whose spacing is about 0.1 in its unit (with `dt: 0.05`)"
+        ),
+    ] = "scaled"
 
     def among(self, neighbours: Neighbours) -> "BoundForce":
         """The force of these neighbours as a function of the positions."""

@@ -5,6 +5,7 @@ from typing import Annotated, Protocol
 
 import numpy as np
 from annotated_types import Gt
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
@@ -29,35 +30,27 @@ class Levels(Protocol):
     """The spacings that are packed one after the other."""
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        """Spacings of the levels, the coarsest first and the wanted one last."""
+        """Spacings of the levels, the coarsest first and the one asked for last."""
 
 
 @dataclass(frozen=True)
 class SingleLevel:
-    """The wanted spacing, and no other."""
+    """The spacing asked for, and no other."""
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        """The spacing alone."""
         return (spacing,)
 
 
 @dataclass(frozen=True)
 class Doubling:
-    """Spacings doubled from level to level, as often as the spacing stays gentle and enough bubbles are left.
+    """Coarser spacings first, doubled as often as the spacing stays gentle and enough bubbles are left."""
 
-    Attributes
-    ----------
-    coarsest_nodes : int
-        The coarsest level has at least about so many.
-    steepest : float
-        Gradient of the spacing of a level that is met in no more than a twentieth of it.
-    """
-
-    coarsest_nodes: Annotated[int, Gt(0)] = 200
-    steepest: Annotated[float, Gt(0)] = 0.2
+    coarsest_nodes: Annotated[int, Gt(0), Doc("least number of bubbles, about, that the coarsest level has")] = 200
+    steepest: Annotated[
+        float, Gt(0), Doc("gradient of the spacing that only a twentieth of a level's bubbles may exceed")
+    ] = 0.2
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        """Spacings of the levels, the coarsest first and the wanted one last."""
         most = np.log2(max(expected_nodes / self.coarsest_nodes, 1)) / 2
         if most >= 1:
             steep = steepness(leaves(domain, spacing, SAMPLE), spacing)
@@ -107,5 +100,5 @@ def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:
     x = x[along_hilbert_curve(x)]
     shell, d = boundary_bubbles(domain, spacing), spacing.extended(x)
     clear = distance_to_facets(shell, domain, x, d) > NEAREST_TO_BOUNDARY * d
-    grown = shell.append(x[clear], d[clear], np.zeros(0, np.int64), np.zeros(0))
+    grown = shell.append(x[clear], d[clear])
     return replace(grown, touched=np.zeros(len(grown), bool))

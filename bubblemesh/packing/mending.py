@@ -1,10 +1,11 @@
 """Mending: the worst triangles get other surroundings by trial and error, patch by patch."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
@@ -12,7 +13,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside, reconnect
 from bubblemesh.packing.placement.perturbation import displacements
-from bubblemesh.packing.smoothing import Smoothing, eta
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing, eta
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_PATCHES = 16
@@ -40,29 +41,43 @@ class Patches(NamedTuple):
     number: int
 
 
+AnySmoothing = NoSmoothing | Smoothing
+
+
 @dataclass(frozen=True)
-class Mending:
-    """Random displacements around the worst triangles, polished, and kept where that makes a patch's worst one better.
+class NoMending:
+    """No mending."""
 
-    Attributes
-    ----------
-    mend_attempts : int
-    mend_worse : float
-        Triangles with a shape measure eta above this are mended; 1 is an equilateral triangle.
-    mend_amplitude : float
-        Standard deviation of the displacement, in units of spacing.
-    """
-
-    mend_attempts: Annotated[int, Ge(0)] = 12
-    mend_worse: Annotated[float, Ge(1)] = 1.08
-    mend_amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.2
+    mend_attempts: ClassVar[int] = 0
 
     def __call__(
-        self, net: Net, domain: Domain, spacing: Spacing, polish: Smoothing, random: np.random.Generator
+        self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
+    ) -> Net:
+        """The net as it is."""
+        return net
+
+
+@dataclass(frozen=True)
+class Mending:
+    """Random displacements around the worst triangles, smoothed, and kept where a patch's worst one gets better.
+
+    Without smoothing there is no mending either.
+    """
+
+    mend_attempts: Annotated[int, Ge(0), Doc("attempts at each of the worst triangles")] = 12
+    mend_worse: Annotated[
+        float, Ge(1), Doc("triangles with a shape measure above this are mended; 1 is equilateral")
+    ] = 1.08
+    mend_amplitude: Annotated[
+        float, Gt(0), Le(0.5), Doc("displacement of an attempt, standard deviation in units of spacing")
+    ] = 0.2
+
+    def __call__(
+        self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
     ) -> Net:
         """The net with better worst triangles and the same number of bubbles."""
         bad = self._bad(net)
-        if len(bad) == 0:
+        if len(bad) == 0 or smoothing.shape_steps == 0:
             return net
         numbers, part = net.part(net.within(net.triangles[bad], AROUND))
         mended = part
@@ -70,7 +85,7 @@ class Mending:
             bad = self._bad(mended)
             if len(bad) == 0:
                 break
-            mended = self._tried(mended, bad, domain, polish, random)
+            mended = self._tried(mended, bad, domain, smoothing, random)
         if mended is part:
             return net
         bubbles = net.bubbles
@@ -85,13 +100,15 @@ class Mending:
         bad = np.flatnonzero(measure > self.mend_worse)
         return bad[np.argsort(-measure[bad], kind="stable")][:MOST_PATCHES]
 
-    def _tried(self, net: Net, bad: Integers, domain: Domain, polish: Smoothing, random: np.random.Generator) -> Net:
+    def _tried(
+        self, net: Net, bad: Integers, domain: Domain, smoothing: AnySmoothing, random: np.random.Generator
+    ) -> Net:
         """The net after one attempt at each patch."""
         patches = disjoint_patches(net, bad)
         trial = reconnect(net, self._displaced(net, patches, random))
         try:
             for _ in range(PASSES):
-                trial = reconnect(trial, polish.moved(trial, domain, patches.moving >= 0))
+                trial = reconnect(trial, smoothing.moved(trial, domain, patches.moving >= 0))
         except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
             return net
         better = worst_of(trial, patches) < worst_of(net, patches)

@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from annotated_types import Gt
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
@@ -75,7 +76,6 @@ class Nearby:
     boundary_stays: ClassVar[bool] = False
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
-        """The bubbles after ``steps`` steps."""
         start, (force, motion, damping) = net.bubbles, dynamics
         sliding, confinement = Sliding(domain.boundary, start), Confinement(domain, start.x[start.interior])
         x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
@@ -100,22 +100,17 @@ class Nearby:
 
 @dataclass(frozen=True)
 class Connected:
-    """Bubbles at the ends of an edge of the triangulation act on each other; those on the boundary stay.
+    """Bubbles joined by an edge of the triangulation act on each other; those on the boundary stay.
 
-    Within the reach of the force these are the pairs that matter, and they do not act through thin walls.
-
-    Attributes
-    ----------
-    refresh : int
-        The triangulation is renewed after that many steps; bubbles that are outside by then are lost.
+    Within the reach of the force these are the pairs that matter, and they do not act through thin walls. Bubbles that
+    are outside when the triangulation is renewed are lost.
     """
 
-    refresh: Annotated[int, Gt(0)] = 20
+    refresh: Annotated[int, Gt(0), Doc("`connected`: the triangulation is renewed after that many steps")] = 20
 
     boundary_stays: ClassVar[bool] = True
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
-        """The bubbles after ``steps`` steps."""
         before, speeds, evaluations = len(net.bubbles), np.empty(steps), 0
         force, motion, damping = dynamics
         for begin in range(0, steps, self.refresh):
@@ -141,7 +136,7 @@ def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Fl
     length = _lengths(move)
     if (length <= MOST_MOVE * d).all():
         return moved, v
-    share = np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
+    share = (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
     return x + share * move, share * v
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshfiles.report_json import plain
+from bubblemesh.meshfiles.report_json import json_ready
 from bubblemesh.pages.markup import Markup, tag
 
 FINEST = 2**32 - 1
@@ -28,7 +28,7 @@ def array_block(name: str, columns: NDArray[Any]) -> Markup:
 
 def json_block(name: str, data: Any) -> Markup:
     """Embed data as JSON; no text in it can end the element."""
-    text = json.dumps(plain(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(json_ready(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return tag("script", Markup(text.replace("<", "\\u003c")), type="application/json", id=name)
 
 

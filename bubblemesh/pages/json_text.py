@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from bubblemesh.meshfiles.report_json import plain
+from bubblemesh.meshfiles.report_json import json_ready
 
 LINE = 96  # characters
 STEP = 2
@@ -11,7 +11,7 @@ STEP = 2
 
 def readable_json(data: Any, most_lines: int) -> tuple[str, int]:
     """JSON text of at most so many lines, and the number of lines that were left out."""
-    lines = _text(plain(data), 0).split("\n")
+    lines = _text(json_ready(data), 0).split("\n")
     return "\n".join(lines[:most_lines]), max(len(lines) - most_lines, 0)
 
 

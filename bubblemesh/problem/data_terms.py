@@ -9,9 +9,8 @@ import numpy as np
 from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm, several
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
-from bubblemesh.meshfiles.fields import read_field
+from bubblemesh.meshfiles.read import read_field
 from bubblemesh.readers.arrays import read_gridded
-from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.images import read_grey
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import Field
@@ -62,7 +61,7 @@ def _box(bounds: Sequence[float]) -> str:
 
 
 def _field(term: FieldTerm) -> Sampled:
-    data = read_field(at_hand(Path(term.file)), term.name)
+    data = read_field(Path(term.file), term.name)
     with prefixed(f"{term.file}: {data.name}"):
         if data.at_points:
             return Field.of(data.points, data.triangles, data.values).scaled(term.scale)
@@ -71,7 +70,7 @@ def _field(term: FieldTerm) -> Sampled:
 
 def _raster(term: RasterTerm) -> Sampled:
     with prefixed(term.file):
-        data = read_gridded(at_hand(Path(term.file)), term.name)
+        data = read_gridded(Path(term.file), term.name)
         with prefixed(data.name):
             if term.bounds is not None:
                 return Raster.within(term.bounds, data.values, upper=term.origin == "upper").scaled(term.scale)
@@ -84,7 +83,7 @@ def _raster(term: RasterTerm) -> Sampled:
 
 def _image(term: ImageTerm) -> Sampled:
     with prefixed(term.file):
-        grey = read_grey(at_hand(Path(term.file)))
+        grey = read_grey(Path(term.file))
         return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
 
 
@@ -93,5 +92,5 @@ def _scattered(term: ScatteredTerm) -> Sampled:
         samples = np.array(term.points, float)
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
     with prefixed(term.file):
-        samples = read_columns(at_hand(Path(term.file)), ("x", "y", "d"))
+        samples = read_columns(Path(term.file), ("x", "y", "d"))
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)

@@ -12,12 +12,12 @@ from ezdxf.lldxf.const import DXFError
 from ezdxf.math import bulge_center
 
 from bubblemesh.errors import CaseError
+from bubblemesh.files import unreadable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
 from bubblemesh.messages import place, shown
 from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
 from bubblemesh.readers.sampling import splines
-from bubblemesh.readers.text import unreadable
 
 FLAT = 3e-8  # bulge that is none but for rounding
 MOST_COPIES = 50_000  # entities that blocks draw, which takes a second for a few thousand

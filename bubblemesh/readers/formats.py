@@ -1,6 +1,5 @@
 """A file chosen by its ending, and what a case takes of it."""
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from glob import escape
@@ -8,10 +7,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError, LimitError
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError
+from bubblemesh.files import local_copy, require_readable
 from bubblemesh.geometry.rings import Ring
 from bubblemesh.messages import meant
-from bubblemesh.readers.carried import at_hand
 from bubblemesh.readers.chains import chained
 from bubblemesh.readers.features import Content, Feature
 from bubblemesh.readers.nesting import nested
@@ -52,7 +51,6 @@ READERS = {
     ".shp": Reader("gis.read_gis", "gis", (".shx", ".dbf", ".prj", ".cpg")),
     ".gpkg": Reader("gis.read_gis", "gis"),
 }
-MOST_BYTES = 500_000_000
 CHOOSES_LAYER = ("gis.read_gis",)  # readers that read one layer only
 
 
@@ -197,34 +195,12 @@ def _named(path: Path, notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{path.name}: {note}" for note in notes)
 
 
-def _require_readable(path: Path) -> None:
-    """Check that there is a file that can be read, and that it is not too large.
-
-    Raises
-    ------
-    FileError, LimitError
-    """
-    if not os.path.exists(path):  # noqa: PTH110 - the method of paths fails for a name that is too long
-        raise FileError("the file cannot be read: there is no such file")
-    if not path.is_file():
-        fault = "it is a folder" if path.is_dir() else "it is no regular file"
-        raise FileError(f"the file cannot be read: {fault}")
-    if not os.access(path, os.R_OK):
-        raise FileError("the file cannot be read: permission denied")
-    size = path.stat().st_size
-    if size > MOST_BYTES:
-        raise LimitError(
-            f"the file has {size / 1e6:.0f} MB, more than the {MOST_BYTES / 1e6:.0f} that are read: simplify it, or "
-            "write only what the domain needs"
-        )
-
-
 def _content(path: Path, chosen: Selection) -> Content:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise FileError(f"no known geometry format: the name must end in {', '.join(READERS)}")
-    path = at_hand(path)
-    _require_readable(path)
+    path = local_copy(path)
+    require_readable(path)
     module, function = reader.function.split(".")
     try:
         read = getattr(import_module(f"bubblemesh.readers.{module}"), function)

@@ -11,10 +11,10 @@ import shapely
 from shapely.geometry import shape
 
 from bubblemesh.errors import CaseError
+from bubblemesh.files import read_text
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import Content, Feature, feature_name
 from bubblemesh.readers.shapes import feature_of
-from bubblemesh.readers.text import read_text
 
 DEPTHS = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
 COLLECTION = "GeometryCollection"

@@ -12,10 +12,10 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.files import read_text
 from bubblemesh.geometry import rings
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import Content, Feature, Point, checked
-from bubblemesh.readers.text import read_text
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bubblemesh.errors import BubblemeshError, CaseError
+from bubblemesh.files import read_text
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import Content, Feature, Point, Stroke, checked
-from bubblemesh.readers.text import read_text
 
 
 class Rows:

@@ -12,19 +12,10 @@ from bubblemesh.case import Case
 from bubblemesh.cli.stdio import output_stream
 from bubblemesh.errors import CaseError, FileError, LimitError, RequirementError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles import (
-    FORMATS,
-    HISTORY_FILES,
-    LABELS_FILE,
-    PAGE_FILE,
-    file_names,
-    formats_by_ending,
-    history_tables,
-    require_order,
-    write_files,
-    write_stream,
-)
-from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName
+from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
+from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
+from bubblemesh.meshfiles.names import LABELS_FILE
+from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
 from bubblemesh.problem import warnings
 from bubblemesh.run.pipeline import Result
 

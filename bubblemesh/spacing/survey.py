@@ -1,4 +1,4 @@
-"""What the spacing asks for in a domain: its extremes and the ideal number of nodes."""
+"""Survey of a spacing in a domain: its extremes, and the ideal number of nodes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ def extremes(domain: Domain, spacing: Spacing) -> Extremes:
 
 def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
     spots = spacing.spots[domain.contains(spacing.spots)]
-    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
+    points = np.vstack([domain.polygonal_copy.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)
     x, y = points[d.argmax()]
     return Extremes(*_minimised(domain, spacing, points[d.argmin()]), float(d.max()), (float(x), float(y)))
@@ -107,7 +107,7 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
 
 
 def _ideal_nodes(triangles: Floats, domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
-    """The same for a domain that is covered by ``triangles`` (t, 3, 2)."""
+    """Number of nodes of a perfect packing, in a domain that is covered by ``triangles`` (t, 3, 2)."""
     intervals, limits = _intervals(domain), (tolerance, max_nodes)
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
     along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
@@ -164,7 +164,7 @@ def _resolved(domain: Domain) -> Floats:
 
 def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
     """Points (m, 2) along the boundary, and edges (e, 2) between them that are no longer than ``longest``."""
-    line = domain.polyline
+    line = domain.polygonal_copy
     corners, number = np.unique(line.points, axis=0, return_inverse=True)
     begin, end = number, number[line.successor]
     parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
@@ -182,7 +182,7 @@ def _lattice(domain: Domain, step: float) -> Floats:
     x0, y0, x1, y1 = domain.bounds
     i, j = np.meshgrid(np.arange(int((x1 - x0) / step) + 2), np.arange(int((y1 - y0) / (step * np.sqrt(0.75))) + 1))
     points = np.column_stack([x0 + step * (i + j % 2 / 2).ravel(), y0 + step * np.sqrt(0.75) * (j + 0.5).ravel()])
-    return points[domain.clear(points, np.full(len(points), step / 2))]
+    return points[domain.surely_inside(points, np.full(len(points), step / 2))]
 
 
 def _intervals(domain: Domain) -> Floats:
@@ -214,7 +214,7 @@ def _edge_lengths(triangles: Floats) -> Floats:
 
 
 def _halved_triangles(triangles: Floats) -> Floats:
-    """Both halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
+    """Halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
     first = _edge_lengths(triangles).argmax(axis=1)
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (first + k) % 3] for k in range(3))

@@ -145,6 +145,7 @@ def test_the_table_has_swept_values_as_json(here):
     assert json.loads(cells["sweep"]) == {"packing.seed": 3, "domain.outer.label": "é"}
 
 
+@pytest.mark.long
 def test_the_meshes_of_a_batch_are_those_of_single_runs_byte_for_byte(here):
     configs = ROOT / "configs"
     options = ["--set", "packing.effort=fast", "--seed", "3"]
@@ -158,6 +159,7 @@ def test_the_meshes_of_a_batch_are_those_of_single_runs_byte_for_byte(here):
     assert len(results_in(here / "out")) == 16
 
 
+@pytest.mark.long
 def test_the_command_tells_of_each_case_in_plain_lines_and_ends_with_the_largest_code(here):
     write(here, a=SMALL, b=BAD, c=SMALL.replace("spacing: 0.4", "spacing: 9"), d="spacing: 1\n")
     process = batch(".", "-o", "out", "--jobs", "1", folder=here)

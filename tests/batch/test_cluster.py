@@ -21,7 +21,10 @@ from bubblemesh.batch.cluster import cluster_workers
 from bubblemesh.errors import CaseError, FileError
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed")
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX"),
+]
 
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 LONG = SMALL.replace("iterations: 5", "iterations: 200")

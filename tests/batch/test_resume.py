@@ -172,6 +172,7 @@ def test_rows_of_other_cases_stay_even_if_these_cannot_be_read(done):
     assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))].count("broken") == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tear",
     [
@@ -321,6 +322,7 @@ def gone(pids):
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found by /proc")
 
 
+@pytest.mark.long
 @needs_proc
 def test_a_batch_killed_again_and_again_ends_with_the_bytes_of_one_that_was_not(tmp_path):
     write_cases(tmp_path)
@@ -344,6 +346,7 @@ def test_a_batch_killed_again_and_again_ends_with_the_bytes_of_one_that_was_not(
     assert len(cases[0]) == len(set(cases[0])) == 16
 
 
+@pytest.mark.long
 @needs_proc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_batch_ends_with_130_and_whole_rows_and_no_process_left(number, tmp_path):

@@ -210,6 +210,7 @@ def test_a_mistake_ends_the_command_before_anything_is_meshed(arguments, code, m
     assert names(here) == ["a.yaml", "empty", "sub"]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
 def test_a_disk_that_fills_up_ends_the_command_with_whole_rows(here):
     write(here, a=SMALL + f"sweep: {{packing.seed: {list(range(12))}}}\n")

@@ -150,6 +150,7 @@ def test_the_peak_of_memory_begins_anew():
 # In a batch
 
 
+@pytest.mark.long
 def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     long = SMALL.replace("iterations: 5", "iterations: 500")

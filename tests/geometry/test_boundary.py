@@ -72,7 +72,7 @@ def test_wrapping_clips_open_pieces_and_runs_on_in_closed_ones():
 
 
 def test_polyline_lies_on_the_boundary_and_closes_each_ring():
-    line = PLATE.polyline()
+    line = PLATE.polygonal_copy()
     assert_allclose(line.points, PLATE.points(line.piece, line.s), atol=1e-14)
     assert_allclose(PLATE.points(line.piece, line.s + line.step), line.points[line.successor], atol=1e-14)
     assert_allclose(np.bincount(line.piece, line.step), PLATE.lengths)
@@ -84,7 +84,7 @@ def test_polyline_lies_on_the_boundary_and_closes_each_ring():
 
 
 def test_polyline_keeps_the_coordinates_of_corners_exactly():
-    line = Boundary.of([polygon([(0.1, 0.2), (1.3, 0.7), (0.4, 1.9)])]).polyline()
+    line = Boundary.of([polygon([(0.1, 0.2), (1.3, 0.7), (0.4, 1.9)])]).polygonal_copy()
     assert line.points.tolist() == [[0.1, 0.2], [1.3, 0.7], [0.4, 1.9]]
 
 

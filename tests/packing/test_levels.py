@@ -104,7 +104,7 @@ def test_coarse_spacing_is_between_the_wanted_one_and_its_double(example):
     *coarse, finest = scheme(problem.domain, problem.spacing, 300)
     assert len(coarse) >= 3
     assert finest is problem.spacing
-    points = np.vstack([inside(problem.domain), problem.domain.polyline.points])
+    points = np.vstack([inside(problem.domain), problem.domain.polygonal_copy.points])
     wanted = problem.spacing(points)
     for number, spacing in enumerate(reversed(coarse), start=1):
         d = spacing(points)

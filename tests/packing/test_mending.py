@@ -47,6 +47,7 @@ def worst(net):
     return eta(net.bubbles.x, net.triangles).max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", DOMAINS)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("steps", [5, 60])

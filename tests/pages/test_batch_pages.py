@@ -22,6 +22,7 @@ def rows_of(folder):
     return [json.loads(line) for line in (folder / "out/summary.jsonl").read_text().splitlines()]
 
 
+@pytest.mark.long
 def test_index_links_to_the_page_of_each_case_that_has_one(folder):
     assert batch("cases", "-o", "out", "--report", folder=folder).returncode == 2
     text = (folder / "out/index.html").read_text()
@@ -31,6 +32,7 @@ def test_index_links_to_the_page_of_each_case_that_has_one(folder):
     assert "greater than 0" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("options", "pages"), [([], ["a.html"]), (["--no-report"], [])])
 def test_without_the_option_there_are_the_pages_of_cases_that_ask_for_one(options, pages, folder):
     (folder / "cases/a.yaml").write_text(CASE.format(0.3) + "output: {report: true}\n")
@@ -97,6 +99,7 @@ def test_time_limit_of_a_case_is_its_row(folder):
     assert (folder / "out/a.msh").exists()
 
 
+@pytest.mark.long
 def test_data_of_a_spacing_are_inputs_that_resume_looks_at(folder):
     (folder / "cases/a.yaml").write_text(CASE.format("{scattered: {file: sizes.csv}}"))
     (folder / "cases/sizes.csv").write_text("0,0,0.2\n1,0,0.2\n0,1,0.3\n")

@@ -244,6 +244,7 @@ def test_the_page_shows_every_kind_of_term():
     assert all(f"{key}:" in shown for key in ("field", "raster", "image", "scattered"))
 
 
+@pytest.mark.long
 def test_what_the_page_shows_works_from_top_to_bottom(tmp_path):
     program = "\n".join(text for language, text in BLOCKS if language == "python")
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, timeout=60)

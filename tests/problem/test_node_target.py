@@ -16,7 +16,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.node_target import Scales, Scaling, next_aim, scaled_to
+from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.spacing import Spacing
 
@@ -49,6 +49,7 @@ def with_nodes(text, nodes, *overrides):
     return report_of(text, f"spacing.nodes={nodes}", *overrides)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "nodes"), [*((name, 150) for name in DOMAINS if name != "ruled"), ("ruled", 900), ("dense", 3000)]
 )
@@ -60,6 +61,7 @@ def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
     assert not any("asked for" in warning for warning in report["warnings"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["bpm", "accelerated"])
 def test_published_methods_have_them_too(method):
     report = with_nodes(BARE["1"], 200, f"method={method}", "schedule.iterations=100", "schedule.rounds=5")
@@ -221,7 +223,7 @@ class TestSearch:
 
 
 def test_rough_numbers_fall_with_the_scale():
-    scales = Scaling(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x))).scales()
+    scales = Scales.of(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x)))
     fewest, most = scales.ends
     assert fewest == pytest.approx(np.log(3), rel=1e-2)
     assert most > 60

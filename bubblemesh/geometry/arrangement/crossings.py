@@ -43,7 +43,7 @@ class Pairs(NamedTuple):
 
 def chords_of(boundary: Boundary, size: float) -> Chords:
     """Chords of all pieces, with boxes that hold the curves and a margin within which others are near."""
-    piece, s, step = boundary.panels()
+    piece, s, step = boundary.stations()
     ends = np.stack([boundary.points(piece, s), boundary.points(piece, s + step)], axis=1)
     around = np.where(boundary.curved[piece], SAGITTA * step, 0) + NEARLY * size
     low, high = ends.min(axis=1) - around[:, None], ends.max(axis=1) + around[:, None]

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
@@ -13,8 +14,8 @@ from bubblemesh.geometry.distance.nearest_chord import distance_at_least, neares
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.placement import require_at_most
 from bubblemesh.packing.placement.boundary import equidistributed
-from bubblemesh.packing.placement.subdivision import require_at_most
 from bubblemesh.spacing.grid.leaves import leaves
 from bubblemesh.spacing.spacing import Spacing
 
@@ -24,34 +25,23 @@ HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain b
 
 @dataclass(frozen=True)
 class ErrorDiffusion:
-    """Bubbles on a walk through small cells, wherever the cells passed add up to the area of one more.
+    """As many bubbles as the spacing asks for, by error diffusion.
 
-    The walk follows a Hilbert curve over the leaves of a quadtree, so that no error of the sum is carried far.
-
-    Attributes
-    ----------
-    leaf : float
-        Largest side of a leaf, in units of spacing.
+    A walk through small cells places one wherever the cells passed add up to the area of one more. It follows a Hilbert
+    curve over the leaves of a quadtree, so that no error of the sum is carried far.
 
     References
     ----------
     R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
     """
 
-    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 0.35
+    leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("`diffusion`: largest side of the cells, in units of spacing")] = 0.35
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of the domain before any motion.
-
-        Raises
-        ------
-        LimitError
-            If there would be more than ``max_nodes`` of them.
-        """
         shell = boundary_bubbles(domain, spacing)
         x = diffused_points(domain, spacing, shell, self.leaf)
         require_at_most(max_nodes, len(shell) + len(x))
-        return shell.append(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+        return shell.append(x, spacing(x))
 
 
 def everything(x: Floats, d: Floats) -> Floats:

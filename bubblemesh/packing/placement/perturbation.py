@@ -5,6 +5,7 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
 from bubblemesh.packing.bubbles import Bubbles
@@ -15,24 +16,21 @@ CLIPPED_AT = 2.0  # standard deviations
 
 @dataclass(frozen=True)
 class Perturbation:
-    """Normal displacement of the interior bubbles; another seed gives another mesh of the same quality.
+    """Normal displacement of the interior bubbles, small beside their distance from the boundary."""
 
-    Attributes
-    ----------
-    seed : int
-    jitter : float
-        Standard deviation in units of spacing; small beside the clearance from the boundary.
-    """
-
-    seed: Annotated[int, Ge(0)] = 0
-    jitter: Annotated[float, Ge(0), Le(0.1)] = 0.01
+    seed: Annotated[
+        int, Ge(0), Doc("seed of the random numbers; another one gives another mesh of the same quality")
+    ] = 0
+    jitter: Annotated[
+        float, Ge(0), Le(0.1), Doc("displacement of the initial bubbles, standard deviation in units of spacing")
+    ] = 0.01
 
     def generator(self) -> np.random.Generator:
         """The random numbers of a run."""
         return np.random.default_rng(self.seed)
 
     def __call__(self, bubbles: Bubbles, spacing: Spacing, random: np.random.Generator) -> Bubbles:
-        """The bubbles displaced."""
+        """The bubbles after the displacement."""
         inside = bubbles.interior
         x = bubbles.x.copy()
         shift = displacements(random, len(x[inside]))

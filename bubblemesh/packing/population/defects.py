@@ -5,12 +5,13 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.population.thresholds import Change
+from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
 
 FEWEST_NEIGHBOURS = 4
@@ -26,23 +27,21 @@ TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none come
 class Defects:
     """Deletion and insertion where the triangulation shows that bubbles are too many or missing.
 
-    Attributes
-    ----------
-    delete_shorter : float
-        An interior bubble goes from an edge shorter than this, in units of spacing, or if it has four neighbours
-        or fewer. So does one on a straight wall that is crowded and has two triangles only.
-    insert_longer : float
-        A bubble comes to the middle of an edge longer than this.
-    insert_longer_at_crowd : float
-        The same for edges at a bubble with eight neighbours or more.
+    An interior bubble goes from an edge that is too short, or if it has four neighbours or fewer. So does one on a
+    straight wall that is crowded and has two triangles only. A bubble comes to the middle of an edge that is too long.
     """
 
-    delete_shorter: Annotated[float, Gt(0), Le(1)] = 0.72
-    insert_longer: Annotated[float, Ge(1), Le(2)] = 1.38
-    insert_longer_at_crowd: Annotated[float, Ge(1), Le(2)] = 1.12
+    delete_shorter: Annotated[
+        float, Gt(0), Le(1), Doc("`defects`: a bubble goes from an edge shorter than this, in units of spacing")
+    ] = 0.72
+    insert_longer: Annotated[
+        float, Ge(1), Le(2), Doc("`defects`: a bubble comes to the middle of an edge longer than this")
+    ] = 1.38
+    insert_longer_at_crowd: Annotated[
+        float, Ge(1), Le(2), Doc("the same for an edge at a bubble with eight neighbours or more")
+    ] = 1.12
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
-        """One control of the whole population."""
         bubbles = net.bubbles
         ratio = edge_ratios(net)
         gone = self._crowded(net, ratio, crowded_on_walls(net, domain))
@@ -52,9 +51,7 @@ class Defects:
         touched[net.edges[gone[net.edges].any(axis=1)]] = True
         touched[halved] = True
         rest = replace(bubbles, touched=touched).select(np.flatnonzero(~gone))
-        none = np.zeros(0, np.int64)
-        grown = rest.append(x, spacing.extended(x), none, np.zeros(0))
-        return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(x))
+        return Change(rest.append(x, spacing.extended(x)), deleted=len(bubbles) - len(rest), inserted=len(x))
 
     def _crowded(self, net: Net, ratio: Floats, on_walls: Booleans) -> Booleans:
         """Bubbles (n,) to delete, no two of them connected: those given, and interior ones."""
@@ -103,7 +100,8 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     ratio = np.hypot(*(ends[:, 1] - ends[:, 0]).T) / bubbles.d[net.facets].mean(axis=1)
     crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
     straight = np.zeros(n, bool)
-    straight[bubbles.sliding] = ~(domain.boundary.curved | domain.boundary.inner | domain.tied)[bubbles.piece]
+    bound = domain.boundary.curved | domain.boundary.inner | domain.on_periodic_side
+    straight[bubbles.sliding] = ~bound[bubbles.piece]
     return straight & crowded & (net.valence == FEWEST_ON_A_WALL)
 
 

@@ -1,10 +1,11 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, NamedTuple, Protocol
+from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
@@ -14,6 +15,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, pairs_within
 from bubblemesh.packing.net import Net, connect
+from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
 
 REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j is the farthest: below two l0 for any two radii
@@ -45,50 +47,33 @@ def boundary_overlaps(bubbles: Bubbles, domain: Domain) -> Floats:
     return alpha
 
 
-class Change(NamedTuple):
-    """Bubbles after population control, which marks those it touched."""
-
-    bubbles: Bubbles
-    deleted: int
-    inserted: int
-
-
-class Population(Protocol):
-    """Which bubbles go, and where new ones come."""
-
-    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
-        """One control of the whole population."""
-
-
 @dataclass(frozen=True)
 class Thresholds:
     """Deletion and insertion by thresholds of the overlap ratio.
 
-    Attributes
-    ----------
-    delete_above, delete_above_boundary : float
-        Overlap ratios, in the plane and along a curve, above which a bubble goes. The paper gives none; these lead to
-        its final numbers of bubbles.
-    delete_apart : float
-        Two deletions in one round are at least this far apart, in units of spacing.
-    delete_order : {"placed", "random", "worst"}
-        Who goes first of two that are nearer: "placed" follows the rows of the placement, boundary first, and thins
-        out the most; "worst" sorts by overlap ratio.
-    insert_below : float
-        A bubble may come next to one whose overlap ratio is below this.
-    insert_apart : float
-        It keeps this distance from all others, in units of spacing.
+    The paper gives no thresholds of deletion; these lead to its final numbers of bubbles.
     """
 
-    delete_above: Annotated[float, Gt(0)] = 7.8
-    delete_above_boundary: Annotated[float, Gt(0)] = 3.5
-    delete_apart: Annotated[float, Gt(0)] = 1.2
-    delete_order: Literal["placed", "random", "worst"] = "placed"
-    insert_below: Annotated[float, Gt(0)] = 4.5
-    insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.85
+    delete_above: Annotated[
+        float, Gt(0), Doc("overlap ratio above which an interior bubble is deleted; 6 in a perfect packing")
+    ] = 7.8
+    delete_above_boundary: Annotated[float, Gt(0), Doc("the same along the boundary; 2 if all are in place")] = 3.5
+    delete_apart: Annotated[float, Gt(0), Doc("least distance between deletions of one round, in units of spacing")] = (
+        1.2
+    )
+    delete_order: Annotated[
+        Literal["placed", "random", "worst"],
+        Doc(
+            "which of two crowded neighbours goes: `worst` sorts by overlap ratio, `random`, `placed` by the order of "
+            "placement, boundary first, which thins out the most"
+        ),
+    ] = "placed"
+    insert_below: Annotated[float, Gt(0), Doc("overlap ratio below which a bubble may get a new neighbour")] = 4.5
+    insert_apart: Annotated[
+        float, Ge(0.5), Le(2), Doc("least distance of a new bubble from all others, in units of spacing")
+    ] = 0.85
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
-        """One control of the whole population."""
         bubbles = net.bubbles
         near = Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP)
         alpha = overlaps(near)
@@ -148,7 +133,7 @@ def interior_gaps(
     d = spacing(center[inside])
     wide = radius[inside] > apart * d
     inside, d = inside[wide], d[wide]
-    gap = inside[domain.clear(center[inside], apart / 2 * d)]
+    gap = inside[domain.surely_inside(center[inside], apart / 2 * d)]
     return triangles[gap], center[gap]
 
 

@@ -60,7 +60,8 @@ class Limit:
         cells = self.grid.located(points)
         found = np.flatnonzero(self.active[cells])
         limit = np.full(len(points), np.inf)
-        limit[found] = self.grid.interpolated(self.values, points[found], cells[found])
+        corners = self.grid.vertices.corners[cells[found]]
+        limit[found] = self.grid.bilinear(self.values[corners], points[found], cells[found])
         return limit
 
 

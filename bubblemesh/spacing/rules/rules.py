@@ -1,4 +1,4 @@
-"""Rules that a wanted spacing follows beyond its values at points: what the boundary needs, and how fast it grows."""
+"""Rules that a spacing follows beyond its values at points: what the boundary needs, and how fast it grows."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 @dataclass(frozen=True)
 class Rules:
-    """What a spacing has to respect.
+    """Rules that a spacing follows.
 
     Attributes
     ----------

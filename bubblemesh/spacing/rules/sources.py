@@ -33,7 +33,7 @@ class Sources:
 
     points: Floats
     sizes: Floats
-    given: Floats | None = None
+    largest_cells: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -41,7 +41,7 @@ class Sources:
     @property
     def cells(self) -> Floats:
         """Largest sides (k,)."""
-        return SOURCE_CELL * self.sizes if self.given is None else self.given
+        return SOURCE_CELL * self.sizes if self.largest_cells is None else self.largest_cells
 
     @classmethod
     def none(cls) -> "Sources":
@@ -50,17 +50,17 @@ class Sources:
 
     @classmethod
     def all_of(cls, some: Sequence["Sources"]) -> "Sources":
-        """Several sets together."""
+        """Sources of several sets."""
         return cls(
             *(np.concatenate(column) for column in zip(*((s.points, s.sizes, s.cells) for s in some), strict=True))
         )
 
     def not_below(self, minimum: float) -> "Sources":
-        """The same places with sizes of at least ``minimum``."""
+        """Sources at the same places, with sizes of at least ``minimum``."""
         return replace(self, sizes=np.maximum(self.sizes, minimum))
 
     def joined(self, other: "Sources") -> "Sources":
-        """Both sets together."""
+        """Sources of both sets."""
         return Sources.all_of([self, other])
 
 
@@ -147,7 +147,7 @@ class TightChords(NamedTuple):
 def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
     boundary = domain.boundary
-    piece, s, step = boundary.panels()
+    piece, s, step = boundary.stations()
     curved = boundary.approximated[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)

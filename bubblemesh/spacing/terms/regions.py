@@ -1,4 +1,4 @@
-"""Spacings that count within regions."""
+"""Region terms: spacings that count within regions."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ class ShapeUnion:
         return Boxes.of(shapely.bounds(np.array(self.shapes, dtype=object)))
 
     def __call__(self, x: Floats, y: Floats) -> Booleans:
-        """Which points with coordinates x (n,) and y (n,) are there."""
+        """Whether each of the points with coordinates x (n,) and y (n,) is there."""
         inside = np.zeros(len(x), bool)
         if self.shapes:
             point, shape = self._boxes.holding(x, y)
@@ -125,14 +125,14 @@ class _Regions:
         """Values (n,) at points with coordinates x (n,) and y (n,)."""
         d = np.broadcast_to(np.asarray(self.rest.function(x, y), float), np.shape(x)).copy()
         point, region = self._found(x, y)
-        wanted = self._own_values(x[point], y[point], region)
+        own = self._own_values(x[point], y[point], region)
         inside = shapely.contains_xy(self._cores[region], x[point], y[point])
         # One region after the other where several have a point: nested ones, or neighbours at their common rim.
         _, rank = members(np.bincount(point))
         for k in range(int(rank.max(initial=-1)) + 1):
             mine = rank == k
             at = point[mine]
-            d[at] = np.where(inside[mine], wanted[mine], np.fmin(d[at], wanted[mine]))
+            d[at] = np.where(inside[mine], own[mine], np.fmin(d[at], own[mine]))
         return d
 
     def key(self, point: Floats) -> Key:

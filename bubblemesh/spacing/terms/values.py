@@ -27,7 +27,7 @@ def require_positive(values: Floats, where: Callable[[int], str]) -> None:
 
 
 def spots(points: Floats, first: Integers, last: Integers, values: Floats) -> Floats:
-    """Those of points (n, 2) with ``values`` (n,) from which these rise steeply, and fall nowhere.
+    """Points (k, 2), among points (n, 2), from which the ``values`` (n,) rise steeply, and fall nowhere.
 
     Neighbours are the points ``first`` (e,) and ``last`` (e,). Of more than can be spots the finest are given.
     """

@@ -10,6 +10,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.packing.annealing import NoAnnealing
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.warm_start import PreviousNodes, WarmStart, warm_started
@@ -83,8 +84,8 @@ def test_nodes_stay_where_the_spacing_has_not_changed(present, name):
     assert radius_ratios(last.bubbles.x, last.triangles).min() > (0.7 if name == "multilevel" else 0.3)
 
 
-def test_the_shaking_spares_what_has_not_changed(present):
-    shaking = warm_started(METHODS["multilevel"], present).shaking
+def test_annealing_spares_what_has_not_changed(present):
+    annealing = warm_started(METHODS["multilevel"], present).annealing
     bubbles = WarmStart(present)(PLATE, spot(SIZE, 0.01), ENOUGH)
     net = connect_inside(bubbles, PLATE, spot(SIZE, 0.01))
     seen = []
@@ -93,15 +94,15 @@ def test_the_shaking_spares_what_has_not_changed(present):
         seen.append(net.bubbles.x)
         return Relaxed.none(net.bubbles)
 
-    shaking(net, PLATE, spot(SIZE, 0.01), np.random.default_rng(0), relax)
+    annealing(net, PLATE, spot(SIZE, 0.01), np.random.default_rng(0), relax)
     moved = np.hypot(*(seen[0] - net.bubbles.x).T) > 0
     ratio = present.at(net.bubbles.x) / net.bubbles.d
     assert moved.sum() > 20
     assert not moved[np.abs(ratio - 1) < 0.04].any()
 
 
-def test_a_method_without_shaking_stays_without(present):
-    assert warm_started(METHODS["bpm"], present).shaking is None
+def test_a_method_without_annealing_stays_without(present):
+    assert warm_started(METHODS["bpm"], present).annealing == NoAnnealing()
 
 
 def test_the_share_that_stays(present):
