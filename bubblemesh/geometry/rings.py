@@ -41,6 +41,14 @@ class SplineTo(NamedTuple):
     label: str | None = None
 
 
+Piece = LineTo | ArcTo | SplineTo
+
+
+def end_of(piece: Piece) -> Point:
+    """The point at which a piece ends."""
+    return _point(piece.through[-1] if isinstance(piece, SplineTo) else piece.to)
+
+
 def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
     """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1."""
     if len(points) == 0:
@@ -71,7 +79,7 @@ def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0,
     return Ring((Side(Ellipse(_point(center), _point(radii), float(np.radians(angle)), 1.0), label),), ())
 
 
-def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str | None = None) -> Ring:
+def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = None) -> Ring:
     """Ring from ``start`` along ``pieces``, closed by a straight line where it does not end at its start.
 
     Consecutive points that coincide are merged, with a note.
@@ -82,8 +90,8 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
         If an arc's ends are not equally far from its centre, or fewer than three points remain.
     """
     first = _point(start)
-    tolerance = 1e-13 * _extent([first, *(_end(piece) for piece in pieces)])
-    if not _same(_end(pieces[-1]) if pieces else first, first, tolerance):
+    tolerance = 1e-13 * _extent([first, *(end_of(piece) for piece in pieces)])
+    if not _same(end_of(pieces[-1]) if pieces else first, first, tolerance):
         pieces = [*pieces, LineTo(first, label)]
     sides, vertices, notes = _sides(first, pieces, tolerance, first, label)
     vertices.pop()
@@ -92,7 +100,7 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     return Ring(tuple(sides), tuple(vertices), notes)
 
 
-def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> OpenPath:
+def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> OpenPath:
     """Open line from ``start`` along ``pieces``.
 
     Raises
@@ -108,7 +116,7 @@ def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo
 
 def _sides(
     start: Point,
-    pieces: Sequence[LineTo | ArcTo | SplineTo],
+    pieces: Sequence[Piece],
     tolerance: float = 0.0,
     last: Point | None = None,
     label: str | None = None,
@@ -119,7 +127,7 @@ def _sides(
     """
     sides, vertices, notes, doubles = list[Side](), [start], list[str](), list[Point]()
     for number, piece in enumerate(pieces, start=1):
-        here, end = vertices[-1], _point(_end(piece))
+        here, end = vertices[-1], end_of(piece)
         if last is not None and number == len(pieces):
             end = last
         if isinstance(piece, LineTo) and _same(here, end, tolerance):
@@ -139,7 +147,7 @@ def _merged(doubles: Sequence[Point]) -> list[str]:
     return [f"duplicate point {place(point)} merged" for point in doubles]
 
 
-def _curve(start: Point, piece: LineTo | ArcTo | SplineTo, end: Point) -> tuple[Curve, list[str]]:
+def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
     """The curve of ``piece`` between two vertices, and notes on what was mended."""
     if isinstance(piece, LineTo):
         return Line(start, end), []
@@ -184,10 +192,6 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
     elif not piece.left and turned >= 0:
         turned -= 2 * np.pi
     return Arc(_point(center), float(np.hypot(ux, uy)), float(first), float(turned)), notes
-
-
-def _end(piece: LineTo | ArcTo | SplineTo) -> Sequence[float]:
-    return piece.through[-1] if isinstance(piece, SplineTo) else piece.to
 
 
 def _extent(points: Sequence[Sequence[float]]) -> float:

@@ -85,7 +85,7 @@ def test_polyline_lies_on_the_boundary_and_closes_each_ring():
 
 
 def test_polyline_keeps_the_coordinates_of_corners_exactly():
-    line = Boundary.of([polygon([(0.1, 0.2), (1.3, 0.7), (0.4, 1.9)])]).polygonal_copy()
+    line = PolygonalCopy.of(Boundary.of([polygon([(0.1, 0.2), (1.3, 0.7), (0.4, 1.9)])]))
     assert line.points.tolist() == [[0.1, 0.2], [1.3, 0.7], [0.4, 1.9]]
 
 
