@@ -56,6 +56,7 @@ LIBRARIES = {
     "pyogrio": {"readers"},
     "svgelements": {"readers"},
     "distributed": {"batch"},
+    "filelock": {"batch"},
 }
 MOST_LOOSE_MODULES = 7
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))

@@ -1,6 +1,5 @@
 """The command that meshes many cases."""
 
-from contextlib import closing
 from typing import Annotated
 
 import typer
@@ -36,13 +35,11 @@ def batch(
     from bubblemesh.console.batch import BatchProgress
     from bubblemesh.meshfiles.report_json import json_text
 
-    part = many.Shard.parsed(shard)
+    options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
     workers = many.workers_at(jobs, cluster)
-    common = many.Settings(overrides, output, page)
-    entries = many.planned(many.case_files(paths), common)
-    events = many.course(entries, common, workers, shard=part, resume=resume)
-    with closing(events), BatchProgress(quiet) as progress:
-        results = many.Results.of(progress.shown(events))
+    entries = many.plan_cases(many.case_files(paths), options)
+    with BatchProgress(quiet) as progress:
+        totals = many.run_batch(entries, options, workers, progress)
     if as_json:
-        write_output(json_text(results.data()))
-    raise typer.Exit(results.exit_code)
+        write_output(json_text(totals))
+    raise typer.Exit(totals["exit_code"])

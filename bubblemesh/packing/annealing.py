@@ -13,7 +13,7 @@ from bubblemesh.arrays import Booleans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
-from bubblemesh.packing.placement.perturbation import displacements
+from bubblemesh.packing.placement import displaced
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -52,17 +52,11 @@ class Annealing:
     On the coarse levels grain boundaries heal, and what is left of them is in the right places.
     """
 
-    effort: Annotated[
-        Literal["fast", "normal", "best"], Doc("`fast`, `normal` or `best`: 20, 100 or 400 cycles of shaking")
-    ] = "normal"
-    amplitude: Annotated[
-        float, Gt(0), Le(0.5), Doc("displacement of the first cycle, standard deviation in units of spacing")
-    ] = 0.18
+    effort: Annotated[Literal["fast", "normal", "best"], Doc("20, 100 or 400 cycles of shaking")] = "normal"
+    amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
     shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
-    fully_shaken: Annotated[
-        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, so that each costs about the same")
-    ] = 1500
+    fully_shaken: Annotated[int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion")] = 1500
 
     def __call__(
         self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
@@ -90,14 +84,11 @@ class Annealing:
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         """The bubbles after a displacement by this share of the first one."""
-        bubbles, inside = net.bubbles, net.bubbles.interior
-        shift = displacements(random, len(bubbles))
-        at_boundary = net.dilated(np.arange(len(bubbles)) < bubbles.boundary_count)
-        amplitude = share * np.where(at_boundary, self.amplitude_at_boundary * self.amplitude, self.amplitude)
-        amplitude[~net.dilated(net.valence != REGULAR_VALENCE)] = 0
-        x = bubbles.x.copy()
-        x[inside] += (amplitude * bubbles.d)[inside, None] * shift[inside]
-        return replace(bubbles, x=x)
+        on_boundary = np.arange(len(net.bubbles)) < net.bubbles.boundary_count
+        beside = net.dilated(on_boundary)
+        amplitude = share * np.where(beside, self.amplitude_at_boundary * self.amplitude, self.amplitude)
+        amplitude[on_boundary | ~net.dilated(net.valence != REGULAR_VALENCE)] = 0
+        return displaced(net.bubbles, slice(None), amplitude, random)
 
 
 @dataclass(frozen=True)

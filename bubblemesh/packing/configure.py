@@ -1,8 +1,8 @@
 """A method with what a case sets: other schemes by name, and the parameters of the schemes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Any, get_args, get_type_hints
+from dataclasses import fields, replace
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 from typing_extensions import Doc
@@ -25,17 +25,8 @@ class OptionError(CaseError):
         self.message = message
 
 
-@dataclass(frozen=True)
-class Option:
-    """A key of a case that some method knows.
-
-    Attributes
-    ----------
-    section, key : str
-    meaning : str
-    schema : dict
-        JSON Schema of its values.
-    """
+class Option(NamedTuple):
+    """A key of a case that some method knows, what it means, and the JSON Schema of its values."""
 
     section: str
     key: str

@@ -46,9 +46,7 @@ class Doubling:
     """Coarser spacings first, doubled as often as the spacing stays gentle and enough bubbles are left."""
 
     coarsest_nodes: Annotated[int, Gt(0), Doc("least number of bubbles, about, that the coarsest level has")] = 200
-    steepest: Annotated[
-        float, Gt(0), Doc("gradient of the spacing that only a twentieth of a level's bubbles may exceed")
-    ] = 0.2
+    steepest: Annotated[float, Gt(0), Doc("gradient that only a twentieth of a level's bubbles may exceed")] = 0.2
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
         most = np.log2(max(expected_nodes / self.coarsest_nodes, 1)) / 2

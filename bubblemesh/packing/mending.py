@@ -10,9 +10,8 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside, reconnect
-from bubblemesh.packing.placement.perturbation import displacements
+from bubblemesh.packing.placement import displaced
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing, eta
 from bubblemesh.spacing.spacing import Spacing
 
@@ -65,12 +64,8 @@ class Mending:
     """
 
     mend_attempts: Annotated[int, Ge(0), Doc("attempts at each of the worst triangles")] = 12
-    mend_worse: Annotated[
-        float, Ge(1), Doc("triangles with a shape measure above this are mended; 1 is equilateral")
-    ] = 1.08
-    mend_amplitude: Annotated[
-        float, Gt(0), Le(0.5), Doc("displacement of an attempt, standard deviation in units of spacing")
-    ] = 0.2
+    mend_worse: Annotated[float, Ge(1), Doc("triangles of larger shape measure are mended; 1 is equilateral")] = 1.08
+    mend_amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the displacement, in spacings")] = 0.2
 
     def __call__(
         self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
@@ -105,7 +100,8 @@ class Mending:
     ) -> Net:
         """The net after one attempt at each patch."""
         patches = disjoint_patches(net, bad)
-        trial = reconnect(net, self._displaced(net, patches, random))
+        which = patches.displaced & (np.arange(len(net.bubbles)) >= net.bubbles.boundary_count)
+        trial = reconnect(net, displaced(net.bubbles, which, self.mend_amplitude, random))
         try:
             for _ in range(PASSES):
                 trial = reconnect(trial, smoothing.moved(trial, domain, patches.moving >= 0))
@@ -119,14 +115,6 @@ class Mending:
         old, new = net.bubbles, trial.bubbles
         x = np.where(keep[:, None], new.x, old.x)
         return reconnect(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
-
-    def _displaced(self, net: Net, patches: Patches, random: np.random.Generator) -> Bubbles:
-        bubbles = net.bubbles
-        which = patches.displaced & (np.arange(len(bubbles)) >= bubbles.boundary_count)
-        shift = displacements(random, int(which.sum()))
-        x = bubbles.x.copy()
-        x[which] += self.mend_amplitude * bubbles.d[which, None] * shift
-        return replace(bubbles, x=x)
 
 
 def disjoint_patches(net: Net, bad: Integers) -> Patches:

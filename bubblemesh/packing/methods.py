@@ -2,16 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from bubblemesh.packing.annealing import Annealing, NoAnnealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
-from bubblemesh.packing.placement import Placement
+from bubblemesh.packing.placement import Perturbation, Placement
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.packing.placement.perturbation import Perturbation
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 from bubblemesh.packing.population import Population
 from bubblemesh.packing.population.defects import Defects
@@ -90,19 +89,8 @@ METHODS = {
 }
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of the table as a case knows it.
-
-    Attributes
-    ----------
-    section : str
-        Where the parameters of its schemes stand.
-    key : str or None
-        The key that names another scheme in place of the method's own, if there are several.
-    schemes : mapping
-        The schemes by the names that a case gives them.
-    """
+class Column(NamedTuple):
+    """A column of the table as a case knows it: where its parameters stand, which key names the scheme, and how."""
 
     section: str
     key: str | None

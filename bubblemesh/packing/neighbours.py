@@ -31,22 +31,21 @@ class Neighbours:
     @classmethod
     def of(cls, x: Floats, d: Floats, reach: float) -> "Neighbours":
         """Pairs nearer than ``reach`` times l0."""
-        pairs = pairs_within(x, d, reach)
-        return cls(pairs, (d[pairs[:, 0]] + d[pairs[:, 1]]) / 2, x, d)
+        return cls.along(pairs_within(x, d, reach), x, d)
 
     @classmethod
     def along(cls, edges: Integers, x: Floats, d: Floats) -> "Neighbours":
-        """The pairs that are connected by edges (m, 2)."""
+        """Pairs at the ends of edges (m, 2)."""
         return cls(edges, (d[edges[:, 0]] + d[edges[:, 1]]) / 2, x, d)
 
     @property
     def distances(self) -> Floats:
-        """Distances (m,) of the pairs then."""
+        """Distances (m,) of the pairs when they were found."""
         i, j = self.pairs.T
         return np.hypot(*(self.x[i] - self.x[j]).T)
 
     def drift(self, x: Floats) -> float:
-        """Largest way of a bubble since then, in units of its spacing."""
+        """Largest distance of a bubble at x (n, 2) from where it was then, in units of its spacing."""
         return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
 
 
@@ -81,9 +80,18 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
 
 
 def _within(candidates: Integers, x: Floats, around: Floats, margin: float) -> Integers:
-    """Those of the points that lie in the bounding box of others."""
+    """Candidates (k,) that lie in the bounding box of other points (m, 2), widened by a margin."""
     low, high = around.min(axis=0) - margin, around.max(axis=0) + margin
     return candidates[((x[candidates] >= low) & (x[candidates] <= high)).all(axis=1)]
+
+
+def next_to(pairs: Integers, marked: Booleans) -> Booleans:
+    """Members (n,) of ``pairs`` (m, 2) whose other member is marked (n,)."""
+    i, j = pairs.T
+    result = np.zeros(len(marked), bool)
+    result[j[marked[i]]] = True
+    result[i[marked[j]]] = True
+    return result
 
 
 def maximal_independent_set(pairs: Integers, rank: Integers) -> Booleans:

@@ -10,6 +10,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.neighbours import next_to
 from bubblemesh.spacing.spacing import Spacing
 
 
@@ -59,11 +60,7 @@ class Net:
 
     def dilated(self, marked: Booleans) -> Booleans:
         """Bubbles (n,) that are marked or next to one that is."""
-        i, j = self.edges.T
-        result = marked.copy()
-        result[j[marked[i]]] = True
-        result[i[marked[j]]] = True
-        return result
+        return marked | next_to(self.edges, marked)
 
     def within(self, bubbles: Integers, rings: int) -> Booleans:
         """Bubbles (n,) at most so many edges away from the given ones, of any shape."""

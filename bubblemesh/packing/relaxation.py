@@ -106,7 +106,7 @@ class Connected:
     are outside when the triangulation is renewed are lost.
     """
 
-    refresh: Annotated[int, Gt(0), Doc("`connected`: the triangulation is renewed after that many steps")] = 20
+    refresh: Annotated[int, Gt(0), Doc("steps after which the triangulation is renewed")] = 20
 
     boundary_stays: ClassVar[bool] = True
 

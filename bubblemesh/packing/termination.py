@@ -8,9 +8,7 @@ from annotated_types import Ge, Gt
 from typing_extensions import Doc
 
 Rounds = Annotated[int, Gt(0), Doc("number of rounds, at most")]
-Iterations = Annotated[
-    int, Gt(0), Doc("steps of a round; the last round of the published methods has twice as many or more")
-]
+Iterations = Annotated[int, Gt(0), Doc("steps of a round; at the end of the published methods as many again")]
 Tolerance = Annotated[float, Ge(0), Doc("relative change of the number of bubbles that counts as settled")]
 
 
@@ -56,9 +54,9 @@ class Settled(FixedRounds):
 
     rounds: Rounds = 8
     iterations: Iterations = 12
-    opening_iterations: Annotated[
-        int, Gt(0), Doc("steps of the first round of all, whose bubbles are without any order")
-    ] = 100
+    opening_iterations: Annotated[int, Gt(0), Doc("steps of the first round, whose bubbles are without any order")] = (
+        100
+    )
     tolerance: Tolerance = 0.005
 
     def steps(self, opening: bool) -> int:

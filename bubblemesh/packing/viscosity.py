@@ -21,9 +21,7 @@ class Viscosity(Protocol):
 class Constant:
     """The same viscosity at all times."""
 
-    c: Annotated[
-        float, Gt(0), Doc("the constant viscosity; 1.4 is a damping ratio of 0.7 for unit mass and strength")
-    ] = 1.4
+    c: Annotated[float, Gt(0), Doc("viscosity; 1.4 is a damping ratio of 0.7 for unit mass and strength")] = 1.4
 
     def __call__(self, step: int, round_number: int) -> float:
         return self.c
@@ -62,9 +60,9 @@ class OddBubbles:
     """A constant, small viscosity for the bubbles that the last population control touched."""
 
     c_odd: Annotated[float, Gt(0), Doc("viscosity of the odd bubbles")] = 1.0
-    odd_start: Annotated[
-        float, Ge(0), Doc("the scheme begins when a round changes the number of bubbles by at most this part")
-    ] = 0.05
+    odd_start: Annotated[float, Ge(0), Doc("largest relative change of the population at which the scheme begins")] = (
+        0.05
+    )
 
     def active(self, before: int, after: int) -> bool:
         """Whether the change of population in a round is small enough."""

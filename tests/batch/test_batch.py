@@ -10,6 +10,9 @@ from batch_cases import names, table_in, write
 from batches import (
     BAD,
     SMALL,
+    Begun,
+    Finished,
+    Note,
     batch,
     events_of,
     lines_of,
@@ -20,8 +23,8 @@ from paths import ROOT
 from typer.testing import CliRunner
 
 from bubblemesh import __version__
-from bubblemesh.batch import Begun, Finished, Note, Settings
-from bubblemesh.batch.rows import FIGURES
+from bubblemesh.batch import BatchOptions
+from bubblemesh.batch.row import FIGURES
 from bubblemesh.case import overrides_of
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
@@ -92,7 +95,7 @@ def test_options_hold_for_every_case(here):
 )
 def test_a_wrong_option_is_an_error_of_its_own_and_no_case_s(settings, message):
     with pytest.raises(CaseError, match=message):
-        Settings(**settings)
+        BatchOptions(**settings)
 
 
 def test_a_wrong_setting_is_an_error_of_its_own_and_no_case_s(here):

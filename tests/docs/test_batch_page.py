@@ -10,7 +10,7 @@ from batches import SMALL, lines_of
 from paths import ROOT
 
 from bubblemesh.batch.cluster import PATIENCE, SILENCE
-from bubblemesh.batch.rows import COLUMNS, KINDS
+from bubblemesh.batch.row import COLUMNS, KINDS
 
 PAGE = (ROOT / "docs/batch.md").read_text()
 SHELL = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)

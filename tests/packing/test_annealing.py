@@ -10,8 +10,8 @@ from bubblemesh.packing.annealing import CYCLES, Annealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import connect, connect_inside
+from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.packing.placement.perturbation import CLIPPED_AT
 from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxed
 
 SIDE = 7

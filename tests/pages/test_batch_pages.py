@@ -2,10 +2,8 @@ import json
 import re
 
 import pytest
-from batches import batch, stream
+from batches import Begun, Finished, batch, follow
 from batches import rows_of as rows_of_batch
-
-from bubblemesh.batch import Finished
 
 CASE = "domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {}\n"
 
@@ -64,9 +62,16 @@ def test_index_has_all_rows_of_the_summary(folder, monkeypatch):
 
 def test_index_of_an_interrupted_batch_has_the_rows_until_then(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    events = stream("cases", folder="out", page=True)
-    done = [next(event.row.case for event in events if isinstance(event, Finished)) for _ in range(2)]
-    events.close()
+    done = []
+
+    def interrupt(event):
+        if isinstance(event, Finished):
+            done.append(event.row.case)
+        if len(done) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        follow(interrupt, "cases", folder="out", page=True)
     assert sorted(index_of(folder / "out")[0]) == sorted(done)
 
 
@@ -82,11 +87,14 @@ def test_index_links_to_pages_wherever_they_are_and_only_to_those(folder, monkey
 
 def test_what_ends_a_batch_is_told_even_if_the_index_cannot_be_written(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    events = stream("cases", folder="out", page=True)
-    next(events)
-    (folder / "out/index.html").mkdir()
+
+    def end(event):
+        assert isinstance(event, Begun)
+        (folder / "out/index.html").mkdir()
+        raise ZeroDivisionError
+
     with pytest.raises(ZeroDivisionError):
-        events.throw(ZeroDivisionError())
+        follow(end, "cases", folder="out", page=True)
     assert (folder / "out/summary.jsonl").exists()
 
 

@@ -35,7 +35,7 @@ class ErrorDiffusion:
     R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
     """
 
-    leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("`diffusion`: largest side of the cells, in units of spacing")] = 0.35
+    leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("largest side of the cells, in spacings")] = 0.35
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)

@@ -25,24 +25,9 @@ SIDES = np.array([[0, 0, 1, 0], [1, 0, 1, 1], [0, 1, 1, 1], [0, 0, 0, 1]])  # of
 class HierarchicalSubdivision:
     """Bisection of the boundary, and of an oblique quadtree over the interior, down to the spacing."""
 
-    w1: Annotated[
-        float,
-        Gt(0),
-        Le(4),
-        Doc("weight of boundary intervals: one is split while w1 times its length is at least the spacing"),
-    ] = 1.0
-    w2: Annotated[
-        float,
-        Gt(0),
-        Le(2),
-        Doc("weight of the sides of the quadtree's rhombi, likewise; small values start with fewer bubbles"),
-    ] = 1.0
-    clearance: Annotated[
-        float,
-        Gt(0),
-        Le(1),
-        Doc("least distance of an initial interior bubble from the boundary, in units of spacing"),
-    ] = 0.3
+    w1: Annotated[float, Gt(0), Le(4), Doc("a boundary interval with w1 * length >= spacing is split")] = 1.0
+    w2: Annotated[float, Gt(0), Le(2), Doc("the same for sides of the quadtree's rhombi; if small, few bubbles")] = 1.0
+    clearance: Annotated[float, Gt(0), Le(1), Doc("distance of first bubbles from the boundary, in spacings")] = 0.3
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         boundary = domain.boundary

@@ -9,6 +9,8 @@ from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.quality import edge_ratios
+from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.population import Change
@@ -31,19 +33,15 @@ class Defects:
     straight wall that is crowded and has two triangles only. A bubble comes to the middle of an edge that is too long.
     """
 
-    delete_shorter: Annotated[
-        float, Gt(0), Le(1), Doc("`defects`: a bubble goes from an edge shorter than this, in units of spacing")
-    ] = 0.72
-    insert_longer: Annotated[
-        float, Ge(1), Le(2), Doc("`defects`: a bubble comes to the middle of an edge longer than this")
-    ] = 1.38
-    insert_longer_at_crowd: Annotated[
-        float, Ge(1), Le(2), Doc("the same for an edge at a bubble with eight neighbours or more")
-    ] = 1.12
+    delete_shorter: Annotated[float, Gt(0), Le(1), Doc("a bubble goes from an edge shorter than this, in spacings")] = (
+        0.72
+    )
+    insert_longer: Annotated[float, Ge(1), Le(2), Doc("a bubble comes to an edge longer than this, in spacings")] = 1.38
+    insert_longer_at_crowd: Annotated[float, Ge(1), Le(2), Doc("the same beside a bubble with eight neighbours")] = 1.12
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         bubbles = net.bubbles
-        ratio = edge_ratios(net)
+        ratio = relative_lengths(bubbles, net.edges)
         gone = self._crowded(net, ratio, crowded_on_walls(net, domain))
         halved = self._too_long(net, ratio, gone)
         x = bubbles.x[halved].mean(axis=1)
@@ -83,11 +81,9 @@ class Defects:
         return edges[(first[edges] == rank[:, None]).all(axis=1)]
 
 
-def edge_ratios(net: Net) -> Floats:
-    """Lengths (m,) of the edges over the mean spacing of their ends."""
-    i, j = net.edges.T
-    x, d = net.bubbles.x, net.bubbles.d
-    return np.hypot(*(x.take(i, axis=0) - x.take(j, axis=0)).T) / ((d[i] + d[j]) / 2)
+def relative_lengths(bubbles: Bubbles, edges: Integers) -> Floats:
+    """Lengths (m,) of edges (m, 2) over the mean spacing of their ends."""
+    return edge_ratios(bubbles.x, edges, bubbles.d[edges].mean(axis=1))
 
 
 def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
@@ -96,8 +92,7 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     Beside a perfect packing they have three. On a curve every bubble serves the shape of the boundary.
     """
     bubbles, n = net.bubbles, len(net.bubbles)
-    ends = bubbles.x[net.facets]
-    ratio = np.hypot(*(ends[:, 1] - ends[:, 0]).T) / bubbles.d[net.facets].mean(axis=1)
+    ratio = relative_lengths(bubbles, net.facets)
     crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
     straight = np.zeros(n, bool)
     bound = domain.boundary.curved | domain.boundary.inner | domain.on_periodic_side

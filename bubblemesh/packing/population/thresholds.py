@@ -13,7 +13,7 @@ from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
-from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, pairs_within
+from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to, pairs_within
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
@@ -54,24 +54,17 @@ class Thresholds:
     The paper gives no thresholds of deletion; these lead to its final numbers of bubbles.
     """
 
-    delete_above: Annotated[
-        float, Gt(0), Doc("overlap ratio above which an interior bubble is deleted; 6 in a perfect packing")
-    ] = 7.8
-    delete_above_boundary: Annotated[float, Gt(0), Doc("the same along the boundary; 2 if all are in place")] = 3.5
-    delete_apart: Annotated[float, Gt(0), Doc("least distance between deletions of one round, in units of spacing")] = (
-        1.2
-    )
+    delete_above: Annotated[float, Gt(0), Doc("overlap ratio above which an interior bubble goes; 6 is perfect")] = 7.8
+    delete_above_boundary: Annotated[float, Gt(0), Doc("the same along the boundary; 2 is perfect")] = 3.5
+    delete_apart: Annotated[float, Gt(0), Doc("least distance between deletions of one round, in spacings")] = 1.2
     delete_order: Annotated[
         Literal["placed", "random", "worst"],
-        Doc(
-            "which of two crowded neighbours goes: `worst` sorts by overlap ratio, `random`, `placed` by the order of "
-            "placement, boundary first, which thins out the most"
-        ),
+        Doc("which of two crowded ones goes: the `worst` by overlap ratio, a `random` one, or the one `placed` first"),
     ] = "placed"
     insert_below: Annotated[float, Gt(0), Doc("overlap ratio below which a bubble may get a new neighbour")] = 4.5
-    insert_apart: Annotated[
-        float, Ge(0.5), Le(2), Doc("least distance of a new bubble from all others, in units of spacing")
-    ] = 0.85
+    insert_apart: Annotated[float, Ge(0.5), Le(2), Doc("least distance of a new bubble from others, in spacings")] = (
+        0.85
+    )
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         bubbles = net.bubbles
@@ -80,8 +73,9 @@ class Thresholds:
         crowded = alpha > self.delete_above
         crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
         crowded[: bubbles.corners] = False
-        gone = spread(crowded, near, self.delete_apart, self.rank(alpha, random))
-        rest = replace(bubbles, touched=next_to(near, gone)).select(np.flatnonzero(~gone))
+        gone = spaced_out(crowded, near, self.delete_apart, self.rank(alpha, random))
+        acting = near.pairs[near.distances < CUTOFF * near.contact]
+        rest = replace(bubbles, touched=next_to(acting, gone)).select(np.flatnonzero(~gone))
         grown = self._filled(split_cutting_edges(rest, domain, spacing), domain, spacing)
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
 
@@ -126,7 +120,7 @@ def boundary_gaps(
 def interior_gaps(
     bubbles: Bubbles, domain: Domain, spacing: Spacing, triangles: Integers, apart: float
 ) -> tuple[Integers, Floats]:
-    """Those of the triangles (k, 3) whose empty circumcircle has room for one more bubble, and the centres (k, 2)."""
+    """Triangles (k, 3) whose empty circumcircle has room for one more bubble, and the circles' centres (k, 2)."""
     center, radius = circumcircles(bubbles.x, triangles)
     inside = np.flatnonzero(np.isfinite(radius))
     inside = inside[domain.contains(center[inside])]
@@ -137,21 +131,12 @@ def interior_gaps(
     return triangles[gap], center[gap]
 
 
-def spread(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
-    """Those of the ``wanted`` (n,) that keep a distance of ``apart`` spacings from each other, by rank."""
+def spaced_out(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
+    """Choice (n,) of wanted bubbles that keep ``apart`` spacings between them, lowest ``rank`` (n,) first."""
     i, j = near.pairs.T
     conflict = wanted[i] & wanted[j]
     close = near.distances < apart * near.contact
     number = np.cumsum(wanted) - 1
     result = np.zeros(len(wanted), bool)
     result[wanted] = maximal_independent_set(number[near.pairs[conflict & close]], rank[wanted])
-    return result
-
-
-def next_to(near: Neighbours, marked: Booleans) -> Booleans:
-    """Bubbles (n,) that a marked one acts on."""
-    i, j = near.pairs[near.distances < CUTOFF * near.contact].T
-    result = np.zeros(len(marked), bool)
-    result[j[marked[i]]] = True
-    result[i[marked[j]]] = True
     return result

@@ -9,7 +9,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles
-from bubblemesh.packing.population.defects import Defects, edge_ratios
+from bubblemesh.packing.population.defects import Defects, relative_lengths
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.spacing.spacing import Spacing
 
@@ -99,7 +99,7 @@ def test_bubble_with_four_neighbours_is_deleted():
     more = replace(with_interior(bubbles, inside), d=np.full(len(bubbles) + 1, 0.6))  # nothing is too near
     net = connect(more, domain)
     assert net.valence[-1] == 4
-    assert edge_ratios(net).min() > 0.8
+    assert relative_lengths(net.bubbles, net.edges).min() > 0.8
     change = controlled(NEVER, domain, uniform(0.6), more)
     assert (change.deleted, change.inserted) == (1, 0)
     np.testing.assert_array_equal(change.bubbles.x, bubbles.x)
@@ -111,7 +111,7 @@ def test_of_two_bubbles_too_near_the_one_with_more_neighbours_stays():
         domain, spacing, bubbles = random_packing(seed)
         net = connect(bubbles, domain)
         after = rows(controlled(NEVER, domain, spacing, bubbles).bubbles.x)
-        short = net.edges[edge_ratios(net) < 0.72]
+        short = net.edges[relative_lengths(net.bubbles, net.edges) < 0.72]
         alone = (np.bincount(short.ravel(), minlength=len(bubbles)) == 1) & (net.valence > 4)
         alone[: bubbles.boundary_count] = False
         for i, j in short[alone[short].all(axis=1)]:
@@ -165,7 +165,7 @@ def test_edge_is_too_long_above_its_threshold(length, inserted):
 def test_long_boundary_edges_are_not_halved():
     domain = Domain.of(rings.polygon([(0, 0), (1.45, 0), (0.725, 1.25)]))
     shell = boundary_bubbles(domain, uniform(1.0))
-    assert edge_ratios(connect(shell, domain)).max() > 1.4
+    assert relative_lengths(shell, connect(shell, domain).edges).max() > 1.4
     change = controlled(Defects(), domain, uniform(1.0), shell)
     assert (change.deleted, change.inserted, len(change.bubbles)) == (0, 0, 3)
 
@@ -303,10 +303,10 @@ def test_population_settles():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_edge_ratios_are_lengths_over_mean_spacing(seed):
+def test_relative_lengths_are_lengths_over_mean_spacing(seed):
     domain, _, bubbles = random_packing(seed)
     net = connect(bubbles, domain)
     expected = [
         np.hypot(*(bubbles.x[i] - bubbles.x[j])) / ((bubbles.d[i] + bubbles.d[j]) / 2) for i, j in net.edges.tolist()
     ]
-    np.testing.assert_allclose(edge_ratios(net), expected, rtol=1e-12)
+    np.testing.assert_allclose(relative_lengths(net.bubbles, net.edges), expected, rtol=1e-12)

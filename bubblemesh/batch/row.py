@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -29,14 +29,34 @@ FIGURES: Mapping[str, tuple[str, ...]] = {
     "seconds": ("seconds", "total"),
     "peak_memory_mb": ("peak_memory_mb",),
 }
+# Kinds of the values in a line of JSON, in their order there.
+KINDS: Mapping[str, Any] = {
+    "case": str,
+    "source": str,
+    "sweep": dict,
+    "exit_code": int,
+    "error": str | None,
+    **dict.fromkeys(FIGURES, int | float | None),  # some meshes, and some systems, have not all of them
+    **dict.fromkeys(("method", "stop_reason"), str),
+    **dict.fromkeys(("seed", "nodes", "triangles", "force_evaluations"), int),
+    **dict.fromkeys(("quality_mean", "quality_p01", "quality_min", "seconds"), int | float),
+    "warnings": list,
+    "attempts": int,
+    "folder": str | None,
+    "version": str,
+    "inputs": str | None,
+    "files": dict,
+    "traceback": str | None,
+}
+COLUMNS = [name for name in KINDS if name not in ("inputs", "files", "traceback")]  # of the table
 
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The figures of a report that a summary has; empty for an empty report."""
-    return {name: _at(report, keys) for name, keys in FIGURES.items()} if report else {}
+    """Figures of a report that a summary has."""
+    return {name: _value_at(report, keys) for name, keys in FIGURES.items()}
 
 
-def _at(report: Any, keys: tuple[str, ...]) -> Any:
+def _value_at(report: Any, keys: tuple[str, ...]) -> Any:
     for key in keys:
         report = report[key]
     return report
@@ -52,12 +72,12 @@ class Row:
         Its name.
     source : str
         Its file.
-    sweep : dict
-        Value of each key that its file sweeps.
     exit_code : int
         What ``bubblemesh run`` would have ended with.
+    sweep : dict
+        Value of each key that its file sweeps.
     error : str, optional
-    figures : dict
+    figures : mapping
         Values of ``FIGURES``; empty if there is no mesh.
     warnings : tuple of str
     attempts : int
@@ -67,7 +87,7 @@ class Row:
     version : str
     inputs : str, optional
         Hash of all that its results depend on.
-    files : dict
+    files : mapping
         SHA-256 hash of each of its files.
     traceback : str, optional
         Where an error of the program happened.
@@ -76,15 +96,15 @@ class Row:
     case: str
     source: str
     exit_code: int
-    sweep: dict[str, Any] = field(default_factory=dict)
+    sweep: Mapping[str, Any] = field(default_factory=dict)
     error: str | None = None
-    figures: dict[str, Any] = field(default_factory=dict)
+    figures: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     attempts: int = 0
     folder: str | None = None
     version: str = ""
     inputs: str | None = None
-    files: dict[str, str] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
     traceback: str | None = None
 
     @property
@@ -93,66 +113,39 @@ class Row:
         return self.folder, self.case
 
     @classmethod
-    def parsed(cls, line: bytes) -> Self | None:
-        """The row of a line of JSON; None if the line is not whole, or not as a summary has it."""
+    def parse(cls, line: bytes) -> Self | None:
+        """Row of a line of JSON; None if the line is not whole, or not as a summary has it."""
         try:
             data = json.loads(line)
-            kinds = KINDS if data["nodes"] is None else {**KINDS, **FIGURE_KINDS}
-            if not all(isinstance(data[key], kind) for key, kind in kinds.items()):
-                return None
+            figures = FIGURES if data["nodes"] is not None else ()
+            values = {key: data[key] for key in KINDS if key in figures or key not in FIGURES}
         except (ValueError, KeyError, TypeError):
             return None
-        figures = {key: data[key] for key in FIGURES} if data["nodes"] is not None else {}
-        return cls(**{key: data[key] for key in KINDS} | {"warnings": tuple(data["warnings"])}, figures=figures)
+        if not all(isinstance(value, KINDS[key]) for key, value in values.items()):
+            return None
+        values["warnings"] = tuple(values["warnings"])
+        return cls(figures={key: values.pop(key) for key in figures}, **values)
 
     def data(self) -> dict[str, Any]:
-        """What the row's line of JSON holds."""
-        figures = {key: self.figures.get(key) for key in FIGURES}
-        record = {key: getattr(self, key) for key in KINDS}
-        head = {key: record.pop(key) for key in ("case", "source", "sweep", "exit_code", "error")}
-        return dict(json_ready(head | figures | record))
+        """Values of the row's line of JSON."""
+        values = {**vars(self), **dict.fromkeys(FIGURES), **self.figures}
+        return dict(json_ready({key: values[key] for key in KINDS}))
 
     def line(self) -> str:
-        """The row as a line of JSON."""
+        """Line of JSON."""
         return json.dumps(self.data(), ensure_ascii=False, allow_nan=False) + "\n"
 
     def cells(self) -> str:
-        """The row as a line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""
+        """Line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""
         data = self.data()
         data["sweep"] = json.dumps(data["sweep"], ensure_ascii=False)
         data["error"] = "; ".join((self.error or "").splitlines())
         data["warnings"] = len(self.warnings)
-        return _csv([data[column] for column in COLUMNS])
+        return csv_line([data[column] for column in COLUMNS])
 
 
-# Kinds of the values in a line of JSON, with and without a mesh.
-KINDS: Mapping[str, Any] = {
-    "case": str,
-    "source": str,
-    "sweep": dict,
-    "exit_code": int,
-    "error": str | None,
-    "warnings": list,
-    "attempts": int,
-    "folder": str | None,
-    "version": str,
-    "inputs": str | None,
-    "files": dict,
-    "traceback": str | None,
-}
-FIGURE_KINDS: Mapping[str, Any] = {
-    **dict.fromkeys(FIGURES, int | float | None),  # some meshes, and some systems, have not all of them
-    **dict.fromkeys(("method", "stop_reason"), str),
-    **dict.fromkeys(("seed", "nodes", "triangles", "force_evaluations"), int),
-    **dict.fromkeys(("quality_mean", "quality_p01", "quality_min", "seconds"), int | float),
-}
-COLUMNS = ("case", "source", "sweep", "exit_code", "error", *FIGURES, "warnings", "attempts", "folder", "version")
-
-
-def _csv(cells: list[Any]) -> str:
+def csv_line(cells: Sequence[Any]) -> str:
+    """Line of CSV with these cells."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerow(cells)
     return text.getvalue()
-
-
-HEAD = _csv(list(COLUMNS))

@@ -1,12 +1,11 @@
 """Which cases an earlier batch has done, and which of its rows stay."""
 
-import os
 from collections.abc import Iterable, Sequence
 from hashlib import file_digest
 from pathlib import Path
 
-from bubblemesh.batch.plan import Entry, Settings, job_of
-from bubblemesh.batch.rows import Row
+from bubblemesh.batch.plan import Entry
+from bubblemesh.batch.row import Row
 from bubblemesh.errors import BubblemeshError, RequirementError
 from bubblemesh.meshfiles.history import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
@@ -15,9 +14,9 @@ EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
 DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
 
 
-def unchanged(entries: Sequence[Entry], rows: Iterable[Row], settings: Settings, root: Path) -> dict[int, Row]:
-    """The rows, by the numbers of their entries, whose inputs are the same now and whose files are all as written."""
-    known = {key_of(entry, root): entry for entry in entries if entry.place is not None}
+def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
+    """Rows, by the numbers of their entries, whose inputs are the same now and whose files are all as written."""
+    known = {entry.key: entry for entry in entries if entry.case is not None}
     digests: dict[int, str | None] = {}
     found: dict[int, Row] = {}
     for row in rows:
@@ -25,23 +24,17 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], settings: Settings,
         if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
             continue
         if entry.number not in digests:
-            digests[entry.number] = _digest(entry, settings)
+            digests[entry.number] = _digest(entry)
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found
 
 
-def _has_extras(row: Row, entry: Entry) -> bool:
-    """Whether the row has a mesh, and the page and the tables that are wanted beside it."""
-    wanted = {path.name for path in entry.place.files if path.name.endswith(EXTRAS)} if entry.place else set()
-    return bool(row.files) and wanted <= row.files.keys()
-
-
-def of_others(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> list[Row]:
-    """The rows of cases outside the batch."""
-    keys = {key_of(entry, root) for entry in entries}
+def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
+    """Rows of cases outside the batch."""
+    keys = {entry.key for entry in entries}
     sources = {entry.source for entry in entries}
-    unreadable = {entry.source for entry in entries if entry.place is None}
+    unreadable = {entry.source for entry in entries if entry.case is None}
 
     def is_of_others(row: Row) -> bool:
         if row.folder is None:  # its file could not be read: nobody knows which cases it stands for
@@ -51,24 +44,15 @@ def of_others(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> list
     return [row for row in rows if is_of_others(row)]
 
 
-def key_of(entry: Entry, root: Path) -> tuple[str | None, str]:
-    """The key of the entry's row."""
-    return place_in(root, entry), entry.name
+def _has_extras(row: Row, entry: Entry) -> bool:
+    """Whether the row has a mesh, and the page and the tables that the case wants beside it."""
+    extras = {path.name for path in entry.files if path.name.endswith(EXTRAS)}
+    return bool(row.files) and extras <= row.files.keys()
 
 
-def place_in(root: Path, entry: Entry) -> str | None:
-    """The folder of the entry's results, seen from the summary's."""
-    if entry.place is None or entry.place.folder is None:
-        return None
+def _digest(entry: Entry) -> str | None:
     try:
-        return Path(os.path.relpath(entry.place.folder, root)).as_posix()
-    except ValueError:  # another drive of Windows
-        return str(entry.place.folder.absolute())
-
-
-def _digest(entry: Entry, settings: Settings) -> str | None:
-    try:
-        return job_of(entry, settings).digest()
+        return entry.job().digest()
     except BubblemeshError:
         return None
 
