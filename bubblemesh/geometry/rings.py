@@ -201,6 +201,14 @@ class SplineTo(NamedTuple):
     label: str | None = None
 
 
+Piece = LineTo | ArcTo | SplineTo
+
+
+def end_of(piece: Piece) -> Point:
+    """The point at which a piece ends."""
+    return _point(piece.through[-1] if isinstance(piece, SplineTo) else piece.to)
+
+
 def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
     """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1."""
     if len(points) == 0:
@@ -231,7 +239,7 @@ def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0,
     return Ring((Side(Ellipse(_point(center), _point(radii), float(np.radians(angle)), 1.0), label),), ())
 
 
-def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str | None = None) -> Ring:
+def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = None) -> Ring:
     """Ring from ``start`` along ``pieces``, closed by a straight line where it does not end at its start.
 
     Consecutive points that coincide are merged, with a note.
@@ -242,12 +250,12 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
         If an arc's ends are not equally far from its centre, or fewer than three points remain.
     """
     first = here = _point(start)
-    tolerance = 1e-13 * _extent([first, *(_end(piece) for piece in pieces)])
-    if not _same(_end(pieces[-1]) if pieces else first, first, tolerance):
+    tolerance = 1e-13 * _extent([first, *(end_of(piece) for piece in pieces)])
+    if not _same(end_of(pieces[-1]) if pieces else first, first, tolerance):
         pieces = [*pieces, LineTo(first, label)]
     sides, vertices, notes, doubles = [], [], [], []
     for number, piece in enumerate(pieces, start=1):
-        end = first if number == len(pieces) else _point(_end(piece))
+        end = first if number == len(pieces) else end_of(piece)
         if isinstance(piece, LineTo) and _same(here, end, tolerance):
             doubles.append(end)
             continue
@@ -261,7 +269,7 @@ def path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], la
     return Ring(tuple(sides), tuple(vertices), (*_merged(doubles), *notes))
 
 
-def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo], label: str) -> OpenPath:
+def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> OpenPath:
     """Open line from ``start`` along ``pieces``.
 
     Raises
@@ -272,7 +280,7 @@ def open_path(start: Sequence[float], pieces: Sequence[LineTo | ArcTo | SplineTo
     here, sides, vertices = _point(start), [], [_point(start)]
     notes, doubles = [], []
     for piece in pieces:
-        end = _point(_end(piece))
+        end = end_of(piece)
         if isinstance(piece, LineTo) and here == end:
             doubles.append(end)
             continue
@@ -293,7 +301,7 @@ def _merged(doubles: Sequence[Point]) -> list[str]:
     return [f"duplicate point {place(point)} merged" for point in doubles]
 
 
-def _curve(start: Point, piece: LineTo | ArcTo | SplineTo, end: Point) -> tuple[Curve, list[str]]:
+def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
     """The curve of ``piece`` between two vertices, and notes on what was mended."""
     if isinstance(piece, LineTo):
         return Line(start, end), []
@@ -338,10 +346,6 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
     elif not piece.left and turned >= 0:
         turned -= 2 * np.pi
     return Arc(_point(center), float(np.hypot(ux, uy)), float(first), float(turned)), notes
-
-
-def _end(piece: LineTo | ArcTo | SplineTo) -> Sequence[float]:
-    return piece.through[-1] if isinstance(piece, SplineTo) else piece.to
 
 
 def _extent(points: Sequence[Sequence[float]]) -> float:

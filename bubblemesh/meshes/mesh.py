@@ -111,7 +111,7 @@ class Mesh:
 
     @cached_property
     def outer(self) -> Booleans:
-        """Which facets (f,) are boundary edges: those with a triangle on one side only."""
+        """Mask (f,) of the facets that are boundary edges: those with a triangle on one side only."""
         forth, back = (self._side_table.find(pairs) for pairs in (self.facets, self.facets[:, 1::-1]))
         return (forth < 0) != (back < 0)
 
@@ -238,7 +238,7 @@ class Mesh:
 
 
 def _folded(corners: Floats, middles: Floats) -> Booleans:
-    """Which curved triangles (t,) with corners (t, 3, 2) and edge nodes (t, 3, 2) do not map one to one.
+    """Mask (t,) of curved triangles, corners (t, 3, 2) and edge nodes (t, 3, 2), whose map is not one to one.
 
     The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
     """

@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, Group, facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.groups import Fields, Group, cell_kinds, facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
 # Gmsh's numbers of the kinds of cells, by meshio's names.
@@ -64,7 +64,7 @@ def as_meshio(mesh: Mesh) -> Any:
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write the same as text."""
+    """Write points, edges, triangles, groups and matching nodes as `write_msh` does, as text."""
     points = np.pad(mesh.points, ((0, 0), (0, 1)))
     text = msh_text(points, _blocks(mesh), list(group_names(mesh).items()))
     write_text(path, chain(text, _periodic_text(_periodic(mesh))))
@@ -107,7 +107,7 @@ def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
 
 
 def _blocks(mesh: Mesh) -> list[Block]:
-    line, triangle = {1: ("line", "triangle"), 2: ("line3", "triangle6")}[mesh.order]
+    line, triangle = cell_kinds(mesh)
     blocks = [Block(line, mesh.facets, facet_ids(mesh)), Block(triangle, mesh.triangles, region_ids(mesh))]
     if len(mesh.labelled_nodes):
         blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh)))
