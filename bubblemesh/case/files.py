@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
+from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.fields import OneLabel, Positive, Strict
 from bubblemesh.case.followed import Traced
 from bubblemesh.readers.selection import Selection, Unit
@@ -89,9 +89,8 @@ def named_files(model: BaseModel) -> Iterator[Path]:
 
     if isinstance(model, InFile):
         yield from files_of(Path(model.file))
-    if isinstance(model, FieldTerm | RasterTerm | ImageTerm | ScatteredTerm) and model.file is not None:
-        data = Path(model.file)
-        yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
+    if isinstance(model, DataTerm):
+        yield from model.files()
     for _, value in model:
         for part in value if isinstance(value, tuple) else [value]:
             if isinstance(part, BaseModel):

@@ -16,7 +16,7 @@ from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.to_labels import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.data_terms import elsewhere, sampled_terms
+from bubblemesh.problem.data_terms import data_functions, elsewhere
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
@@ -59,10 +59,10 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
         If a term names a label or a region that is not there; with the key.
     """
     terms, value = _mapping(case), _value(case, domain)
-    limits, near, sampled = _limits_within(terms, case, domain), _near(terms, domain), sampled_terms(terms)
-    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in sampled.items())
-    spots = np.vstack([*_spots(terms, domain), *(data.spots for data in sampled.values())])
-    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in sampled.items()))
+    limits, near, functions = _limits_within(terms, case, domain), _near(terms, domain), data_functions(terms)
+    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in functions.items())
+    spots = np.vstack([*_spots(terms, domain), *(data.spots for data in functions.values())])
+    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in functions.items()))
     return Wanted(within_limits(case, found, spots, terms.scale), rules_of(case), terms.nodes, tuple(astray))
 
 

@@ -24,17 +24,9 @@ class Block(NamedTuple):
     ids: Integers
 
 
-class Matching(NamedTuple):
-    """An entity that is a copy of another one, in meshio's order.
-
-    ``entities`` are the copy's and the original's number, ``affine`` (16,) the map from the original to the copy by
-    rows, ``nodes`` (k, 2) those of the copy and of the original.
-    """
-
-    dimension: int
-    entities: tuple[int, int]
-    affine: Floats
-    nodes: Integers
+Matching = tuple[int, tuple[int, int], Floats, Integers]
+"""An entity that is a copy of another one, in meshio's order: its dimension, its own and the original's number, the map
+(16,) from the original to the copy by rows, and nodes (k, 2) of the copy and of the original."""
 
 
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -92,7 +84,7 @@ def _periodic(mesh: Mesh) -> list[Matching]:
     for sides in mesh.periodic_sides:
         affine = np.eye(4)
         affine[:2, 3] = sides.shift
-        found.append(Matching(1, (sides.second + 1, sides.first + 1), affine.ravel(), sides.nodes[:, ::-1]))
+        found.append((1, (sides.second + 1, sides.first + 1), affine.ravel(), sides.nodes[:, ::-1]))
     return found
 
 
