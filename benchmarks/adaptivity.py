@@ -8,7 +8,6 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from skfem import Basis, ElementTriP1, MeshTri, condense, solve
@@ -16,13 +15,14 @@ from skfem.models.poisson import laplace
 
 import bubblemesh
 from benchmarks.ablation import renewed
+from benchmarks.light import save
 from bubblemesh.adaptivity.estimate import true_error
 from bubblemesh.arrays import Floats
 
 __all__ = ["CASE", "Step", "adaptive", "order", "singular", "solved", "uniform"]
 
 PAGE = Path(__file__).parents[1] / "docs" / "adaptivity.md"
-PLOT = PAGE.parent / "figures" / "adaptivity.svg"
+PLOT = PAGE.parent / "figures" / "adaptivity.png"
 BEGIN, END = "<!-- adaptivity: begin -->", "<!-- adaptivity: end -->"
 CASE = """
 name: l-shape
@@ -131,8 +131,7 @@ def draw(adapted: list[Step], even: list[Step], path: Path) -> None:
             ends, 1.3 * adapted[1].error * (ends / ends[0]) ** power, color="#8a97a3", linestyle=style, label=name
         )
     right.legend(frameon=False, fontsize=9)
-    with mpl.rc_context({"svg.hashsalt": "bubblemesh"}):
-        figure.savefig(path, metadata={"Date": None})  # a date would make every drawing another file
+    save(figure, path)
 
 
 if __name__ == "__main__":

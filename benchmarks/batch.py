@@ -13,8 +13,8 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
 
-from bubblemesh.batch import Finished, Settings, case_files, course, planned
-from bubblemesh.batch.local import load_packing, local_workers
+from bubblemesh.batch import BatchOptions, Progress, case_files, plan_cases, run_batch
+from bubblemesh.batch.local import local_workers
 
 CASES = 200
 TURNS = 3
@@ -30,23 +30,20 @@ class Run:
     """One batch: wall time, that of the meshing alone, and processor times of the workers and of the parent process."""
 
     def __init__(self, folder: Path, jobs: int, turn: int) -> None:
-        settings = Settings(folder=str(folder / f"out-{jobs}-{turn}"))
+        options = BatchOptions(folder=str(folder / f"out-{jobs}-{turn}"))
         self.jobs = jobs
         with local_workers(jobs) as workers:
-            # Calls one after the other go to one process after the other.
-            for _ in range(jobs):
-                workers.executor.submit(load_packing).result()
-            before = [workers.executor.submit(process_time).result() for _ in range(jobs)]
+            # Calls one after the other go to one process after the other, which answers when it has loaded everything.
+            before = [workers.submit(process_time).result() for _ in range(jobs)]
             begun, computing = perf_counter(), process_time()
-            entries = planned(case_files([str(folder / "cases")]), settings)
-            events = list(course(entries, settings, lambda count: nullcontext(workers)))
+            entries = plan_cases(case_files([str(folder / "cases")]), options)
+            totals = run_batch(entries, options, lambda count: nullcontext(workers), Progress())
             self.seconds = perf_counter() - begun
             self.parent = process_time() - computing
-            self.workers = sum(workers.executor.submit(process_time).result() for _ in range(jobs)) - sum(before)
-        rows = [event.row for event in events if isinstance(event, Finished)]
-        assert all(row.exit_code == 0 for row in rows)
-        self.cases = len(rows)
-        self.meshing = sum(row.figures["seconds"] for row in rows)
+            self.workers = sum(workers.submit(process_time).result() for _ in range(jobs)) - sum(before)
+        assert totals["exit_code"] == 0
+        self.cases = totals["cases"]
+        self.meshing = sum(row["seconds"] for row in totals["rows"])
 
     @property
     def overhead(self) -> float:

@@ -10,7 +10,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import circle, polygon, rectangle
-from bubblemesh.packing.boundary_edges import enclosed
+from bubblemesh.packing.boundary_edges import drop_strays
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 from bubblemesh.spacing.spacing import Spacing
 
@@ -40,7 +40,7 @@ def domains() -> dict[str, Domain]:
 def clouds(domain: Domain) -> dict[str, Floats]:
     """Points all over the domain, next to its boundary, and in its middle, where much may be equally near."""
     rng = np.random.default_rng(1)
-    on = domain.polyline.points[rng.integers(0, len(domain.polyline.points), POINTS)]
+    on = domain.polygonal_copy.points[rng.integers(0, len(domain.polygonal_copy.points), POINTS)]
     return {
         "all over": rng.uniform(-1.1, 1.1, (POINTS, 2)),
         "next to it": on + 10.0 ** rng.uniform(-6, -2, (POINTS, 1)) * rng.normal(size=(POINTS, 2)),
@@ -60,7 +60,7 @@ def seconds(question: Callable[[], object]) -> float:
 
 def error(domain: Domain, points: Floats) -> float:
     """Largest difference of distances from those by brute force, to the chords."""
-    chords = shapely.linestrings(np.stack(domain.polyline.chords[3:], axis=1))
+    chords = shapely.linestrings(np.stack(domain.polygonal_copy.chords[3:], axis=1))
     true = [shapely.distance(chords, point).min() for point in shapely.points(points[:CHECKED])]
     return float(np.abs(domain.nearest(points[:CHECKED]).distance - true).max())
 
@@ -70,7 +70,7 @@ def asked(name: str, domain: Domain) -> None:
     for where, points in clouds(domain).items():
         times = [
             seconds(lambda: domain.contains(points)),  # noqa: B023 - called at once
-            seconds(lambda: domain.clear(points, np.full(POINTS, CLEARANCE))),  # noqa: B023
+            seconds(lambda: domain.surely_inside(points, np.full(POINTS, CLEARANCE))),  # noqa: B023
             seconds(lambda: domain.signed_distance(points)),  # noqa: B023
             seconds(lambda: domain.distance_to(points, "rim")),  # noqa: B023
         ]
@@ -82,7 +82,7 @@ def placed(name: str, domain: Domain) -> None:
     """Print how long it takes to place bubbles, and to check that they are inside the boundary's edges."""
     placement, spacing = HierarchicalSubdivision(), Spacing(lambda x, _: np.full(len(x), SPACING))
     bubbles = placement(domain, spacing, POINTS)
-    times = seconds(lambda: placement(domain, spacing, POINTS)), seconds(lambda: enclosed(bubbles, domain))
+    times = seconds(lambda: placement(domain, spacing, POINTS)), seconds(lambda: drop_strays(bubbles, domain))
     print(f"{name:8} {len(bubbles):10,} {times[0]:8.2f} {times[1]:8.2f}")
 
 

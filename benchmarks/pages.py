@@ -6,7 +6,6 @@ chromedriver.
 """
 
 import base64
-import io
 import shutil
 import sys
 import tempfile
@@ -16,16 +15,16 @@ from statistics import median
 from time import process_time
 
 import numpy as np
-from PIL import Image
 from selenium import webdriver
 from selenium.webdriver.support.ui import WebDriverWait
 
+from benchmarks.light import lighten
 from bubblemesh.case import load_case
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures, radius_ratios
 from bubblemesh.pages.index import index_page
 from bubblemesh.pages.report import report_page
-from bubblemesh.pictures.plots import PlotOptions, draw_mesh, small_png
+from bubblemesh.pictures.plots import PlotOptions, draw_mesh
 from bubblemesh.run.pipeline import Result, mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
@@ -110,8 +109,10 @@ def figures() -> None:
         name: mesh_case(load_case(ROOT / f"configs/{name}.yaml")) for name in ("gallery/composite", "quickstart")
     }
     composite, plate = results["gallery/composite"], results["quickstart"]
-    draw_mesh(plate.mesh, FIGURES / "plot-paper.svg", PlotOptions(style="paper"))
-    (FIGURES / "plot-material.png").write_bytes(small_png(composite.mesh, PlotOptions(color="material", dpi=100)))
+    draw_mesh(plate.mesh, FIGURES / "plot-paper.png", PlotOptions(style="paper", dpi=150))
+    lighten(FIGURES / "plot-paper.png")
+    draw_mesh(composite.mesh, FIGURES / "plot-material.png", PlotOptions(color="material", dpi=100))
+    lighten(FIGURES / "plot-material.png")
     with tempfile.TemporaryDirectory() as folder:
         report, index = Path(folder, "report.html"), Path(folder, "index.html")
         report.write_text(_page(composite), encoding="utf-8")
@@ -152,8 +153,8 @@ def _photograph(page: Path, path: Path, width: int, height: int, *, dark: bool =
         shot = driver.execute_cdp_cmd("Page.captureScreenshot", {})["data"]
     finally:
         driver.quit()
-    picture = Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")
-    picture.quantize(128, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(path, optimize=True)
+    path.write_bytes(base64.b64decode(shot))
+    lighten(path)
 
 
 if __name__ == "__main__":

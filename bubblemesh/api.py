@@ -15,7 +15,7 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.solutions import read_nodal_field
+from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.packing.configure import OptionError, configured, options
 from bubblemesh.problem.problem import Task, posed_for
 from bubblemesh.problem.python_input import polygon_domain, spacing_of

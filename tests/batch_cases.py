@@ -1,17 +1,11 @@
 """Cases of batches for the tests."""
 
 import csv
-from concurrent.futures import CancelledError, Executor, Future
-from contextlib import contextmanager
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from queue import SimpleQueue
 
-from batches import (
-    threads,
-    unexpected,
-)
-
-from bubblemesh.batch.workers import Workers
+from batches import Threads
 
 
 def write(folder, **texts):
@@ -33,23 +27,17 @@ def table_in(folder):
 
 
 def between(change):
-    """Workers that make a change when the first case has been submitted."""
+    """Workers for one case at a time that make a change when the first case has been submitted."""
+
+    class Changing(Threads):
+        def submit(self, function, /, *arguments):
+            change()
+            return super().submit(function, *arguments)
 
     @contextmanager
     def workers(count):
-        with threads(count) as crew:
-
-            def capacity():
-                return 1
-
-            submit = crew.executor.submit
-
-            def submitted(*arguments):
-                change()
-                return submit(*arguments)
-
-            crew.executor.submit = submitted
-            yield Workers(crew.executor, crew.tell, crew.notes, capacity, crew.failure, crew.lost)
+        with ThreadPoolExecutor(1) as executor:
+            yield Changing(executor, capacity=1)
 
     return workers
 
@@ -62,7 +50,7 @@ class Failing(Executor):
 
     def submit(self, function, /, job, tell):
         future = Future()
-        if job.place.name == self.name and self.left:
+        if job.destination.name == self.name and self.left:
             self.left -= 1
             if self.error is CancelledError:
                 future.cancel()
@@ -74,10 +62,6 @@ class Failing(Executor):
         return future
 
 
-def failing(times, error, failure=unexpected):
-    @contextmanager
-    def workers(count):
-        notes = SimpleQueue()
-        yield Workers(Failing(times, error, "b"), notes.put, notes, lambda: 2, failure, "out of reach")
-
-    return workers
+def failing(times, error):
+    """Workers that fail so many times over the case b."""
+    return lambda count: nullcontext(Threads(Failing(times, error, "b"), capacity=2))

@@ -6,11 +6,12 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from queue import SimpleQueue
+from pathlib import Path
+from typing import NamedTuple
 
-from bubblemesh.batch import Finished, Settings, case_files, course, planned
-from bubblemesh.batch.jobs import Outcome
-from bubblemesh.batch.workers import Workers
+from bubblemesh.batch import BatchOptions, Progress, Row, case_files, plan_cases, run_batch
+from bubblemesh.batch.dispatch import Workers
+from bubblemesh.batch.worker import Outcome
 
 SMALL = """\
 domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}
@@ -30,30 +31,94 @@ output: {formats: [msh]}
 """
 
 
-def unexpected(error):
-    """Workers of a test fail in no other way than the test says."""
-    return Outcome(99, repr(error))
+class Threads(Workers):
+    """Workers that are threads of an executor."""
+
+    lost = "out of reach"
+
+    def __init__(self, executor, capacity=4):
+        super().__init__()
+        self.executor, self.most, self.tell = executor, capacity, self.notes.put
+
+    def submit(self, function, /, *arguments):
+        return self.executor.submit(function, *arguments)
+
+    def capacity(self):
+        return self.most
+
+    def failure(self, error):
+        """Workers of a test fail in no other way than the test says."""
+        return Outcome(99, repr(error))
 
 
 @contextmanager
 def threads(count):
     """Workers that are threads."""
-    notes = SimpleQueue()
     with ThreadPoolExecutor(min(count, 2)) as executor:
-        yield Workers(executor, notes.put, notes, lambda: 4, unexpected, "lost")
+        yield Threads(executor)
 
 
-def stream(*paths, workers=threads, shard=None, resume=False, **settings):
-    """The events of a batch, as they happen."""
-    common = Settings(**settings)
-    entries = planned(case_files([str(path) for path in paths]), common)
-    options = {} if shard is None else {"shard": shard}
-    return course(entries, common, workers, resume=resume, **options)
+class Begun(NamedTuple):
+    """A batch has begun."""
+
+    entries: list
+    unchanged: int
+    summary: Path
+
+
+class Note(NamedTuple):
+    """A case is so far."""
+
+    number: int
+    round: int = 0
+    nodes: int = 0
+
+
+class Waiting(NamedTuple):
+    """There are no workers."""
+
+    message: str
+
+
+class Finished(NamedTuple):
+    """A case has its row."""
+
+    number: int
+    row: Row
+    unchanged: bool = False
+
+
+class Events(Progress):
+    """Gives all that a batch tells to a function, one event after the other."""
+
+    def __init__(self, hear):
+        self.hear = hear
+
+    def begin(self, entries, unchanged, summary):
+        self.hear(Begun(entries, unchanged, summary))
+
+    def note(self, number, finished_rounds, nodes):
+        self.hear(Note(number, finished_rounds, nodes))
+
+    def wait(self, message):
+        self.hear(Waiting(message))
+
+    def finish(self, number, row, *, unchanged=False):
+        self.hear(Finished(number, row, unchanged))
+
+
+def follow(hear, *paths, workers=threads, **options):
+    """Run a batch whose events go to a function as they happen; gives what the batch ends with."""
+    common = BatchOptions(**options)
+    entries = plan_cases(case_files([str(path) for path in paths]), common)
+    return run_batch(entries, common, workers, Events(hear))
 
 
 def events_of(*paths, **options):
     """All events of a batch."""
-    return list(stream(*paths, **options))
+    events = []
+    follow(events.append, *paths, **options)
+    return events
 
 
 def finished(*paths, **options):

@@ -1,6 +1,15 @@
+"""What all tests share: what needs a browser is marked so, and Gmsh's own reader."""
+
 import signal
 
 import pytest
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what opens a browser."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.browser)
 
 
 @pytest.fixture(scope="module")

@@ -80,7 +80,7 @@ def check_pieces(domain, aside=1e-4):
     zero = np.zeros(len(open_))
     np.testing.assert_allclose(b.points(open_, zero), b.corners[b.start[open_]], atol=1e-8)
     np.testing.assert_allclose(b.points(open_, b.lengths[open_]), b.corners[b.end[open_]], atol=1e-8)
-    piece, s, step = b.panels()
+    piece, s, step = b.stations()
     ends = np.stack([b.points(piece, s), b.points(piece, s + step)], axis=1)
     for side, corner, joint in ((0, b.start, np.diff(piece, prepend=-1)), (1, b.end, np.diff(piece, append=-1))):
         here = np.flatnonzero((joint != 0) & ~b.closed[piece])

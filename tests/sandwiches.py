@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 from test_output import fields_of, holed_square
 
-from bubblemesh.meshfiles import write_files
 from bubblemesh.meshfiles.groups import group_names
+from bubblemesh.meshfiles.writing import write_files
 
 ODD = ("on", "no", "äußere Wand", "1, 2", "a'b & <c>")
 

@@ -34,6 +34,7 @@ def disc():
 # The page
 
 
+@pytest.mark.long
 def test_the_blocks_of_the_page_run_one_after_the_other(tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), flags=re.DOTALL)
     assert len(blocks) >= 8
@@ -130,6 +131,7 @@ def test_labels_have_to_fit():
 # Spacing
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "spacing",
     [

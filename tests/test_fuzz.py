@@ -15,6 +15,8 @@ from matplotlib.textpath import TextPath
 from bubblemesh.case import load_case
 from bubblemesh.run.pipeline import mesh_case
 
+pytestmark = pytest.mark.long
+
 QUICK = {
     "accelerated": {"schedule": {"rounds": 2, "iterations": 60}},
     "multilevel": {"packing": {"effort": "fast"}},

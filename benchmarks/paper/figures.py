@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from benchmarks.light import save
 from benchmarks.paper.runs import Runs
 from bubblemesh.packing.viscosity import OddBubbles, SawTooth
 from bubblemesh.problem.problem import prepared
@@ -42,9 +43,7 @@ def draw(runs: Mapping[str, Runs], folder: Path) -> None:
         "fig-11.png": _examples([runs[f"{name}-accelerated"] for name in EXAMPLES]),
         "fig-12.svg": _speeds({name: runs[case] for name, case in METHODS.items()}),
     }.items():
-        # A date, or random ids, would make every drawing another file.
-        metadata = {"Date": None} if name.endswith("svg") else {}
-        figure.savefig(folder / name, dpi=80, metadata=metadata)
+        save(figure, folder / name)
 
 
 METHODS = {"BPM": "table-1", "FNPBS": "table-4", "accelerated": "table-5/example-3-accelerated"}

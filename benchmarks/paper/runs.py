@@ -10,7 +10,7 @@ from time import process_time
 from typing import Any
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.meshfiles import dump
+from bubblemesh.meshfiles.report_json import json_text
 from bubblemesh.run.pipeline import Result, mesh_case
 
 __all__ = ["CONFIGS", "SEEDS", "Runs", "measured", "profiled"]
@@ -86,7 +86,7 @@ def _runs(case: Case, found: list[tuple[Result, float]]) -> Runs:
 
 
 def _key(case: Case) -> str:
-    return dump(case.model_dump(mode="json", exclude={"name"}))
+    return json_text(case.model_dump(mode="json", exclude={"name"}))
 
 
 def profiled(name: str) -> dict[str, float]:

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.light import save
 from benchmarks.peers.rows import Row
 from benchmarks.peers.tools import OURS, TOOLS
 
@@ -15,7 +15,7 @@ __all__ = ["CAPTIONS", "draw"]
 
 CAPTIONS = {
     "peers-cost.svg": "Cost of meshing Example 3 against the number of nodes placed",
-    "peers-quality.svg": "What is missing to perfect quality, and the spread of l/d, case by case: lower is better",
+    "peers-quality.png": "What is missing to perfect quality, and the spread of l/d, case by case: lower is better",
 }
 STYLES = {
     "bubblemesh-fast": ("#d1495b", "v"),
@@ -41,10 +41,8 @@ Rows = Mapping[str, Mapping[str, Row]]
 def draw(rows: Rows, sizes: list[str], folder: Path) -> None:
     """Draw the rows, by case and tool; ``sizes`` are the cases of the first plot."""
     folder.mkdir(parents=True, exist_ok=True)
-    with mpl.rc_context({"svg.hashsalt": "bubblemesh"}):
-        for name, figure in zip(CAPTIONS, (_cost(rows, sizes), _quality(rows)), strict=True):
-            # A date would make every drawing another file.
-            figure.savefig(folder / name, metadata={"Date": None})
+    for name, figure in zip(CAPTIONS, (_cost(rows, sizes), _quality(rows)), strict=True):
+        save(figure, folder / name)
 
 
 def _cost(rows: Rows, sizes: list[str]) -> Figure:

@@ -52,7 +52,7 @@ def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
 
 
 def _write_outline(problem: Problem, path: Path) -> None:
-    line = problem.domain.polyline
+    line = problem.domain.polygonal_copy
     edges = np.column_stack([np.arange(len(line.points)), line.successor])
     with path.open("w") as file:
         file.write(f"MSHID=3;EUCLIDEAN-MESH\nNDIMS=2\nPOINT={len(line.points)}\n")

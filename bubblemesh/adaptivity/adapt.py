@@ -21,15 +21,14 @@ from bubblemesh.case import Case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
-from bubblemesh.packing.placement.warm_start import Present, starting_from
+from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.problem import Problem, posed_for, task_of
-from bubblemesh.problem.spacing import Wanted, limits_of, nodes_of, rules_of
+from bubblemesh.problem.spacing import Wanted, nodes_of, rules_of, within_limits
 from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, meshed
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.combination import Combination
 from bubblemesh.spacing.terms.field import Field
 
 GROWTH = 0.3  # of the sizes per length, if the case does not say
@@ -40,7 +39,7 @@ TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True)
 class Target:
-    """What to adapt to: a relative error, or a number of nodes; without both, the number of nodes that there are."""
+    """Goal of an adaptation: a relative error, or a number of nodes; without both, as many nodes as there are."""
 
     error: float | None = None
     nodes: int | None = None
@@ -120,18 +119,14 @@ def _posed(
     field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
-    spots = field.spots
-
-    def at(scale: float | None) -> Spacing:
-        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)), spots=spots)
-
+    at = within_limits(case, (Spacing(field),), field.spots)
     task, rules = task_of(case), rules_of(case)
     rules = replace(rules, growth=rules.growth or GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
-    present = Present(solution.points[inner], now[inner])
+    present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_kept(domain, at(None))
     if share >= FEWEST_KEPT:
-        task = replace(task, method=starting_from(task.method, present))
+        task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
     return posed_for(domain, Wanted(at, rules, nodes), task, seconds, "nodes"), start
 
@@ -149,7 +144,7 @@ def _parts(domain: Domain, solution: Solution) -> Integers | None:
 
 
 def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[str, Any]:
-    """What is known of the solution's error; the estimate is one in terms of the solution's unit."""
+    """Figures of the solution's error for the report; the estimate is in terms of the solution's unit."""
     unit = solution.unit
     figures = {
         "field": solution.name,

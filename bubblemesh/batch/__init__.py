@@ -1,25 +1,18 @@
 """Many cases, in worker processes of this machine or of a cluster."""
 
-from bubblemesh.batch.choosing import workers_at
-from bubblemesh.batch.course import course
-from bubblemesh.batch.events import Begun, Event, Finished, Waiting
-from bubblemesh.batch.gathering import case_files
-from bubblemesh.batch.jobs import Note
-from bubblemesh.batch.plan import Settings, planned
-from bubblemesh.batch.results import Results
-from bubblemesh.batch.shards import Shard
+from bubblemesh.batch.dispatch import Progress
+from bubblemesh.batch.plan import BatchOptions, Entry, case_files, parse_shard, plan_cases
+from bubblemesh.batch.row import Row
+from bubblemesh.batch.run import run_batch, workers_at
 
 __all__ = [
-    "Begun",
-    "Event",
-    "Finished",
-    "Note",
-    "Results",
-    "Settings",
-    "Shard",
-    "Waiting",
+    "BatchOptions",
+    "Entry",
+    "Progress",
+    "Row",
     "case_files",
-    "course",
-    "planned",
+    "parse_shard",
+    "plan_cases",
+    "run_batch",
     "workers_at",
 ]

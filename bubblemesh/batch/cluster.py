@@ -3,19 +3,20 @@
 import asyncio
 import logging
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
 from functools import partial
-from queue import SimpleQueue
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVar
 from uuid import uuid4
 
 from bubblemesh import __version__
-from bubblemesh.batch.jobs import Note, Outcome
-from bubblemesh.batch.workers import Workers
+from bubblemesh.batch.dispatch import Workers
+from bubblemesh.batch.worker import Note, Outcome
 from bubblemesh.errors import CaseError, FileError, LimitError
+
+T = TypeVar("T")
 
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d{1,5}")
 PATIENCE = 5.0  # seconds that the scheduler has for its first answer
@@ -31,35 +32,78 @@ def cluster_workers(address: str) -> Iterator[Workers]:
     Raises
     ------
     FileError
-        If the extra is missing, or the scheduler does not answer; later, that is one of the workers' capacity.
+        If the extra is missing, or the scheduler does not answer; later, that is one of `Workers.capacity`.
     """
     client = _connected(address)
-    from distributed.client import ClosedClientError
-
-    gone = (ClosedClientError, OSError)
-    notes: SimpleQueue[Note] = SimpleQueue()
-    topic = f"bubblemesh-{uuid4()}"
     executor = client.get_executor(pure=False)
-    lost = f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
     try:
-        client.subscribe_topic(topic, lambda event: notes.put(Note(*event[1])))
-        pulse = Pulse(client, lost, gone)
-        missing = f"no workers are at {address}: waiting for them"
-        yield Workers(
-            executor,
-            partial(tell_client, topic),
-            notes,
-            pulse.capacity,
-            _failure,
-            lost,
-            gone,
-            lambda: missing if pulse.threads == 0 else None,
-        )
+        yield ClusterWorkers(address, client, executor)
     finally:
         with suppress(Exception):  # of a connection that is lost
             executor.shutdown(wait=False)
         with suppress(Exception):
             client.close(timeout=PATIENCE)
+
+
+class ClusterWorkers(Workers):
+    """Workers whose number is asked for again and again, by which one knows whether their scheduler is still there."""
+
+    def __init__(self, address: str, client: Any, executor: Any) -> None:
+        from distributed.client import ClosedClientError
+
+        super().__init__()
+        topic = f"bubblemesh-{uuid4()}"
+        self.tell = partial(tell_client, topic)
+        self.lost = (
+            f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
+        )
+        self._gone = (ClosedClientError, OSError, CancelledError)
+        self._address, self._client, self._executor = address, client, executor
+        self._threads: int | None = None  # of all workers, as last told
+        client.subscribe_topic(topic, lambda event: self.notes.put(tuple(event[1])))
+        self._ask()
+
+    def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
+        try:
+            return self._executor.submit(function, *arguments)
+        except self._gone:
+            raise FileError(self.lost) from None
+
+    def capacity(self) -> int:
+        waited = monotonic() - self._asked
+        if self._answer.done():
+            try:
+                self._threads = sum(self._answer.result().values())
+            except self._gone:
+                raise FileError(self.lost) from None
+            if waited > REFRESH:
+                self._ask()
+        elif waited > SILENCE:
+            raise FileError(self.lost)
+        return max(2 * (self._threads or 0), FEWEST)
+
+    def missing(self) -> str | None:
+        return f"no workers are at {self._address}: waiting for them" if self._threads == 0 else None
+
+    def failure(self, error: BaseException) -> Outcome:
+        from distributed.scheduler import KilledWorker
+
+        if isinstance(error, KilledWorker):
+            times = error.allowed_failures + 1
+            return Outcome(LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory")
+        cause = error.__cause__ or error  # Dask wraps what went wrong when a worker unpacked the job
+        return Outcome(
+            FileError.exit_code,
+            f"no worker could take it: {type(cause).__name__}: {cause}: is bubblemesh {__version__} installed there, "
+            "with the same Python?",
+        )
+
+    def _ask(self) -> None:
+        self._asked = monotonic()
+        question = self._client.scheduler.ncores()  # not by `nthreads`, which waits for ever
+        self._answer: Future[dict[str, int]] = asyncio.run_coroutine_threadsafe(
+            question, self._client.loop.asyncio_loop
+        )
 
 
 def require_address(address: str) -> None:
@@ -96,7 +140,7 @@ def _connected(address: str) -> Any:
 
 
 async def _kind(address: str) -> str:
-    """What sort of Dask process answers."""
+    """Kind of the Dask process that answers."""
     import distributed
 
     dask: Any = distributed
@@ -105,61 +149,9 @@ async def _kind(address: str) -> str:
         return str((await remote.identity())["type"])
 
 
-class Pulse:
-    """The scheduler's answers to one question that is asked again and again: how many threads its workers have."""
-
-    def __init__(self, client: Any, lost: str, gone: tuple[type[Exception], ...]) -> None:
-        self._client, self._lost = client, lost
-        self._gone: tuple[type[BaseException], ...] = (*gone, CancelledError)
-        self.threads: int | None = None  # as last told
-        self._ask()
-
-    def capacity(self) -> int:
-        """Twice the number of threads, which may change.
-
-        Raises
-        ------
-        FileError
-            If the scheduler has been silent for too long.
-        """
-        waited = monotonic() - self._asked
-        if self._answer.done():
-            try:
-                self.threads = sum(self._answer.result().values())
-            except self._gone:
-                raise FileError(self._lost) from None
-            if waited > REFRESH:
-                self._ask()
-        elif waited > SILENCE:
-            raise FileError(self._lost)
-        return max(2 * (self.threads or 0), FEWEST)
-
-    def _ask(self) -> None:
-        self._asked = monotonic()
-        question = self._client.scheduler.ncores()
-        # Not by `nthreads`, which waits for ever.
-        self._answer: Future[dict[str, int]] = asyncio.run_coroutine_threadsafe(
-            question, self._client.loop.asyncio_loop
-        )
-
-
-def _failure(error: BaseException) -> Outcome:
-    from distributed.scheduler import KilledWorker
-
-    if isinstance(error, KilledWorker):
-        times = error.allowed_failures + 1
-        return Outcome(LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory")
-    cause = error.__cause__ or error  # Dask wraps what went wrong when a worker unpacked the job
-    return Outcome(
-        FileError.exit_code,
-        f"no worker could take it: {type(cause).__name__}: {cause}: is bubblemesh {__version__} installed there, with "
-        "the same Python?",
-    )
-
-
 def tell_client(topic: str, note: Note) -> None:
     """Send a note from a worker to the client."""
     from distributed import get_worker
 
     worker: Any = get_worker()
-    worker.log_event(topic, (note.number, note.round, note.nodes))
+    worker.log_event(topic, note)

@@ -1,43 +1,87 @@
-"""How cases go to the workers, and come back."""
+"""How cases go to workers, wherever these are, and come back."""
 
+from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from dataclasses import dataclass, replace
-from queue import Empty
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from dataclasses import replace
+from pathlib import Path
+from queue import SimpleQueue
+from typing import TypeVar
 
-from bubblemesh.batch.events import Waiting
-from bubblemesh.batch.jobs import Job, Note, Outcome
-from bubblemesh.batch.plan import Entry, Settings, job_of
-from bubblemesh.batch.worker import mesh_job
-from bubblemesh.batch.workers import WorkerDied, Workers
+from bubblemesh.batch.plan import Entry
+from bubblemesh.batch.row import Row
+from bubblemesh.batch.worker import Job, Note, Outcome, Tell, mesh_job
 from bubblemesh.errors import BubblemeshError, FileError
+
+T = TypeVar("T")
 
 ATTEMPTS = 3  # of a case whose worker process dies
 TICK = 0.2  # seconds between looks at the notes of running jobs
 
 
-@dataclass(frozen=True)
-class Attempt:
-    """A job that a worker has, and for the how many-th time."""
+class Progress:
+    """Hears how a batch goes on; here nobody listens."""
 
-    entry: Entry
-    job: Job
-    number: int = 1
+    def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
+        """Hear of all cases of the batch, how many of them are done already, and the file of the summary."""
 
+    def note(self, number: int, finished_rounds: int, nodes: int) -> None:
+        """Hear how far a running case is; 0 nodes before the first round."""
 
-@dataclass(frozen=True)
-class Ended:
-    """What became of a case, after so many attempts, and the hash of all that it depends on."""
+    def wait(self, message: str) -> None:
+        """Hear why there are no workers now."""
 
-    entry: Entry
-    outcome: Outcome
-    attempts: int = 0
-    inputs: str | None = None
+    def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
+        """Hear that a case has its row; ``unchanged`` if an earlier batch had done it."""
 
 
-def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> Iterator[Note | Waiting | Ended]:
-    """Keep the workers busy, and tell what they do.
+class WorkerDied(BrokenExecutor):
+    """A worker process has ended without being asked to."""
+
+    def __init__(self, message: str, exit_code: int) -> None:
+        super().__init__(message, exit_code)
+        self.message = message
+        self.exit_code = exit_code
+
+
+class Workers(ABC):
+    """Worker processes.
+
+    Attributes
+    ----------
+    tell : callable
+        Run in a worker, it brings a note to the queue here.
+    notes : SimpleQueue of Note
+    lost : str
+        What to say if the workers are out of reach; then futures are cancelled, or `submit` or `capacity` raise it.
+    """
+
+    tell: Tell
+    lost: str
+
+    def __init__(self) -> None:
+        self.notes: SimpleQueue[Note] = SimpleQueue()
+
+    @abstractmethod
+    def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
+        """Call a function in a worker; a `WorkerDied` of the future costs another attempt."""
+
+    @abstractmethod
+    def capacity(self) -> int:
+        """How many jobs to have submitted, so that no worker has to wait."""
+
+    @abstractmethod
+    def failure(self, error: BaseException) -> Outcome:
+        """Outcome of a job that could not be run, from the exception of its future."""
+
+    def missing(self) -> str | None:
+        """What to say while there are no workers; else None."""
+        return None
+
+
+def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> Iterator[tuple[Entry, Outcome]]:
+    """Keep the workers busy, and give the outcome of each case as it ends.
 
     Raises
     ------
@@ -45,62 +89,52 @@ def dispatched(entries: Iterable[Entry], settings: Settings, crew: Workers) -> I
         If the workers are out of reach.
     """
     left = deque(entries)
-    running: dict[Future[Outcome], Attempt] = {}
-    begun: Counter[int] = Counter()  # how often a worker has told that it begins with a case
+    running: dict[Future[Outcome], tuple[Entry, Job]] = {}
+    submitted, begun = Counter[int](), Counter[int]()  # how often each case was given out, and a worker has begun it
+
+    def submit(entry: Entry, job: Job) -> None:
+        submitted[job.number] += 1
+        running[workers.submit(mesh_job, job, workers.tell)] = entry, job
+
     missing: str | None = None
     while left or running:
-        capacity, before, missing = crew.capacity(), missing, crew.missing()
+        capacity, before, missing = workers.capacity(), missing, workers.missing()
         if missing and not before:
-            yield Waiting(missing)
+            progress.wait(missing)
         while left and len(running) < capacity:
             entry = left.popleft()
             try:
-                attempt = Attempt(entry, job_of(entry, settings))
+                job = entry.job()
             except BubblemeshError as error:
-                yield Ended(entry, Outcome(error.exit_code, str(error)))
+                yield entry, Outcome(error.exit_code, str(error))
             else:
-                running[_submitted(attempt, crew)] = attempt
+                submit(entry, job)
         ended, _ = wait(running, TICK, FIRST_COMPLETED)
-        for note in _notes(crew):
-            begun[note.number] += note.round == 0
-            yield note
+        for _ in range(workers.notes.qsize()):
+            number, finished_rounds, nodes = workers.notes.get()
+            begun[number] += finished_rounds == 0
+            progress.note(number, finished_rounds, nodes)
         for future in ended:
-            attempt = running.pop(future)
-            problem = _problem(future, crew)
-            if isinstance(problem, WorkerDied) and attempt.number < ATTEMPTS:
-                again = replace(attempt, number=attempt.number + 1)
-                running[_submitted(again, crew)] = again
+            entry, job = running.pop(future)
+            times = submitted[job.number]
+            problem = _problem(future, workers)
+            if isinstance(problem, WorkerDied) and times < ATTEMPTS:
+                submit(entry, job)
                 continue
-            outcome = future.result() if problem is None else _failure(problem, attempt, crew)
-            attempts = max(attempt.number, begun[attempt.entry.number])  # a cluster tries again by itself
-            yield Ended(attempt.entry, outcome, attempts, attempt.job.digest())
+            outcome = future.result() if problem is None else _failure(problem, workers, entry, times)
+            attempts = max(times, begun[job.number])  # a cluster tries again by itself
+            yield entry, replace(outcome, attempts=attempts, inputs=job.digest())
 
 
-def _submitted(attempt: Attempt, crew: Workers) -> Future[Outcome]:
-    try:
-        return crew.executor.submit(mesh_job, attempt.job, crew.tell)
-    except crew.gone:
-        raise FileError(crew.lost) from None
-
-
-def _notes(crew: Workers) -> Iterator[Note]:
-    """What running jobs have told."""
-    for _ in range(crew.notes.qsize()):
-        try:
-            yield crew.notes.get_nowait()
-        except Empty:  # pragma: no cover (nobody else reads)
-            return
-
-
-def _problem(future: Future[Outcome], crew: Workers) -> BaseException | None:
+def _problem(future: Future[Outcome], workers: Workers) -> BaseException | None:
     """Why a job could not be run, if it could not."""
     try:
         return future.exception()
     except CancelledError:
-        raise FileError(crew.lost) from None
+        raise FileError(workers.lost) from None
 
 
-def _failure(problem: BaseException, attempt: Attempt, crew: Workers) -> Outcome:
-    outcome = crew.failure(problem)
-    times = f" (in each of {attempt.number} attempts)" if attempt.number > 1 else ""
-    return replace(outcome, error=f"{attempt.entry.source}: {outcome.error}{times}")
+def _failure(problem: BaseException, workers: Workers, entry: Entry, times: int) -> Outcome:
+    outcome = workers.failure(problem)
+    attempts = f" (in each of {times} attempts)" if times > 1 else ""
+    return replace(outcome, error=f"{entry.source}: {outcome.error}{attempts}")

@@ -5,57 +5,48 @@ import shutil
 import signal
 import tempfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
-from multiprocessing import active_children, get_context, parent_process
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from tempfile import TemporaryDirectory
 from threading import Lock, Thread
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
-from bubblemesh.batch.jobs import Note, Outcome
-from bubblemesh.batch.workers import WorkerDied, Workers
+from bubblemesh.batch.dispatch import WorkerDied, Workers
+from bubblemesh.batch.worker import Note, Outcome
 from bubblemesh.errors import FileError, LimitError
 
-P = ParamSpec("P")
 T = TypeVar("T")
 
 LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS")
 THREADS = (*(f"{library}_NUM_THREADS" for library in LIBRARIES), "VECLIB_MAXIMUM_THREADS")
+FAREWELL = 5.0  # seconds that a worker whose pipe is closed has to see that the batch has crashed
 
 
 @contextmanager
 def local_workers(count: int) -> Iterator[Workers]:
     """So many processes with one thread of NumPy each; they end with the block, at once if by an exception."""
-    notes: SimpleQueue[Note] = SimpleQueue()
     with (
         _environment(dict.fromkeys(THREADS, "1")),
         TemporaryDirectory(prefix="bubblemesh-", ignore_cleanup_errors=True) as staging,
     ):
-        executor = LocalExecutor(count, notes, staging)
+        workers = LocalWorkers(count, staging)
         try:
-            yield Workers(executor, tell_parent, notes, lambda: 2 * count, _failure, "the workers have been stopped")
+            workers.start()
+            yield workers
         except BaseException:
-            executor.kill()
+            workers.kill()
             raise
         finally:
-            executor.shutdown()
-
-
-def _failure(error: BaseException) -> Outcome:
-    if isinstance(error, WorkerDied):
-        return Outcome(error.exit_code, error.message)
-    return Outcome(FileError.exit_code, f"no worker process could take it: {type(error).__name__}: {error}")
+            workers.close()
 
 
 @contextmanager
 def _environment(values: dict[str, str]) -> Iterator[None]:
-    """These variables, for processes that start within the block."""
+    """Set variables for processes that start within the block."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:
@@ -68,95 +59,108 @@ def _environment(values: dict[str, str]) -> Iterator[None]:
                 os.environ[name] = value
 
 
-@dataclass(frozen=True)
-class Lane:
-    """A pool of one process."""
+class LocalWorkers(Workers):
+    """Several processes, each with a pipe: one that dies takes no case with it but its own, and is replaced."""
 
-    pool: ProcessPoolExecutor
-    process: BaseProcess
+    lost = "the workers have been stopped"
 
-    def died(self) -> WorkerDied:
-        """Why the process has ended."""
-        self.pool.shutdown()  # has waited for the process, which knows its exit code then
-        code = self.process.exitcode
+    def __init__(self, count: int, staging: str) -> None:
+        super().__init__()
+        self.tell = tell_parent
+        self._count = count
+        self._staging = staging
+        self._threads = ThreadPoolExecutor(count, "worker")  # each waits for the answer of one process
+        self._pipes: dict[BaseProcess, Connection[Any, Any]] = {}  # of all processes
+        self._idle: SimpleQueue[BaseProcess] = SimpleQueue()
+        self._lock = Lock()
+        self._stopped = False
+
+    def capacity(self) -> int:
+        return 2 * self._count
+
+    def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
+        return self._threads.submit(self._call, function, arguments)
+
+    def failure(self, error: BaseException) -> Outcome:
+        if isinstance(error, WorkerDied):
+            return Outcome(error.exit_code, error.message)
+        return Outcome(FileError.exit_code, f"no worker process could take it: {type(error).__name__}: {error}")
+
+    def start(self) -> None:
+        """Start the processes, which begin to load what they need."""
+        for _ in range(self._count):
+            self._idle.put(self._start())
+
+    def kill(self) -> None:
+        """End the processes now."""
+        with self._lock:
+            self._stopped = True
+        for process in self._pipes:
+            process.kill()
+        self._threads.shutdown(wait=False, cancel_futures=True)
+
+    def close(self) -> None:
+        """End the processes when they have finished."""
+        self._threads.shutdown()
+        for process, pipe in self._pipes.items():
+            with suppress(OSError), pipe:  # of one that has been killed
+                pipe.send(None)
+            process.join()
+
+    def _call(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
+        process = self._idle.get()
+        pipe = self._pipes[process]
+        try:
+            pipe.send((function, arguments))
+            while (answer := pipe.recv())[0] == "note":
+                self.notes.put(answer[1])
+        except (EOFError, OSError, MemoryError) as error:
+            if isinstance(error, MemoryError):  # the rest of the answer would come with the next one
+                process.kill()
+            died = self._death(process)
+            process = self._start(process)
+            raise died from None
+        finally:
+            self._idle.put(process)
+        kind, value = answer
+        if kind == "error":
+            raise value
+        return value
+
+    def _death(self, process: BaseProcess) -> WorkerDied:
+        with self._lock:  # who starts a process asks those that have ended for their exit codes
+            process.join()
+        code = process.exitcode
         if code == -getattr(signal, "SIGKILL", 9):
             return WorkerDied("its worker process was killed, perhaps for want of memory", LimitError.exit_code)
         how = f"by signal {-code} ({signal.strsignal(-code)})" if code is not None and code < 0 else f"with code {code}"
         return WorkerDied(f"its worker process ended {how}", 1)
 
-
-class LocalExecutor(Executor):
-    """Several lanes of one process each: a process that dies takes no case with it but its own, and is replaced."""
-
-    def __init__(self, count: int, notes: "SimpleQueue[Note]", staging: str) -> None:
-        self._notes = notes
-        self._staging = staging
-        self._threads = ThreadPoolExecutor(count, "lane")
-        self._idle: SimpleQueue[Lane] = SimpleQueue()
-        self._lanes: list[Lane] = []
-        self._lock = Lock()
-        self._stopped = False
-        try:
-            for _ in range(count):
-                self._idle.put(self._started())
-        except BaseException:
-            self.kill()
-            raise
-
-    def submit(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Call the function in one of the processes; its death is a `WorkerDied`."""
-        return self._threads.submit(lambda: self._called(partial(function, *args, **kwargs)))
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes when they have finished."""
-        self._threads.shutdown(wait, cancel_futures=cancel_futures)
-        for lane in self._lanes:
-            lane.pool.shutdown(wait)
-
-    def kill(self) -> None:
-        """End the processes now."""
-        self._stopped = True
-        for lane in self._lanes:
-            lane.process.kill()
-        self._threads.shutdown(wait=False, cancel_futures=True)
-
-    def _called(self, call: Callable[[], T]) -> T:
-        lane = self._idle.get()
-        try:
-            return lane.pool.submit(call).result()
-        except BrokenProcessPool:
-            died = lane.died()
-            lane = self._started(lane)
-            raise died from None
-        finally:
-            self._idle.put(lane)
-
-    def _started(self, old: Lane | None = None) -> Lane:
-        """A lane whose process has begun to load what it needs."""
-        reader, writer = get_context("spawn").Pipe(duplex=False)
-        pool = ProcessPoolExecutor(1, get_context("spawn"), begin_worker, (writer, self._staging))
-        with self._lock, _uninterrupted():
+    def _start(self, instead_of: BaseProcess | None = None) -> BaseProcess:
+        """Start a process, in place of one that has died."""
+        context = get_context("spawn")
+        pipe, its_end = context.Pipe()
+        process = context.Process(target=serve, args=(its_end, self._staging), daemon=True)
+        with self._lock, _uninterrupted(), its_end:
             if self._stopped:
                 raise WorkerDied("the batch has been stopped", 130)
-            others = set(active_children())
             try:
-                pool.submit(load_packing)
+                process.start()
             except OSError as error:
                 raise FileError(f"a worker process cannot be started: {error.strerror}: try fewer --jobs") from None
-            (process,) = set(active_children()) - others
-            lane = Lane(pool, process)
-            self._lanes = [*(one for one in self._lanes if one is not old), lane]
-        writer.close()
-        Thread(target=_forward, args=(reader, self._notes), daemon=True).start()
-        return lane
+            if instead_of is not None:
+                self._pipes.pop(instead_of).close()
+            self._pipes[process] = pipe
+        return process
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """A process that starts in the block never sees Ctrl-C, which goes to all processes of a terminal."""
+    """Let processes that start in the block never see Ctrl-C, which goes to all processes of a terminal."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
+    resource_tracker.ensure_running()  # who starts it lets all signals through
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -164,25 +168,27 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _forward(reader: "Connection[Any, Note]", notes: "SimpleQueue[Note]") -> None:
-    """Bring the notes of a process into the queue of all, until it ends."""
-    try:
-        while True:
-            notes.put(reader.recv())
-    except (EOFError, OSError):
-        reader.close()
-
-
 # In the worker process
 
-to_parent: "list[Connection[Note, Any]]" = []
+to_parent: "list[Connection[Any, Any]]" = []
 
 
-def begin_worker(notes: "Connection[Note, Any]", staging: str) -> None:
-    """Make a worker process ready, whose temporary files go to a folder of the batch."""
-    to_parent.append(notes)
+def serve(pipe: "Connection[Any, Any]", staging: str) -> None:
+    """Answer calls until None is one; temporary files go to a folder of the batch."""
+    to_parent.append(pipe)
     tempfile.tempdir = staging
-    Thread(target=_end_with_parent, args=(staging,), daemon=True).start()
+    watch = Thread(target=_end_with_parent, args=(staging,), daemon=True)
+    watch.start()
+    try:
+        while (call := pipe.recv()) is not None:
+            function, arguments = call
+            try:
+                answer = "value", function(*arguments)
+            except Exception as error:
+                answer = "error", error
+            pipe.send(answer)
+    except (EOFError, OSError):
+        watch.join(FAREWELL)
 
 
 def _end_with_parent(staging: str) -> None:
@@ -194,11 +200,6 @@ def _end_with_parent(staging: str) -> None:
         os._exit(1)
 
 
-def load_packing() -> None:
-    """Load what meshing needs, while the first case is still on its way."""
-    import bubblemesh.batch.worker  # noqa: F401
-
-
 def tell_parent(note: Note) -> None:
     """Send a note to the process that runs the batch."""
-    to_parent[0].send(note)
+    to_parent[0].send(("note", note))

@@ -1,65 +1,82 @@
-"""All cases of a batch, known by name before the first of them is meshed."""
+"""What a batch is to do: its options, and all cases by their names before the first of them is meshed."""
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from glob import glob, has_magic
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
-from bubblemesh.batch.jobs import Job
-from bubblemesh.case import Case, Variant, case_variants, load_case, parsed
-from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.batch.worker import Job
+from bubblemesh.case import Case, Override, Variant, case_variants, load_case
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
+from bubblemesh.files import read_bytes
 from bubblemesh.problem.rings import named_files
 from bubblemesh.run.destination import Destination, destination
 
+T = TypeVar("T")
+
+ENDINGS = (".yaml", ".yml")
+PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those of bases
+
 
 @dataclass(frozen=True)
-class Settings:
-    """What holds for every case.
+class BatchOptions:
+    """What holds for all cases of a batch.
 
     Attributes
     ----------
-    overrides : tuple of str
-    method, seed : optional
-        Options over the case's file.
+    overrides : sequence of Override
+        Set over each case's file.
     folder : str, optional
         Folder of all results; without it each case has its own.
     page : bool, optional
         Whether each case gets its page; without it the case says so.
-    time_limit : float, optional
-        Seconds after which the packing of a case ends with the mesh as it is.
+    shard : tuple of int
+        Which part of the cases to mesh, from 1, and of how many parts.
+    resume : bool
+        Whether cases that an earlier batch has done stay as they are, and its summary goes on.
     """
 
-    overrides: tuple[str, ...] = ()
-    method: str | None = None
-    seed: int | None = None
+    overrides: Sequence[Override] = ()
     folder: str | None = None
     page: bool | None = None
-    time_limit: float | None = None
+    shard: tuple[int, int] = (1, 1)
+    resume: bool = False
 
     def __post_init__(self) -> None:
         if self.folder in ("", "-"):
             raise CaseError(f"-o {self.folder}: a batch writes into a folder: name one")
-        for override in self.overrides:
-            parsed(override)  # a mistake here is no case's
 
-    def case(self, source: str, variant: Variant) -> Case:
-        """A case of a file, with the options over it."""
-        return load_case(source, variant=variant, **self._over())
+    @property
+    def root(self) -> Path:
+        """Folder of the summary."""
+        return Path(self.folder or ".")
 
-    def variants(self, source: str) -> list[Variant]:
-        """The cases of a file."""
-        return case_variants(source, **self._over())
+    @property
+    def suffix(self) -> str:
+        """What the shard adds to the names of the summary's files."""
+        index, count = self.shard
+        return "" if count == 1 else f"-{index:0{len(str(count))}}-of-{count}"
 
-    def _over(self) -> dict[str, Any]:
-        """The options over a case's file."""
-        options = {"method": self.method, "seed": self.seed, "time_limit": self.time_limit}
-        return {"overrides": self.overrides, **options}
+    def part_of(self, entries: Sequence[T]) -> list[T]:
+        """Entries of the shard, every so many-th: neighbours, which often take alike, go to different shards."""
+        index, count = self.shard
+        return list(entries[index - 1 :: count])
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """Index and count of a text such as ``3/16``; a CaseError if it is no such text."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise CaseError(f"--shard {text}: must be a part and the number of parts, from 1/16 to 16/16")
+    return int(found[1]), int(found[2])
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A case of the batch.
+    """A case of the batch, as it was when the batch began.
 
     Attributes
     ----------
@@ -67,25 +84,59 @@ class Entry:
         Its place in the batch, from 1.
     source : str
         Its file.
+    name : str
     variant : Variant
         Which of the file's cases it is.
-    name : str
-    place : Destination, optional
+    case : Case, optional
+    destination : Destination, optional
         Where its results go.
+    folder : str, optional
+        The destination's folder, seen from the summary's.
     error : BubblemeshError, optional
-        Why it cannot be read; then there is no place.
+        Why it cannot be read; then there is neither case nor destination.
     """
 
     number: int
     source: str
-    variant: Variant
     name: str
-    place: Destination | None
+    variant: Variant = field(default_factory=Variant)
+    case: Case | None = None
+    destination: Destination | None = None
+    folder: str | None = None
     error: BubblemeshError | None = None
 
+    @property
+    def key(self) -> tuple[str | None, str]:
+        """Folder and name, which no two cases of a batch share and which the case's row has too."""
+        return self.folder, self.name
 
-def planned(files: Iterable[str], settings: Settings) -> list[Entry]:
-    """The cases of all files, in order; those that cannot be read are among them.
+    @property
+    def files(self) -> list[Path]:
+        """All files that may be written."""
+        return self.destination.files if self.destination else []
+
+    def job(self) -> Job:
+        """Job of the case, with the contents that the files named in it have now.
+
+        Raises
+        ------
+        BubblemeshError
+            If the case could not be read, or one of the files cannot.
+        """
+        if self.case is None or self.destination is None:
+            raise self.error or FileError(f"{self.source}: not read")
+        with prefixed(self.source):
+            files = {str(path): _content(path) for path in named_files(self.case)}
+        return Job(self.number, self.source, self.case, self.destination, files)
+
+
+def _content(path: Path) -> bytes:
+    with prefixed(path):
+        return read_bytes(path)
+
+
+def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
+    """Entries of all cases of the files, in order; cases that cannot be read are among them.
 
     Raises
     ------
@@ -95,34 +146,34 @@ def planned(files: Iterable[str], settings: Settings) -> list[Entry]:
         If the results of a case would overwrite a case file.
     """
     sources = list(files)
-    found = [one for source in sources for one in _entries(source, settings)]
-    entries = [Entry(number, *one) for number, one in enumerate(found, start=1)]
+    entries: list[Entry] = []
+    for source in sources:
+        try:
+            variants = case_variants(source, overrides=options.overrides)
+        except BubblemeshError as error:
+            entries.append(Entry(len(entries) + 1, source, Path(source).stem, error=error))
+        else:
+            entries += (_entry(number, source, one, options) for number, one in enumerate(variants, len(entries) + 1))
     _require_apart(entries, sources)
     return entries
 
 
-Found = tuple[str, Variant, str, Destination | None, BubblemeshError | None]
-
-
-def _entries(source: str, settings: Settings) -> Iterator[Found]:
-    try:
-        variants = settings.variants(source)
-    except BubblemeshError as error:
-        yield source, Variant(), Path(source).stem, None, error
-        return
-    for variant in variants:
-        try:
-            case = settings.case(source, variant)
-            yield source, variant, str(case.name), _place(case, source, settings), None
-        except BubblemeshError as error:
-            yield source, variant, Path(source).stem + variant.label, None, error
-
-
-def _place(case: Case, source: str, settings: Settings) -> Destination:
+def _entry(number: int, source: str, variant: Variant, options: BatchOptions) -> Entry:
     # With a slash at its end it is a folder, whatever its name looks like.
-    return destination(
-        case, source, None if settings.folder is None else f"{settings.folder}/", None, page=settings.page
-    )
+    output = None if options.folder is None else f"{options.folder}/"
+    try:
+        case = load_case(source, overrides=options.overrides, variant=variant)
+        place = destination(case, source, output, None, page=options.page)
+    except BubblemeshError as error:
+        return Entry(number, source, Path(source).stem + variant.label, variant, error=error)
+    return Entry(number, source, str(case.name), variant, case, place, _seen_from(options.root, place.folder or Path()))
+
+
+def _seen_from(root: Path, folder: Path) -> str:
+    try:
+        return Path(os.path.relpath(folder, root)).as_posix()
+    except ValueError:  # another drive of Windows
+        return str(folder.absolute())
 
 
 def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
@@ -131,12 +182,13 @@ def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
     owners: dict[str, Entry] = {}
     folders: dict[Path, str] = {}
     for entry in entries:
-        for path in entry.place.files if entry.place else ():
+        for path in entry.files:
             folder = folders.setdefault(path.parent, os.path.realpath(path.parent))
             place = os.path.join(folder, path.name)  # noqa: PTH118 (ten times faster, and there may be many)
             owner = owners.setdefault(place, entry)
             if owner is not entry:
-                raise CaseError(f"{_called(owner)} and {_called(entry)} would both write {path}: {_advice(entry)}")
+                advice = f"give one of them another name than {entry.name!r}, or another output.directory and no -o"
+                raise CaseError(f"{_called(owner)} and {_called(entry)} would both write {path}: {advice}")
             if place in cases:
                 raise FileError(f"{cases[place]}: the results of {_called(entry)} would overwrite this case file")
 
@@ -145,31 +197,47 @@ def _called(entry: Entry) -> str:
     return f"{entry.source} ({entry.name})" if entry.variant.label else entry.source
 
 
-def _advice(entry: Entry) -> str:
-    return f"give one of them another name than {entry.name!r}, or another output.directory and no -o"
-
-
-def job_of(entry: Entry, settings: Settings) -> Job:
-    """The job of a case, with the contents of all files as they are now.
+def case_files(paths: Sequence[str]) -> list[str]:
+    """Case files that paths, patterns and folders mean, each once: in their order, those of a folder by their names.
 
     Raises
     ------
-    BubblemeshError
-        If the case cannot be read, or writes elsewhere than it did when the batch began.
+    CaseError
+        If there is no case file in a folder, or nothing fits a pattern.
+    FileError
+        If a folder cannot be read.
     """
-    if entry.error is not None:
-        raise entry.error
-    case = settings.case(entry.source, entry.variant)
-    place = _place(case, entry.source, settings)
-    if entry.place is None or (place.folder, place.name) != (entry.place.folder, entry.place.name):
-        raise CaseError(f"{entry.source}: its name or folder has changed since the batch began: run the batch again")
-    files = {str(path): _content(path, entry.source) for path in named_files(case)}
-    return Job(entry.number, entry.source, case, place, files)
+    found: dict[str, str] = {}
+    for path in paths:
+        for file in _files_of(path):
+            found.setdefault(os.path.abspath(file), file)  # noqa: PTH100 (two links to one file are two cases)
+    return list(found.values())
 
 
-def _content(path: Path, source: str) -> bytes:
-    try:
-        return path.read_bytes()
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise FileError(f"{source}: {path}: the file cannot be read: {why}") from None
+def _files_of(path: str) -> list[str]:
+    if path == "-":
+        raise CaseError("-: a batch reads no case from the standard input: use bubblemesh run -")
+    is_folder = Path(path).is_dir()
+    if not is_folder and (not has_magic(path) or Path(path).exists()):
+        return [path]  # a file that is missing is a case that fails
+    matches = [path] if is_folder else sorted(glob(path, recursive=True))  # noqa: PTH207 (a whole pattern)
+    files = [file for match in matches for file in (_in_folder(match) if Path(match).is_dir() else [match])]
+    if files:
+        return files
+    if not is_folder:
+        raise CaseError(f"{path}: no file fits this pattern")
+    raise CaseError(
+        f"{path}: no case file is in this folder: their names end in {' or '.join(ENDINGS)}, and those that begin "
+        f"with {' or '.join(PRIVATE)} are left out"
+    )
+
+
+def _in_folder(path: str) -> Iterator[str]:
+    def refuse(error: OSError) -> None:
+        raise FileError(f"{error.filename}: the folder cannot be read: {error.strerror}")
+
+    for folder, inner, names in os.walk(path, onerror=refuse):
+        inner[:] = sorted(name for name in inner if not name.startswith(PRIVATE))
+        for name in sorted(names):
+            if name.endswith(ENDINGS) and not name.startswith(PRIVATE):
+                yield str(Path(folder, name))

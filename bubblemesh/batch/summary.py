@@ -1,13 +1,15 @@
 """The summary of a batch on the disk: summary.jsonl and summary.csv, which grow by a row for each case."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from bubblemesh.batch.rows import HEAD, Row
+from bubblemesh.batch.row import COLUMNS, Row, csv_line
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.transaction import reason, transaction
+from bubblemesh.files import reason, unwritten
+from bubblemesh.meshfiles.transaction import transaction
 
 STEM = "summary"
 
@@ -19,13 +21,15 @@ class Summary:
     ----------
     rows : list of Row
         All that the files hold.
+    path : Path
+        The file that has all of each row.
     """
 
     def __init__(self, folder: Path, suffix: str, rows: Iterable[Row]) -> None:
         self.rows = list(rows)
-        self.path = folder / f"{STEM}{suffix}.jsonl"  # which has all of each row
+        self.path = folder / f"{STEM}{suffix}.jsonl"
+        self._last: tuple[int, Row] | None = None  # size of the lines, and the row that they are about to get
         self._lines, self._table = self._written()
-        self._last: tuple[int, Row] | None = None
 
     def append(self, row: Row) -> None:
         """Add a row to both files.
@@ -70,10 +74,10 @@ class Summary:
 
     def _written(self) -> "tuple[Lines, Lines]":
         """Both files, written anew."""
-        lines, table = self.path, self.path.with_suffix(".csv")
+        table = self.path.with_suffix(".csv")
         texts = {
-            lines: "".join(row.line() for row in self.rows),
-            table: HEAD + "".join(row.cells() for row in self.rows),
+            self.path: "".join(row.line() for row in self.rows),
+            table: csv_line(COLUMNS) + "".join(row.cells() for row in self.rows),
         }
         with transaction(self.path.parent) as staging:
             for path, text in texts.items():
@@ -81,7 +85,7 @@ class Summary:
                     file.write(text)
                     file.flush()
                     os.fsync(file.fileno())  # a power cut must not take the rows of hours
-        return Lines(lines), Lines(table)
+        return Lines(self.path), Lines(table)
 
 
 class Lines:
@@ -92,11 +96,11 @@ class Lines:
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
         except OSError as error:
-            raise FileError(f"cannot write {path}: {reason(error)}") from error
+            raise unwritten(path, error) from error
 
     @property
     def size(self) -> int:
-        """Its size in bytes."""
+        """Size in bytes."""
         return os.fstat(self._file).st_size
 
     @property
@@ -116,7 +120,7 @@ class Lines:
                 os.ftruncate(self._file, before)
                 raise FileError(f"cannot write {self.path}: only a part of a row fits: is the disk full?")
         except OSError as error:
-            raise FileError(f"cannot write {self.path}: {reason(error)}") from error
+            raise unwritten(self.path, error) from error
 
     def close(self) -> None:
         """Close the file."""
@@ -125,7 +129,7 @@ class Lines:
 
 @contextmanager
 def summary(folder: Path, suffix: str, rows: Iterable[Row]) -> Iterator[Summary]:
-    """A summary that begins with these rows, in place of an old one, and is there when the block ends.
+    """Open a summary that begins with these rows, in place of an old one, and is there when the block ends.
 
     Raises
     ------
@@ -154,4 +158,11 @@ def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
         lines = [line for path in paths for line in path.read_bytes().split(b"\n")]
     except OSError as error:
         raise FileError(f"cannot read the summary {error.filename}: {reason(error)}") from error
-    return [row for row in map(Row.parsed, lines) if row is not None]
+    return [row for row in map(Row.parse, lines) if row is not None]
+
+
+def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
+    """What ``--json`` prints of the rows of a batch; its exit code is 0 if all of theirs are, else the largest."""
+    codes = [row.exit_code for row in rows]
+    counts = {"cases": len(rows), "failed": sum(code != 0 for code in codes), "unchanged": unchanged}
+    return counts | {"exit_code": max(codes, default=0), "rows": [row.data() for row in rows]}

@@ -1,29 +1,129 @@
-"""The part of a batch that runs in worker processes, here or on a cluster."""
+"""The part of a batch that runs in worker processes, here or on a cluster: a job goes in, an outcome comes back."""
 
+import errno
+import json
+import re
 import traceback
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from bubblemesh import __version__
-from bubblemesh.batch.jobs import Job, Note, Outcome, Tell
-from bubblemesh.batch.space import is_full
+from bubblemesh.batch.row import figures_of
+from bubblemesh.case import Case
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
-from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.files import local_copies, reason
 from bubblemesh.problem.problem import prepared
-from bubblemesh.readers.carried import carried
 from bubblemesh.resources import forget_peak_memory
-from bubblemesh.run.destination import require_finished, require_quality
-from bubblemesh.run.pipeline import Result, meshed
+from bubblemesh.run.destination import Destination, require_finished, require_quality
+from bubblemesh.run.pipeline import meshed
+
+FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
+CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
+
+Note = tuple[int, int, int]  # number of a case that is at work, its finished rounds, and the nodes then (first 0 and 0)
+Tell = Callable[[Note], None]
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case with everything that meshing it takes, wherever that happens.
+
+    Attributes
+    ----------
+    number : int
+        The case's place in the batch.
+    source : str
+        What messages call the case file.
+    case : Case
+    destination : Destination
+        Where the results are to go, and in which formats.
+    files : mapping of str to bytes
+        Contents of the files that the case names.
+    version : str
+        Version of bubblemesh that has to mesh it.
+    """
+
+    number: int
+    source: str
+    case: Case
+    destination: Destination
+    files: Mapping[str, bytes]
+    version: str = __version__
+
+    def digest(self) -> str:
+        """Hash of all that a finished mesh and its files depend on.
+
+        Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
+        and how much time there was.
+        """
+        contents = {name: sha256(content).hexdigest() for name, content in self.files.items()}
+        case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds"}})
+        inputs = {
+            "version": self.version,
+            "case": _with_contents(case, contents),
+            "files": sorted((Path(name).name, digest) for name, digest in contents.items()),
+            "formats": self.destination.formats,
+            "order": self.destination.order,
+        }
+        return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _with_contents(value: Any, contents: Mapping[str, str]) -> Any:
+    """Copy of data with the hash of its content in place of each file's name."""
+    if isinstance(value, dict):
+        named = {"file": contents[value["file"]]} if value.get("file") in contents else {}
+        return {key: _with_contents(entry, contents) for key, entry in value.items()} | named
+    if isinstance(value, list | tuple):
+        return [_with_contents(entry, contents) for entry in value]
+    return value
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a job.
+
+    Attributes
+    ----------
+    exit_code : int
+        What ``bubblemesh run`` would have ended with.
+    error : str, optional
+    figures : mapping
+        Those of the report that a summary has; empty if there is no mesh.
+    warnings : tuple of str
+    files : mapping of str to bytes
+        Contents of the files to write, by their names; either all or none.
+    digests : mapping of str to str
+        Their SHA-256 hashes.
+    traceback : str, optional
+        Where an error of the program happened.
+    full : bool
+        Whether there was no space on a disk, which the cases to come would meet as well.
+    attempts : int
+        How often the job was begun, as far as the process that runs the batch knows.
+    inputs : str, optional
+        The job's digest.
+    """
+
+    exit_code: int = 0
+    error: str | None = None
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    digests: Mapping[str, str] = field(default_factory=dict)
+    traceback: str | None = None
+    full: bool = False
+    attempts: int = 0
+    inputs: str | None = None
 
 
 def mesh_job(job: Job, tell: Tell) -> Outcome:
     """Mesh a case and make its files; an error is an outcome, too."""
     try:
-        return _outcome(job, tell)
+        return _mesh(job, tell)
     except BubblemeshError as error:
         return Outcome(error.exit_code, str(error), full=is_full(error))
     except MemoryError:
@@ -36,20 +136,22 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
         return Outcome(1, problem, traceback=traceback.format_exc())
 
 
-def _outcome(job: Job, tell: Tell) -> Outcome:
+def _mesh(job: Job, tell: Tell) -> Outcome:
     if job.version != __version__:
         raise FileError(
             f"a worker has bubblemesh {__version__}, the batch {job.version}: install the same version for both"
         )
-    tell(Note(job.number))
+    tell((job.number, 0, 0))
     forget_peak_memory()
     with located(job.source, job.case.origin):
-        with carried(job.files):
+        with local_copies(job.files):
             problem = prepared(job.case)
-        result = meshed(problem, lambda row: tell(Note(job.number, row.round, row.nodes_after)))
-        report, files = _delivered(job, result)
+        result = meshed(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
+        with TemporaryDirectory(prefix="bubblemesh-") as folder:
+            report = replace(job.destination, folder=Path(folder)).deliver(result)
+            files = {name: Path(folder, name).read_bytes() for name in report["files"]}
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
-    outcome = Outcome(report=report, warnings=tuple(report["warnings"]), files=files, digests=digests)
+    outcome = Outcome(0, None, figures_of(report), tuple(report["warnings"]), files, digests)
     try:
         require_finished(report)
         require_quality(job.case, report)
@@ -58,8 +160,7 @@ def _outcome(job: Job, tell: Tell) -> Outcome:
     return outcome
 
 
-def _delivered(job: Job, result: Result) -> tuple[Mapping[str, Any], dict[str, bytes]]:
-    """The report, and the contents of all files."""
-    with TemporaryDirectory(prefix="bubblemesh-") as folder:
-        report = replace(job.place, folder=Path(folder)).deliver(result)
-        return report, {name: Path(folder, name).read_bytes() for name in report["files"]}
+def is_full(error: BaseException) -> bool:
+    """Whether an error of the system, or the one behind an error of ours, is about a full disk or a used-up quota."""
+    cause = error.__cause__ or error
+    return isinstance(cause, OSError) and (cause.errno in FULL or CUT_SHORT.search(str(cause)) is not None)

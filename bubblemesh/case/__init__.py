@@ -2,7 +2,7 @@
 
 from bubblemesh.case.load import case_variants, load_case
 from bubblemesh.case.models import Case
-from bubblemesh.case.overrides import parsed
+from bubblemesh.case.overrides import Override, overrides_of
 from bubblemesh.case.sweep import Variant
 
-__all__ = ["Case", "Variant", "case_variants", "load_case", "parsed"]
+__all__ = ["Case", "Override", "Variant", "case_variants", "load_case", "overrides_of"]

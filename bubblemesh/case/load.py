@@ -1,6 +1,6 @@
 """From a case file and the command line's options to a checked `Case`."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from bubblemesh.case.bases import Layer, layers_of, merged, place_of
 from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.models import Case
-from bubblemesh.case.overrides import Override, applied, parsed
+from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text
 from bubblemesh.errors import CaseError
@@ -20,12 +20,10 @@ from bubblemesh.spacing.expression import Expression
 def load_case(
     path: Path | str,
     *,
-    overrides: Sequence[str] = (),
-    method: str | None = None,
-    seed: int | None = None,
-    time_limit: float | None = None,
+    overrides: Sequence[str | Override] = (),
     text: str | None = None,
     variant: Variant | None = None,
+    **options: Any,
 ) -> Case:
     """Read and check a case.
 
@@ -33,14 +31,15 @@ def load_case(
     ----------
     path : path
         The case file; also the name in messages if ``text`` is given, where ``-`` is the standard input.
-    overrides : sequence of str
+    overrides : sequence of str or Override
         Settings such as ``domain.holes.0.circle.radius=0.3``, later ones over earlier ones.
-    method, seed, time_limit
-        Set over ``method``, ``packing.seed`` and ``limits.seconds``, and over ``overrides``.
     text : str, optional
         The case as YAML, in place of the file's content.
     variant : Variant, optional
         Which of the cases of a sweep; without it, a file with a sweep is an error.
+    **options
+        ``method``, ``seed`` and ``time_limit`` set ``method``, ``packing.seed`` and ``limits.seconds`` over
+        ``overrides``.
 
     Raises
     ------
@@ -50,7 +49,7 @@ def load_case(
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
     path = Path(path)
-    data, places = _read(path, text, [*map(parsed, overrides), *_options(method, seed, time_limit)])
+    data, places = _read(path, text, overrides_of(overrides, **options))
     sweep = data.pop("sweep", None)
     if variant is None and sweep is not None:
         raise CaseError(
@@ -66,14 +65,7 @@ def load_case(
     return _checked(data, places)
 
 
-def case_variants(
-    path: Path | str,
-    *,
-    overrides: Sequence[str] = (),
-    method: str | None = None,
-    seed: int | None = None,
-    time_limit: float | None = None,
-) -> list[Variant]:
+def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (), **options: Any) -> list[Variant]:
     """The cases that a file stands for: one, or those of its sweep; else as `load_case`.
 
     Raises
@@ -81,7 +73,7 @@ def case_variants(
     FileError, CaseError
         As `load_case`, but with no check of the cases; and if an option sets what is swept.
     """
-    data, places = _read(Path(path), None, [*map(parsed, overrides), *_options(method, seed, time_limit)])
+    data, places = _read(Path(path), None, overrides_of(overrides, **options))
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:
@@ -101,15 +93,6 @@ def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[d
     for change in changes:
         data = applied(data, change)
     return data, _Places(layers, changes)
-
-
-def _options(method: str | None, seed: int | None, time_limit: float | None) -> Iterable[Override]:
-    if method is not None:
-        yield Override(("method",), method, "--method")
-    if seed is not None:
-        yield Override(("packing", "seed"), seed, "--seed")
-    if time_limit is not None:
-        yield Override(("limits", "seconds"), time_limit, "--time-limit")
 
 
 @dataclass(frozen=True)

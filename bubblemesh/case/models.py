@@ -17,7 +17,7 @@ from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict
 from bubblemesh.case.spacing import WantedSpacing, expressions
 from bubblemesh.errors import CaseError
-from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName, Solver
+from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
 
 
@@ -129,12 +129,14 @@ class Case(Strict):
 def case_schema() -> dict[str, Any]:
     """The JSON Schema of the case file, for editors, with the methods and all keys that a method may use."""
     # Imported here since the methods need SciPy, for which reading a case should not wait.
-    from bubblemesh.packing.configure import option_schemas
+    from bubblemesh.packing.configure import all_options
     from bubblemesh.packing.methods import METHODS
 
     schema = Case.model_json_schema()
     properties = schema["properties"]
     properties["method"]["enum"] = list(METHODS)
-    for section, keys in option_schemas().items():
-        properties[section] |= {"properties": keys, "additionalProperties": False}
+    for section in ("packing", "schedule"):
+        properties[section] |= {"properties": {}, "additionalProperties": False}
+    for option in all_options():
+        properties[option.section]["properties"][option.key] = {"description": option.meaning, **option.schema}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -1,12 +1,18 @@
-"""Values set over a case's data, such as ``--set domain.holes.0.circle.radius=0.3``."""
+"""Values set over a case's data: ``--set domain.holes.0.circle.radius=0.3``, and options such as ``--seed 3``."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from bubblemesh.case.yaml import read_value
 from bubblemesh.errors import CaseError
 
+# Options that set a key of the case, by their names in Python; the command line's row of each is in cli/options.py.
+OPTIONS: dict[str, tuple[str, ...]] = {
+    "method": ("method",),
+    "seed": ("packing", "seed"),
+    "time_limit": ("limits", "seconds"),
+}
 # Keys whose plain value is short for a mapping with one key.
 SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}
 
@@ -30,6 +36,28 @@ class Override:
     def leads_through(self, path: Sequence[str | int]) -> bool:
         """Whether what this override sets is inside of what is at ``path``, which it makes if nothing is there."""
         return [*map(str, self.path[: len(path)])] == [*map(str, path)]
+
+
+def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> list[Override]:
+    """Overrides of settings such as ``a.b=value`` and, over them, of options with their values; None is no value.
+
+    Raises
+    ------
+    CaseError
+        As `parsed`.
+    TypeError
+        If there is no such option.
+    """
+    unknown = options.keys() - OPTIONS.keys()
+    if unknown:
+        raise TypeError(f"no option of a case: {', '.join(sorted(unknown))} (there are: {', '.join(OPTIONS)})")
+    named = [Override(OPTIONS[name], value, flag(name)) for name, value in options.items() if value is not None]
+    return [*(parsed(one) if isinstance(one, str) else one for one in settings), *named]
+
+
+def flag(option: str) -> str:
+    """How the command line spells an option."""
+    return f"--{option.replace('_', '-')}"
 
 
 def parsed(option: str) -> Override:

@@ -1,7 +1,7 @@
 """The rings of a case file: one model for each shape, chosen by the key that names it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, Label, Number, OneLabel, Point, Positive, Strict, listed
 from bubblemesh.case.paths import PathRing
+from bubblemesh.readers.selection import Unit
 
 
 def _one_per_side(labels: Sequence[str] | None, info: ValidationInfo) -> Sequence[str] | None:
@@ -136,9 +137,7 @@ class GeometryFile(FollowedKeys, Strict):
     feature: Annotated[int | dict[str, Any] | None, BeforeValidator(_feature)] = Field(
         default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
     )
-    units: Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"] | None = Field(
-        default=None, description="The file's unit of length, for a case in metres."
-    )
+    units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
     scale: Positive | None = Field(default=None, description="Factor from the file's lengths to the case's.")
     join: Positive | None = Field(
         default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from bubblemesh.errors import CaseError, FileError, LimitError
+from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.files import opened, read_case
 
 KeyPath = Sequence[str | int]
 
 MAX_VALUES = 5_000_000
 MAX_DEPTH = 100
-MOST_BYTES = 500_000_000
 
 # Events, not `yaml.compose`: composing is recursive in C, and a hundred thousand brackets overflow its stack.
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -91,20 +91,10 @@ def read_text(path: Path) -> str:
     LimitError
         If it is too large.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(f"{path}: the case file cannot be read: {reason}") from None
-    if len(content) > MOST_BYTES:
-        raise LimitError(f"{path}: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        found = f"byte 0x{content[error.start]:02x}"
-        raise CaseError(f"{path}:{line}: not UTF-8 text (found {found}): save the file as UTF-8") from None
+    with prefixed(path):
+        stream = opened(path, "case file")
+    with stream:
+        return read_case(stream, str(path))
 
 
 def read_document(text: str, source: str) -> Document:

@@ -21,7 +21,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for command in (run, adapt, batch, check, quality, plot, schema, init):
-    app.command()(command)
+    app.command()(reported()(command))
 
 
 @app.callback(invoke_without_command=True)

@@ -1,15 +1,14 @@
 """The command that meshes many cases."""
 
-from contextlib import closing
 from typing import Annotated
 
 import typer
 
-from bubblemesh.cli.exits import reported
-from bubblemesh.cli.options import MethodName, Quiet, Seed, Settings, TimeLimit
+from bubblemesh.cli.options import CASE_OPTIONS, PACKING_OPTIONS, Overrides, Quiet, with_overrides
 from bubblemesh.cli.stdio import write_output
 
 
+@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
 def batch(
     paths: Annotated[list[str], typer.Argument(metavar="PATH...", help="Case files, folders or patterns of them.")],
     output: Annotated[
@@ -23,10 +22,7 @@ def batch(
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
     ] = None,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
-    time_limit: TimeLimit = None,
+    overrides: Overrides = (),
     page: Annotated[
         bool | None,
         typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
@@ -35,18 +31,15 @@ def batch(
     quiet: Quiet = False,
 ) -> None:
     """Mesh many cases; one that fails is a row of the summary."""
-    with reported():
-        from bubblemesh import batch as many
-        from bubblemesh.console.batch import BatchProgress
-        from bubblemesh.meshfiles import dump
+    from bubblemesh import batch as many
+    from bubblemesh.console.batch import BatchProgress
+    from bubblemesh.meshfiles.report_json import json_text
 
-        part = many.Shard.parsed(shard)
-        workers = many.workers_at(jobs, cluster)
-        common = many.Settings(tuple(settings or ()), method, seed, output, page, time_limit)
-        entries = many.planned(many.case_files(paths), common)
-        events = many.course(entries, common, workers, shard=part, resume=resume)
-        with closing(events), BatchProgress(quiet) as progress:
-            results = many.Results.of(progress.shown(events))
-        if as_json:
-            write_output(dump(results.data()))
-    raise typer.Exit(results.exit_code)
+    options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
+    workers = many.workers_at(jobs, cluster)
+    entries = many.plan_cases(many.case_files(paths), options)
+    with BatchProgress(quiet) as progress:
+        totals = many.run_batch(entries, options, workers, progress)
+    if as_json:
+        write_output(json_text(totals))
+    raise typer.Exit(totals["exit_code"])

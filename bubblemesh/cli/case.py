@@ -5,17 +5,15 @@ from typing import Annotated
 
 import typer
 
-from bubblemesh.cli.exits import reported
 from bubblemesh.cli.stdio import write_new, write_output
 
 
 def schema() -> None:
     """Print the JSON Schema of the case file."""
-    with reported():
-        from bubblemesh.case.models import case_schema
-        from bubblemesh.meshfiles import dump
+    from bubblemesh.case.models import case_schema
+    from bubblemesh.meshfiles.report_json import json_text
 
-        write_output(dump(case_schema()))
+    write_output(json_text(case_schema()))
 
 
 def init(
@@ -24,11 +22,10 @@ def init(
     ),
 ) -> None:
     """Write a commented case file to start from."""
-    with reported():
-        from bubblemesh.case.template import TEMPLATE
+    from bubblemesh.case.template import TEMPLATE
 
-        if path == "-":
-            write_output(TEMPLATE)
-            return
-        write_new(Path(path), TEMPLATE)
-        typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
+    if path == "-":
+        write_output(TEMPLATE)
+        return
+    write_new(Path(path), TEMPLATE)
+    typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)

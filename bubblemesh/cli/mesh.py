@@ -1,22 +1,18 @@
 """Commands that look at meshes of any origin."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bubblemesh.cli.exits import reported
 from bubblemesh.cli.options import AsJson
 from bubblemesh.cli.stdio import write_output
 from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
-
-
-OF_PICTURES = ("color", "colormap", "range", "view", "style", "width", "dpi")  # options that errors may name
 
 
 def quality(
@@ -30,27 +26,28 @@ def quality(
     as_json: AsJson = False,
 ) -> None:
     """Report the quality of a triangle mesh, or compare two."""
-    with reported():
-        from bubblemesh import console
-        from bubblemesh.meshes.quality import mesh_figures
-        from bubblemesh.meshfiles import dump
-        from bubblemesh.meshfiles.read import read_triangles
-        from bubblemesh.spacing.expression import Expression
-        from bubblemesh.spacing.spacing import Spacing
+    from bubblemesh import console
+    from bubblemesh.console.report import show_quality
+    from bubblemesh.meshes.quality import mesh_figures
+    from bubblemesh.meshfiles.read import read_triangles
+    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.spacing.expression import Expression
+    from bubblemesh.spacing.spacing import Spacing
 
-        with located("--spacing"):
-            wanted = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
-        if other is not None:
-            compare(mesh, other, wanted, as_json)
-            return
-        points, triangles, others = read_triangles(mesh)
-        console.warn([*left_out(mesh, others), *turned(mesh, points, triangles)])
-        with located("--spacing"):
-            figures = mesh_figures(points, triangles, wanted)
-        if as_json:
-            write_output(dump(figures))
-        else:
-            console.show_quality(figures)
+    with located("--spacing"):
+        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
+    if other is not None:
+        compare(mesh, other, wanted, as_json)
+        return
+    file = read_triangles(mesh)
+    points, triangles = file.points, file.triangles
+    console.warn([*left_out(mesh, file.left_out), *turned(mesh, points, triangles)])
+    with located("--spacing"):
+        figures = mesh_figures(points, triangles, wanted)
+    if as_json:
+        write_output(json_text(figures))
+    else:
+        show_quality(figures)
 
 
 def plot(
@@ -77,34 +74,38 @@ def plot(
     dpi: Annotated[float | None, typer.Option("--dpi", help="Resolution of bitmaps.")] = None,
 ) -> None:
     """Draw a triangle mesh as a picture."""
-    with reported():
-        from bubblemesh import console
-        from bubblemesh.meshfiles.foreign import read_foreign
-        from bubblemesh.pictures.colouring import MeshData
-        from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
-        from bubblemesh.pictures.styles import PlotOptions
+    from bubblemesh import console
+    from bubblemesh.console.report import show_files
+    from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.pictures.colouring import MeshData
+    from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
+    from bubblemesh.pictures.styles import PlotOptionError, PlotOptions
 
-        path = output or Path(f"{mesh.stem}.png")
-        require_picture(path)
-        shown = PlotOptions(
-            color=color,
-            colormap=colormap,
-            limits=limits,
-            edges=edges,
-            nodes=nodes,
-            labels=labels,
-            view=view,
-            title=title,
-            style=style,
-            width=width,
-            dpi=dpi,
-        )
-        read = read_foreign(mesh)
-        console.warn(left_out(mesh, read.left_out))
-        with options_named(mesh):
-            figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
-        save_figure(figure, path, shown)
-        console.show_files(str(path.parent), [path.name])
+    path = output or Path(f"{mesh.stem}.png")
+    require_picture(path)
+    shown = PlotOptions(
+        color=color,
+        colormap=colormap,
+        limits=limits,
+        edges=edges,
+        nodes=nodes,
+        labels=labels,
+        view=view,
+        title=title,
+        style=style,
+        width=width,
+        dpi=dpi,
+    )
+    read = read_mesh(mesh)
+    console.warn(left_out(mesh, read.left_out))
+    try:
+        figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
+    except PlotOptionError as error:
+        raise CaseError(f"--{error.option}: {error.problem}") from None
+    except CaseError as error:
+        raise CaseError(f"{mesh}: {error}") from None
+    save_figure(figure, path, shown)
+    show_files(str(path.parent), [path.name])
 
 
 def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
@@ -112,16 +113,16 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     from bubblemesh import console
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
-    from bubblemesh.meshfiles import dump
-    from bubblemesh.meshfiles.foreign import read_foreign
+    from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.meshfiles.report_json import json_text
 
-    read = {path: read_foreign(path) for path in (first, second)}
+    read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
         console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
-        write_output(dump(comparison.report(a, b)))
+        write_output(json_text(comparison.report(a, b)))
     else:
         rows = comparison.rows(a.figures, b.figures)
         show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))
@@ -143,14 +144,3 @@ def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
     count = "1 triangle turns" if len(found) == 1 else f"{len(found)} triangles turn"
     where = place(points[triangles[found[0]]].mean(axis=0))
     return [f"{mesh}: {count} the other way than the rest, the first at {where}: the mesh may lie upon itself there"]
-
-
-@contextmanager
-def options_named(mesh: Path) -> Iterator[None]:
-    """Errors of a picture name the option that they are about, or else the mesh."""
-    try:
-        yield
-    except CaseError as error:
-        option, _, _ = str(error).partition(":")
-        error.args = (f"--{error}" if option in OF_PICTURES else f"{mesh}: {error}",)
-        raise

@@ -1,16 +1,17 @@
 """Options that several commands have."""
 
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+if TYPE_CHECKING:
+    from bubblemesh.case import Override
+
 CaseFile = Annotated[str, typer.Argument(metavar="CASE", help="Case file, or - for the standard input.")]
-Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")
-]
-MethodName = Annotated[str | None, typer.Option("--method", help="Packing method, over the case's.")]
-Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers, over the case's.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON on the standard output.")]
 Output = Annotated[
     str | None,
@@ -23,8 +24,46 @@ SolverNamed = Annotated[
     str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
 ]
 Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.")]
-TimeLimit = Annotated[
-    float | None,
-    typer.Option("--time-limit", metavar="SECONDS", help="End the packing then, with the mesh as it is."),
-]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and errors only.")]
+
+# Options that set keys of the case: what each sets stands under its name in case/overrides.py, which spells its flag.
+CASE_OPTIONS: dict[str, Any] = {
+    "set": Annotated[list[str] | None, typer.Option(metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")],
+    "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.")],
+    "seed": Annotated[int | None, typer.Option(help="Seed of the random numbers, over the case's.")],
+}
+PACKING_OPTIONS: dict[str, Any] = {  # of commands that pack
+    "time_limit": Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="End the packing then, with the mesh as it is.")
+    ],
+}
+
+Overrides = Sequence["Override"]
+Command = Callable[..., None]
+
+
+def with_overrides(*tables: Mapping[str, Any]) -> Callable[[Command], Command]:
+    """Give a command the options of these tables in place of its parameter ``overrides``, which gets what they set."""
+    options = {name: option for table in tables for name, option in table.items()}
+    added = [Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind) for name, kind in options.items()]
+
+    def decorated(command: Command) -> Command:
+        @wraps(command)
+        def with_options(**arguments: Any) -> None:
+            from bubblemesh.case import overrides_of
+
+            given = {name: arguments.pop(name) for name in options}
+            settings = given.pop("set") or ()
+            command(**arguments, overrides=overrides_of(settings, **given))
+
+        own = signature(command).parameters
+        parameters = [
+            each
+            for name, parameter in own.items()
+            for each in (added if name == "overrides" else [parameter.replace(kind=Parameter.KEYWORD_ONLY)])
+        ]
+        with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        vars(with_options)["__signature__"] = Signature(parameters)
+        return with_options
+
+    return decorated

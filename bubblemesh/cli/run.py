@@ -1,23 +1,24 @@
 """Commands that mesh one case, or tell what that would take."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bubblemesh.cli.exits import reported
 from bubblemesh.cli.options import (
+    CASE_OPTIONS,
+    PACKING_OPTIONS,
     AsJson,
     CaseFile,
     FormatNamed,
-    MethodName,
     Output,
+    Overrides,
     Picture,
     Quiet,
-    Seed,
-    Settings,
     SolverNamed,
-    TimeLimit,
+    with_overrides,
 )
 from bubblemesh.cli.stdio import output_stream, read_input, write_output
 from bubblemesh.errors import CaseError, FileError, located
@@ -26,22 +27,20 @@ if TYPE_CHECKING:
     from bubblemesh.case import Case
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination
-    from bubblemesh.run.pipeline import Result
+    from bubblemesh.run.pipeline import OnRound, OnShare, Result
 
 
+@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
 def run(
     case: CaseFile,
     output: Output = None,
     format_name: FormatNamed = None,
     solver: SolverNamed = None,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
+    overrides: Overrides = (),
     as_json: AsJson = False,
     history: Annotated[
         bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
     ] = False,
-    time_limit: TimeLimit = None,
     page: Annotated[
         bool | None, typer.Option("--report/--no-report", help="Write a page to look at, NAME.html, over the case's.")
     ] = None,
@@ -50,26 +49,21 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
-    with reported():
-        from bubblemesh.console.run import PackingProgress
-        from bubblemesh.run import destination as destinations
-        from bubblemesh.run import pipeline
+    from bubblemesh.run import destination as destinations
+    from bubblemesh.run import pipeline
 
-        loaded = read_case(case, settings, method, seed, time_limit)
-        require_distinct(as_json, output)
-        place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
-        if dry_run:
-            show_estimate(loaded, case, picture, as_json, quiet)
-            return
-        if picture is not None:
-            raise CaseError(
-                "--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot"
-            )
-        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
-            result = pipeline.mesh_case(loaded, progress.show, progress.advance)
-        hand_over(result, loaded, place, as_json, quiet)
+    loaded = read_case(case, overrides)
+    require_distinct(as_json, output)
+    place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
+    if dry_run:
+        show_estimate(loaded, case, picture, as_json, quiet)
+        return
+    if picture is not None:
+        raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
+    deliver(partial(pipeline.mesh_case, loaded), loaded, case, place, as_json, quiet)
 
 
+@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
 def adapt(
     case: CaseFile,
     solution: Annotated[
@@ -90,61 +84,45 @@ def adapt(
     output: Output = None,
     format_name: FormatNamed = None,
     solver: SolverNamed = None,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
+    overrides: Overrides = (),
     as_json: AsJson = False,
-    time_limit: TimeLimit = None,
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
-    with reported():
-        from bubblemesh.adaptivity import adapt as adapting
-        from bubblemesh.adaptivity.solution import Solution
-        from bubblemesh.console.run import PackingProgress
-        from bubblemesh.meshfiles.solutions import read_nodal_field
-        from bubblemesh.run import destination as destinations
+    from bubblemesh.adaptivity import adapt as adapting
+    from bubblemesh.adaptivity.solution import Solution
+    from bubblemesh.meshfiles.read import read_nodal_field
+    from bubblemesh.run import destination as destinations
 
-        loaded = read_case(case, settings, method, seed, time_limit)
-        target = adapting.Target(error, nodes)
-        place = destinations.destination(loaded, case, output, format_name, solver)
-        require_distinct(as_json, output)
-        place.require_apart(solution)
-        read = read_nodal_field(solution, field)
-        with located(str(solution)):
-            present = Solution.of(read.points, read.triangles, read.values, read.name)
-        with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
-            result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
-        hand_over(result, loaded, place, as_json, quiet)
+    loaded = read_case(case, overrides)
+    target = adapting.Target(error, nodes)
+    place = destinations.destination(loaded, case, output, format_name, solver)
+    require_distinct(as_json, output)
+    place.require_apart(solution)
+    read = read_nodal_field(solution, field)
+    with located(str(solution)):
+        present = Solution.of(read.points, read.triangles, read.values, read.name)
+    deliver(partial(adapting.adapted, loaded, present, target, exact), loaded, case, place, as_json, quiet)
 
 
+@with_overrides(CASE_OPTIONS)
 def check(
     case: CaseFile,
-    settings: Settings = None,
-    method: MethodName = None,
-    seed: Seed = None,
+    overrides: Overrides = (),
     as_json: AsJson = False,
     quiet: Quiet = False,
     picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    with reported():
-        loaded = read_case(case, settings, method, seed)
-        show_estimate(loaded, case, picture, as_json, quiet)
+    show_estimate(read_case(case, overrides), case, picture, as_json, quiet)
 
 
-def read_case(
-    case: str,
-    settings: list[str] | None,
-    method: str | None,
-    seed: int | None,
-    time_limit: float | None = None,
-) -> "Case":
+def read_case(case: str, overrides: Overrides) -> "Case":
     """The case of a file or the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
     text = read_input() if case == "-" else None
-    return load_case(case, overrides=settings or (), method=method, seed=seed, time_limit=time_limit, text=text)
+    return load_case(case, overrides=overrides, text=text)
 
 
 def require_distinct(as_json: bool, output: str | None) -> None:
@@ -155,28 +133,40 @@ def require_distinct(as_json: bool, output: str | None) -> None:
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
 
 
-def hand_over(result: "Result", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
-    """Write what a run has made, tell of it, and check it against what the case requires."""
+def deliver(
+    meshed: "Callable[[OnRound, OnShare], Result]",
+    case: "Case",
+    source: str,
+    place: "Destination",
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Mesh a case from a source, write the result, tell of it, and check it against what the case requires."""
     from bubblemesh import console
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.console.report import show_files, show_quality
+    from bubblemesh.console.run import PackingProgress
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.run import destination as destinations
 
+    with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
+        result = meshed(progress.show, progress.advance)
     report = place.deliver(result, output_stream() if place.folder is None else None)
     if as_json:
-        write_output(dump(report))
+        write_output(json_text(report))
     if not quiet:
-        console.show_quality(report)
+        show_quality(report)
         if place.folder is not None:
-            console.show_files(str(place.folder), report["files"])
+            show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])
     destinations.require_finished(report)
     destinations.require_quality(case, report)
 
 
 def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
-    """What meshing the case would take, and a picture of its spacing if one is named."""
+    """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
-    from bubblemesh.meshfiles import dump
+    from bubblemesh.console import report
+    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.problem.problem import prepared
     from bubblemesh.run.report import estimate
 
@@ -184,13 +174,14 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
         problem = prepared(case)
     if picture is not None:
         draw_spacing(problem, picture)
+    figures = estimate(problem)
     if as_json:
-        write_output(dump(estimate(problem) | ({} if picture is None else {"plot": picture})))
+        write_output(json_text(figures | ({} if picture is None else {"plot": picture})))
     if not quiet:
-        console.show_problem(problem)
+        report.show_estimate(figures)
         if picture is not None:
-            console.show_files(str(picture.parent), [picture.name])
-    console.warn(problem.warnings)
+            report.show_files(str(picture.parent), [picture.name])
+    console.warn(figures["warnings"])
 
 
 def draw_spacing(problem: "Problem", picture: Path) -> None:

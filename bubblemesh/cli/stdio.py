@@ -5,9 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO, cast
 
-from bubblemesh.errors import CaseError, FileError, LimitError
-
-MOST_BYTES = 500_000_000
+from bubblemesh.errors import FileError
+from bubblemesh.files import read_case, unwritten
 
 
 def read_input() -> str:
@@ -24,15 +23,7 @@ def read_input() -> str:
     """
     if sys.stdin is None:
         raise FileError("the standard input is closed")
-    try:
-        content = sys.stdin.buffer.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            raise LimitError(f"<stdin>: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CaseError(
-            f"<stdin>: is not UTF-8 text ({error.reason} at byte {error.start}): save it as UTF-8"
-        ) from error
+    return read_case(sys.stdin.buffer, "<stdin>")
 
 
 def write_new(path: Path, text: str) -> None:
@@ -82,7 +73,7 @@ def write_output(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise FileError(f"cannot write to the standard output: {error.strerror}") from error
+        raise unwritten("to the standard output", error) from error
 
 
 class Expendable:

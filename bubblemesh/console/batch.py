@@ -1,118 +1,90 @@
 """A batch on the terminal: a bar for all and a line for each running case; plain lines elsewhere."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from pathlib import Path
 from time import monotonic
-from types import TracebackType
 
 from rich.console import Group
-from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.progress import BarColumn, MofNCompleteColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.batch import Begun, Event, Finished, Note, Waiting
-from bubblemesh.batch.rows import Row
+from bubblemesh.batch import Entry, Progress, Row
 from bubblemesh.errors import BubblemeshError, RequirementError, outcome
+from bubblemesh.messages import counted
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
 
 
-class BatchProgress:
-    """Shows the events of a batch."""
+class BatchProgress(console.Display, Progress):
+    """Shows how a batch goes on."""
 
     def __init__(self, quiet: bool) -> None:
-        self.quiet = quiet
-        self.begun: Begun | None = None
+        self.summary: Path | None = None
         self.names: dict[int, str] = {}
-        self.running: dict[int, tuple[Note, float]] = {}
+        self.running: dict[int, tuple[int, int, float]] = {}  # finished rounds, nodes, and when the case has begun
         self.over: set[int] = set()
         self.counts: Counter[str] = Counter()
-        self.bar = Progress("cases", *COLUMNS, console=console.terminal)
+        self.bar = Bar("cases", *COLUMNS, console=console.terminal)
         self.task = self.bar.add_task("", total=None)
-        is_live = console.terminal.is_terminal and not quiet
-        self.live = Live(get_renderable=self.picture, console=console.terminal, transient=True) if is_live else None
+        super().__init__(quiet, transient=True)
 
-    def __enter__(self) -> "BatchProgress":
-        if self.live is not None:
-            self.live.start()
-        return self
+    def __exit__(self, *error: object) -> None:
+        super().__exit__(*error)
+        if self.summary is not None and not self.quiet:
+            console.terminal.print(Text(self._totals()))
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.live is not None:
-            self.live.stop()
-        if self.begun is not None and not self.quiet:
-            console.terminal.print(Text(self._totals(self.begun)))
+    def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
+        self.summary = summary
+        self.names = {entry.number: entry.name for entry in entries}
+        self.bar.update(self.task, total=len(entries))
 
-    def shown(self, events: Iterable[Event]) -> Iterator[Event]:
-        """The same events, each shown."""
-        for event in events:
-            self.show(event)
-            yield event
+    def note(self, number: int, finished_rounds: int, nodes: int) -> None:
+        if number not in self.over:  # a note may be late
+            *_, since = self.running.get(number, (monotonic(),))
+            self.running[number] = finished_rounds, nodes, since
 
-    def show(self, event: Event) -> None:
-        """Show one event."""
-        match event:
-            case Begun():
-                self.begun = event
-                self.names = {entry.number: entry.name for entry in event.entries}
-                self.bar.update(self.task, total=len(event.entries))
-            case Note():
-                self._follow(event)
-            case Waiting():
-                console.warn([event.message])
-            case Finished():
-                self._finish(event)
+    def wait(self, message: str) -> None:
+        console.warn([message])
 
-    def _follow(self, note: Note) -> None:
-        if note.number not in self.over:  # a note may be late
-            _, since = self.running.get(note.number, (note, monotonic()))
-            self.running[note.number] = note, since
-
-    def _finish(self, event: Finished) -> None:
-        row = event.row
-        self.over.add(event.number)
-        self.running.pop(event.number, None)
+    def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
+        self.over.add(number)
+        self.running.pop(number, None)
         self.bar.advance(self.task)
-        self.counts["unchanged" if event.unchanged else outcome(row.exit_code)] += 1
+        self.counts["unchanged" if unchanged else outcome(row.exit_code)] += 1
         if row.error is not None:
             console.fail(f"{self._count} {_named(row)}")
         elif not self.quiet and self.live is None:
-            console.terminal.print(Text(self._line(event)))
-        if not event.unchanged:
+            figures = row.figures
+            result = f"{figures['nodes']} nodes, q {figures['quality_mean']:.4f}, least {figures['quality_min']:.3f}"
+            end = "unchanged" if unchanged else f"{figures['seconds']:.2f} s"
+            console.terminal.print(Text(f"{self._count} {row.case}: {result}, {end}"))
+        if not unchanged:
             console.warn([f"{row.case}: {warning}" for warning in row.warnings])
 
     @property
     def _count(self) -> str:
         return f"[{len(self.over)}/{len(self.names)}]"
 
-    def _line(self, event: Finished) -> str:
-        figures = event.row.figures
-        result = f"{figures['nodes']} nodes, q {figures['quality_mean']:.4f}, least {figures['quality_min']:.3f}"
-        end = "unchanged" if event.unchanged else f"{figures['seconds']:.2f} s"
-        return f"{self._count} {event.row.case}: {result}, {end}"
-
-    def _totals(self, begun: Begun) -> str:
-        total = len(begun.entries)
+    def _totals(self) -> str:
+        total = len(self.names)
         left = total - len(self.over)
         parts = [f"{self.counts[kind]} {kind}" for kind in KINDS if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
-        return f"{console.counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {begun.summary}"
+        return f"{counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {self.summary}"
 
     def picture(self) -> Group:
         """The running cases, the oldest first, above the bar."""
-        table = Table(box=None, header_style="bold", pad_edge=False)
+        table = console.new_table()
         table.add_column("case", overflow="ellipsis", no_wrap=True)
         for column in ("round", "nodes", "time"):
             table.add_column(column, justify="right", no_wrap=True)
-        rows = list(self.running.values())
-        for note, since in rows[: max(console.terminal.height - 4, 1)]:
-            nodes = f"{note.nodes}" if note.round else ""
-            table.add_row(self.names[note.number], f"{note.round}", nodes, f"{monotonic() - since:.0f} s")
+        rows = list(self.running.items())
+        for number, (finished_rounds, nodes, since) in rows[: max(console.terminal.height - 4, 1)]:
+            shown = f"{nodes}" if finished_rounds else ""
+            table.add_row(self.names[number], f"{finished_rounds}", shown, f"{monotonic() - since:.0f} s")
         return Group(table, self.bar) if rows else Group(self.bar)
 
 

@@ -12,7 +12,7 @@ from bubblemesh.messages import place
 GLANCE = 1e-3  # of a chord's length: so far ahead curves with a common tangent are told apart
 
 
-class Departures(NamedTuple):
+class CornerFans(NamedTuple):
     """Ends of pieces, counter-clockwise around their corners.
 
     Attributes
@@ -47,9 +47,9 @@ class Departures(NamedTuple):
 ROUNDING = 1e-6  # radians
 
 
-def departures(boundary: Boundary) -> Departures:
-    """Both ends of all pieces that are not closed."""
-    of_chord, _, step = boundary.panels()
+def corner_fans(boundary: Boundary) -> CornerFans:
+    """Fans of both ends of all pieces that are not closed."""
+    of_chord, _, step = boundary.stations()
     first, last = np.flatnonzero(np.diff(of_chord, prepend=-1)), np.flatnonzero(np.diff(of_chord, append=-1))
     piece = np.flatnonzero(~boundary.closed)
     ahead, back = step[first[piece]], step[last[piece]]
@@ -68,7 +68,7 @@ def departures(boundary: Boundary) -> Departures:
     following = np.arange(1, len(corner) + 1)
     ends = np.append(begins[1:], True)[: len(corner)]
     following[ends] = group[ends]
-    return Departures(
+    return CornerFans(
         corner,
         np.tile(piece, 2)[order],
         forward[order],
@@ -91,7 +91,7 @@ def require_room(boundary: Boundary) -> None:
     GeometryError
         If their curvatures are nearly the same; with the corner and the radii.
     """
-    ends = departures(boundary)
+    ends = corner_fans(boundary)
     one = np.arange(len(ends.corner))
     other = ends.following
     k, m = ends.curvature, ends.curvature[other]

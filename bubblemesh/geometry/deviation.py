@@ -1,4 +1,4 @@
-"""How far the mesh's boundary is from the rings that were followed as curves."""
+"""Distance of the mesh's boundary from the rings that were followed as curves."""
 
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ def deviation(domain: Domain, points: Floats, facets: Integers, facet_piece: Int
         The boundary piece of each.
     """
     found = []
-    for number, given in domain.traced.items():
+    for number, given in domain.given_outlines.items():
         edges = points[facets[domain.boundary.ring[facet_piece] == number]]
         # Distances from a chord to its polyline and back are largest at the vertices, at nodes and in between.
         found.append(_farthest(given, edges))

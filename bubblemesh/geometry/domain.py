@@ -8,17 +8,18 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.geometry.arrangement.contacts import joined
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
-from bubblemesh.geometry.boundary import Boundary, Polyline, outline
+from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import require_room
-from bubblemesh.geometry.distance.projection import Nearest, Projection
-from bubblemesh.geometry.labelled import known_labels, onto
-from bubblemesh.geometry.periodic import paired
-from bubblemesh.geometry.rings import Ring
+from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
+from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.periodic import matching_pieces
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import require_domain, simple_polygon
-from bubblemesh.messages import ring_name
+from bubblemesh.messages import meant, ring_name
 
 
 @dataclass(frozen=True)
@@ -33,14 +34,14 @@ class Domain:
         What was changed on reading the rings.
     parts : Parts
         Regions and embedded lines and points, which are pieces and corners of the boundary too.
-    traced : dict
+    given_outlines : dict
         Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
     """
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
     parts: Parts = field(default_factory=Parts)
-    traced: dict[int, Floats] = field(default_factory=dict)
+    given_outlines: dict[int, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
@@ -55,15 +56,14 @@ class Domain:
         names = [ring_name(number, ring.origin) for number, ring in enumerate(rings)]
         for ring, name in zip(rings, names, strict=True):
             simple_polygon(outline(ring), name)
-        boundary = joined(Boundary.of(rings))
-        polyline = boundary.polyline()
-        require_domain([polyline.points[polyline.ring == k] for k in range(len(rings))], names)
+        boundary = split_at_contacts(Boundary.of(rings))
+        require_domain(PolygonalCopy.of(boundary).rings(), names)
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
-        traced = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
-        simple = cls(boundary, notes, traced=traced)
+        given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
+        simple = cls(boundary, notes, given_outlines=given_outlines)
         whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
         require_room(whole)
-        return cls(whole, notes, Parts() if parts is None else parts, traced)
+        return cls(whole, notes, Parts() if parts is None else parts, given_outlines)
 
     @cached_property
     def periodic(self) -> Integers:
@@ -74,27 +74,24 @@ class Domain:
         GeometryError
             If sides that should match do not; with the place.
         """
-        return paired(self.boundary, self.parts.periodic)
+        return matching_pieces(self.boundary, self.parts.periodic)
 
     @cached_property
-    def tied(self) -> Booleans:
-        """Which boundary pieces (p,) have a counterpart, so that their bubbles must not move one by one."""
-        tied = np.zeros(len(self.boundary.kind), bool)
-        tied[self.periodic] = True
-        return tied
+    def on_periodic_side(self) -> Booleans:
+        """Mask (p,) of the boundary pieces with a counterpart, whose bubbles must not move one by one."""
+        found = np.zeros(len(self.boundary.kind), bool)
+        found[self.periodic] = True
+        return found
 
     @cached_property
-    def polyline(self) -> Polyline:
+    def polygonal_copy(self) -> PolygonalCopy:
         """Fine polygonal copy of the boundary."""
-        return self.boundary.polyline()
+        return PolygonalCopy.of(self.boundary)
 
     @cached_property
     def polygon(self) -> shapely.Polygon:
         """The domain bounded by that copy."""
-        rings = [self.polyline.points[self.polyline.ring == k] for k in range(self.polyline.ring.max() + 1)]
-        polygon = shapely.Polygon(rings[0], rings[1:])
-        shapely.prepare(polygon)
-        return polygon
+        return self.polygonal_copy.polygon()
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -119,12 +116,13 @@ class Domain:
 
     @cached_property
     def _projection(self) -> Projection:
-        return Projection(self.boundary, self.polyline.chords)
+        return Projection(self.boundary, self.polygonal_copy.chords)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Names of the sides, lines and points of the domain, each once."""
-        return known_labels(self.boundary, self.parts)
+        names = [self.boundary.labels[number] for number in np.unique(self.boundary.label)]
+        return tuple(dict.fromkeys([*names, *(label for _, label in self.parts.points)]))
 
     def distance_to(self, points: Floats, *labels: str) -> Floats:
         """Distance (m,) of points (m, 2) from the nearest side, line or point that has one of the ``labels``.
@@ -134,8 +132,15 @@ class Domain:
         GeometryError
             If there is no such label, or none is given.
         """
+        for label in labels:
+            if label not in self.labels:
+                raise GeometryError(f"there is no side, line or point {label!r}: {meant(label, self.labels)}")
+        if not labels:
+            known = ", ".join(self.labels)
+            raise GeometryError(f"no side, line or point is named: give at least one of {known}")
         if labels not in self._labelled:
-            self._labelled[labels] = onto(self.boundary, self.parts, labels)
+            places = np.array([at for at, label in self.parts.points if label in labels], float).reshape(-1, 2)
+            self._labelled[labels] = projection_onto(self.boundary, labels, places)
         return self._labelled[labels](points).distance
 
     @cached_property
@@ -144,25 +149,25 @@ class Domain:
         return {}
 
     def contains(self, points: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
+        """Mask (m,) of the points (m, 2) inside, to the accuracy of the polygonal copy."""
         return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
 
     def distance_at_least(self, points: Floats) -> Floats:
         """Lower bounds (m,) of the distances of points (m, 2) from the boundary, much quicker than these."""
         return self._projection.at_least(points)
 
-    def clear(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary."""
+    def surely_inside(self, points: Floats, distance: Floats) -> Booleans:
+        """Mask (m,) of the points (m, 2) inside that are farther than ``distance`` (m,) from the boundary."""
         inside = np.flatnonzero(self.contains(points))
         return self._farther(points, distance, inside, +1)
 
-    def astray(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie outside, farther than ``distance`` (m,) from the boundary."""
+    def surely_outside(self, points: Floats, distance: Floats) -> Booleans:
+        """Mask (m,) of the points (m, 2) outside that are farther than ``distance`` (m,) from the boundary."""
         outside = np.flatnonzero(~self.contains(points))
         return self._farther(points, distance, outside, -1)
 
     def _farther(self, points: Floats, distance: Floats, some: Integers, side: int) -> Booleans:
-        """Which of some points, inside (+1) or outside (-1) by the polygonal copy, are farther than ``distance``.
+        """Mask (m,) of some points, inside (+1) or outside (-1) by the polygonal copy, farther than ``distance``.
 
         Only what is not clearly so needs a distance of its own.
         """

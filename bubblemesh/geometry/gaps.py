@@ -1,4 +1,4 @@
-"""How far it is from lines of a domain to those that face them: across necks, thin walls, layers and strips."""
+"""Gaps between lines of a domain that face each other: necks, thin walls, layers and strips."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,13 +10,17 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Chords
-from bubblemesh.geometry.corners import departures
+from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
 
 BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
 ROUNDING = 1e-9  # of a line's length
 WEDGE = 2.0  # widths: lines that meet are no walls of a gap so near to where they do
 PARALLEL = np.cos(np.radians(15))  # neither are they if they enclose a larger angle
+SHARPEST_BEND = np.cos(np.radians(120))  # of lines that go on, rather than stand out
+BEHIND = 0.9  # cosine of the angle to the tip's own lines, above which something is a part of these
+PARTS = (0.05, 0.5, 0.95)  # of the way that lie in the domain
+DOUBLINGS = 8  # of the reach: what is near is found without all that is far
 
 
 class Gaps(NamedTuple):
@@ -41,8 +45,19 @@ class Gaps(NamedTuple):
     inner: Booleans
 
     def kept(self, which: Integers | Booleans) -> "Gaps":
-        """Those of them."""
+        """The gaps ``which`` (k,)."""
         return Gaps(*(column[which] for column in self))  # type: ignore[arg-type]
+
+
+class ReentrantCorners(NamedTuple):
+    """Corners (k,) that stand out into the domain, and directions (k, 2) of the lines there.
+
+    Both are the same at the end of a line, and zero for an embedded point.
+    """
+
+    corner: Integers
+    first: Floats
+    second: Floats
 
 
 @dataclass(frozen=True)
@@ -62,7 +77,7 @@ class Walls:
         return shapely.STRtree(shapely.linestrings(np.stack([self.chords.start, self.chords.end], axis=1)))
 
     def facing(self, piece: Integers, s: Floats, reach: Floats, room: Floats) -> Gaps:
-        """What faces places on the lines: on the left of rings, on both sides of lines inside the domain.
+        """Gaps between places on the lines and what faces them: on the left of rings, on both sides of inner lines.
 
         Parameters
         ----------
@@ -99,10 +114,10 @@ class Walls:
         found = Gaps(number[ray], points[ray], feet, widths, inner).kept(apart)
         nearest = np.lexsort((at[apart], ray[apart]))
         nearest = nearest[np.diff(ray[apart][nearest], prepend=-1) != 0]
-        return kept_within(self.domain, found.kept(nearest))
+        return gaps_inside(self.domain, found.kept(nearest))
 
     def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
-        """How far (m,) along rays from ``points`` (m, 2) their chords are, and which rays leave the domain there."""
+        """Distances (m,) of chords along rays from ``points`` (m, 2), and which rays leave the domain there."""
         (dx, dy), (ax, ay) = directions.T, (self.chords.start[chord] - points).T
         cx, cy = (self.chords.end[chord] - self.chords.start[chord]).T
         sine = dx * cy - dy * cx
@@ -140,34 +155,35 @@ class Walls:
         bent = (along > BEND * widths + ROUNDING * length) & ((start != end) | boundary.closed[piece] | slender)
         return np.where(piece == other, bent, ~(at_start | at_end) | (at_start & at_end & slender))
 
+    def facing_corners(self, some: ReentrantCorners, reach: Floats) -> Gaps:
+        """Gaps from corners to the nearest line or embedded point within reach (k,) that is not behind them."""
+        domain, boundary = self.domain, self.domain.boundary
+        open_ = ~boundary.closed
+        alone = np.setdiff1d(np.arange(len(boundary.corners)), [boundary.start[open_], boundary.end[open_]])
+        things = np.append(self.tree.geometries, shapely.points(boundary.corners[alone]))
+        inner = np.append(boundary.inner[self.chords.piece], np.ones(len(alone), bool))
+        on_ring = np.isin(some.corner, [boundary.start[~boundary.inner], boundary.end[~boundary.inner]])
+        tree, spots = shapely.STRtree(things), shapely.points(boundary.corners[some.corner])
+        left, found = np.arange(len(spots)), []
+        for share in 2.0 ** np.arange(-DOUBLINGS, 1):
+            tip, thing = tree.query(spots[left], predicate="dwithin", distance=share * reach[left])
+            tip = left[tip]
+            ways = shapely.get_coordinates(shapely.shortest_line(spots[tip], things[thing])).reshape(-1, 2, 2)
+            place, foot = ways[:, 0], ways[:, 1]
+            width = np.hypot(*(foot - place).T)
+            behind = np.max([(line[tip] * (foot - place)).sum(axis=1) for line in (some.first, some.second)], axis=0)
+            gaps = Gaps(tip, place, foot, width, inner[thing] | ~on_ring[tip])
+            gaps = gaps_inside(domain, gaps.kept((width > 0) & (behind < BEHIND * width)), PARTS)
+            order = np.lexsort((gaps.widths, gaps.number))
+            found.append(gaps.kept(order[np.diff(gaps.number[order], prepend=-1) != 0]))
+            left = np.setdiff1d(left, gaps.number)
+        return Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
-def kept_within(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
-    """Those gaps of which some parts of the way are in the domain, not across what is outside of it."""
-    between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
-    return gaps.kept(np.all(between, axis=0))
 
-
-SHARPEST_BEND = np.cos(np.radians(120))  # of lines that go on, rather than stand out
-BEHIND = 0.9  # cosine of the angle to the tip's own lines, above which something is a part of these
-PARTS = (0.05, 0.5, 0.95)  # of the way that lie in the domain
-DOUBLINGS = 8  # of the reach: what is near is found without all that is far
-
-
-class Tips(NamedTuple):
-    """Corners (k,) that stand out into the domain, and directions (k, 2) of the lines there.
-
-    Both are the same at the end of a line, and zero for an embedded point.
-    """
-
-    corner: Integers
-    first: Floats
-    second: Floats
-
-
-def tips(domain: Domain) -> Tips:
+def reentrant_corners(domain: Domain) -> ReentrantCorners:
     """Embedded points, ends of lines, and sharp bends of lines and of rings into the domain."""
     boundary = domain.boundary
-    leaving = departures(boundary)
+    leaving = corner_fans(boundary)
     direction = np.column_stack([np.cos(leaving.direction), np.sin(leaving.direction)])
     count = np.bincount(leaving.corner, minlength=len(boundary.corners))
     start = np.cumsum(count) - count
@@ -181,29 +197,10 @@ def tips(domain: Domain) -> Tips:
     corner = np.concatenate([alone, open_end, bend])
     none = np.zeros((len(alone), 2))
     first, second = (np.vstack([none, direction[start[open_end]], direction[which]]) for which in (a, b))
-    return Tips(corner, first, second)
+    return ReentrantCorners(corner, first, second)
 
 
-def ahead(walls: Walls, some: Tips, reach: Floats) -> Gaps:
-    """The nearest line or embedded point within reach (k,) of each tip that is not behind it."""
-    domain, boundary = walls.domain, walls.domain.boundary
-    open_ = ~boundary.closed
-    alone = np.setdiff1d(np.arange(len(boundary.corners)), [boundary.start[open_], boundary.end[open_]])
-    things = np.append(walls.tree.geometries, shapely.points(boundary.corners[alone]))
-    inner = np.append(boundary.inner[walls.chords.piece], np.ones(len(alone), bool))
-    on_ring = np.isin(some.corner, [boundary.start[~boundary.inner], boundary.end[~boundary.inner]])
-    tree, spots = shapely.STRtree(things), shapely.points(boundary.corners[some.corner])
-    left, found = np.arange(len(spots)), []
-    for share in 2.0 ** np.arange(-DOUBLINGS, 1):
-        tip, thing = tree.query(spots[left], predicate="dwithin", distance=share * reach[left])
-        tip = left[tip]
-        ways = shapely.get_coordinates(shapely.shortest_line(spots[tip], things[thing])).reshape(-1, 2, 2)
-        place, foot = ways[:, 0], ways[:, 1]
-        width = np.hypot(*(foot - place).T)
-        behind = np.max([(line[tip] * (foot - place)).sum(axis=1) for line in (some.first, some.second)], axis=0)
-        gaps = Gaps(tip, place, foot, width, inner[thing] | ~on_ring[tip])
-        gaps = kept_within(domain, gaps.kept((width > 0) & (behind < BEHIND * width)), PARTS)
-        order = np.lexsort((gaps.widths, gaps.number))
-        found.append(gaps.kept(order[np.diff(gaps.number[order], prepend=-1) != 0]))
-        left = np.setdiff1d(left, gaps.number)
-    return Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
+def gaps_inside(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
+    """Gaps of which some parts of the way are in the domain, not across what is outside of it."""
+    between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
+    return gaps.kept(np.all(between, axis=0))

@@ -1,26 +1,17 @@
-"""The table of mesh formats."""
+"""The table of mesh formats, and which of them each solver gets; what writes a format is loaded when it is used."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from bubblemesh.errors import CaseError
-from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields
-from bubblemesh.meshfiles.names import as_they_are, plain_words
-from bubblemesh.meshfiles.solvers import FormatName
-from bubblemesh.meshfiles.write.abaqus import set_names, write_plane_strain, write_plane_stress
-from bubblemesh.meshfiles.write.gmsh import write_msh, write_msh_ascii
-from bubblemesh.meshfiles.write.medit import write_medit
-from bubblemesh.meshfiles.write.nodes import write_csv, write_npz
-from bubblemesh.meshfiles.write.openfoam import patch_names, write_openfoam
-from bubblemesh.meshfiles.write.salome import write_med
-from bubblemesh.meshfiles.write.su2 import marker_names, write_su2
-from bubblemesh.meshfiles.write.tecplot import write_tecplot
-from bubblemesh.meshfiles.write.vtk import write_vtk, write_vtu
-from bubblemesh.meshfiles.write.xdmf import write_inline_xdmf, write_xdmf
 
-Writer = Callable[[Mesh, Fields, Path], None]
+if TYPE_CHECKING:
+    from bubblemesh.meshes.mesh import Mesh
+    from bubblemesh.meshfiles.groups import Fields
+
 BOTH = (1, 2)
 XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 
@@ -29,64 +20,99 @@ XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 class Format:
     """One way to write a mesh.
 
+    Functions are given as ``module.name`` within this package.
+
     Attributes
     ----------
     files : tuple of str
-        Ends of the names of the files that ``write`` makes, the main one first.
-    write : callable
-        Writes the mesh to the main file's path, and the other files beside it.
-    names : callable or None
-        Gives the names of the groups that it holds as the files spell them; None where solvers find ids only.
+        Ends of the names of the files that it is made of, the main one first.
+    writer : str
+        Function of a mesh, its fields and the main file's path, which writes the other files beside it.
+    speller : str or None
+        Function that gives the names of a mesh's groups as the files spell them; None where solvers find ids only.
     orders : tuple of int
         Orders of the triangles that it has a form for.
     points : bool
         Whether it holds labelled points.
     periodic : bool
         Whether it holds which nodes of periodic sides match.
-    write_alone : callable, optional
-        Writes the mesh to one file that needs no other; as ``write`` unless given.
+    alone : str, optional
+        Writes the mesh to one file that needs no other; as ``writer`` unless given.
+    solvers : tuple of str
+        Solvers that are to get it; why is told in docs/solvers.md.
     """
 
     files: tuple[str, ...]
-    write: Writer
-    names: Callable[[Mesh], dict[str, str]] | None
+    writer: str
+    speller: str | None
     orders: tuple[int, ...] = (1,)
     points: bool = True
     periodic: bool = False
-    write_alone: Writer | None = None
+    alone: str | None = None
+    solvers: tuple[str, ...] = ()
 
-    def holds_all_of(self, mesh: Mesh) -> bool:
+    def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
+        """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""
+        _loaded((alone and self.alone) or self.writer)(mesh, fields, path)
+
+    def names(self, mesh: "Mesh") -> dict[str, str] | None:
+        """Spelling of each group's name, if it holds names."""
+        return None if self.speller is None else _loaded(self.speller)(mesh)
+
+    def holds_all_of(self, mesh: "Mesh") -> bool:
         """Whether the labelled points and periodic pairs of a mesh have a place in it."""
         return (self.points or not len(mesh.labelled_nodes)) and (self.periodic or not len(mesh.periodic))
 
 
-FORMATS: dict[FormatName, Format] = {
-    "msh": Format((".msh",), write_msh, as_they_are, BOTH, periodic=True),
-    "vtu": Format((".vtu",), write_vtu, None, BOTH, points=False),
-    "vtk": Format((".vtk",), write_vtk, None, BOTH, points=False),
-    "xdmf": Format(XDMF_FILES, write_xdmf, None, BOTH, points=False, write_alone=write_inline_xdmf),
-    "msh-ascii": Format((".msh",), write_msh_ascii, as_they_are, BOTH, periodic=True),
-    "mesh": Format((".mesh",), write_medit, None),
-    "inp": Format((".inp",), write_plane_stress, set_names, BOTH),
-    "inp-strain": Format((".inp",), write_plane_strain, set_names, BOTH),
-    "su2": Format((".su2",), write_su2, marker_names, points=False),
-    "med": Format((".med",), write_med, plain_words, BOTH),
-    "dat": Format((".dat",), write_tecplot, None, points=False),
-    "openfoam": Format((".msh",), write_openfoam, patch_names, points=False),
-    "nodes.csv": Format((".nodes.csv",), write_csv, as_they_are),
-    "nodes.npz": Format((".nodes.npz",), write_npz, as_they_are, periodic=True),
+_FOR_MSH = ("fenicsx", "scikit-fem", "mfem")
+_AS_THEY_ARE = "names.as_they_are"
+FORMATS: Mapping[str, Format] = {
+    "msh": Format((".msh",), "write.gmsh.write_msh", _AS_THEY_ARE, BOTH, periodic=True, solvers=_FOR_MSH),
+    "vtu": Format((".vtu",), "write.vtk.write_vtu", None, BOTH, points=False),
+    "vtk": Format((".vtk",), "write.vtk.write_vtk", None, BOTH, points=False),
+    "xdmf": Format(
+        XDMF_FILES,
+        "write.xdmf.write_xdmf",
+        None,
+        BOTH,
+        points=False,
+        alone="write.xdmf.write_inline_xdmf",
+        solvers=("fenicsx",),
+    ),
+    "msh-ascii": Format((".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True),
+    "mesh": Format((".mesh",), "write.medit.write_medit", None, solvers=("freefem",)),
+    "inp": Format((".inp",), "write.abaqus.write_plane_stress", "write.abaqus.set_names", BOTH, solvers=("calculix",)),
+    "inp-strain": Format((".inp",), "write.abaqus.write_plane_strain", "write.abaqus.set_names", BOTH),
+    "su2": Format((".su2",), "write.su2.write_su2", "write.su2.marker_names", points=False, solvers=("su2",)),
+    "med": Format((".med",), "write.salome.write_med", "names.plain_words", BOTH),
+    "dat": Format((".dat",), "write.tecplot.write_tecplot", None, points=False),
+    "openfoam": Format(
+        (".msh",), "write.openfoam.write_openfoam", "write.openfoam.patch_names", points=False, solvers=("openfoam",)
+    ),
+    "nodes.csv": Format((".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE),
+    "nodes.npz": Format((".nodes.npz",), "write.nodes.write_npz", _AS_THEY_ARE, periodic=True),
 }
+FORMATS_FOR: Mapping[str, tuple[str, ...]] = {
+    solver: tuple(name for name, form in FORMATS.items() if solver in form.solvers)
+    for solver in dict.fromkeys(solver for form in FORMATS.values() for solver in form.solvers)
+}
+
+if TYPE_CHECKING:
+    FormatName = str
+    Solver = str
+else:
+    FormatName = Literal[tuple(FORMATS)]
+    Solver = Literal[tuple(FORMATS_FOR)]
 
 
 def format_named(name: str) -> Format:
     """Look up a format by its name; an unknown one is a CaseError."""
-    for known, form in FORMATS.items():
-        if name == known:
-            return form
-    raise CaseError(f"unknown mesh format {name!r}: choose one of {', '.join(FORMATS)}")
+    if name not in FORMATS:
+        raise CaseError(f"unknown mesh format {name!r}: choose one of {', '.join(FORMATS)}")
+    return FORMATS[name]
 
 
-def formats_by_ending(file: str) -> list[FormatName]:
+def formats_by_ending(file: str) -> list[str]:
     """Return the formats whose files end like the given file name, which has to have a stem before that."""
     return [name for name, form in FORMATS.items() if file.endswith(form.files[0]) and file != form.files[0]]
 
@@ -97,3 +123,10 @@ def require_order(formats: Iterable[str], order: int) -> None:
         if order not in format_named(name).orders:
             able = ", ".join(known for known, form in FORMATS.items() if order in form.orders)
             raise CaseError(f"{name} has no form for triangles of order {order}: choose among {able}, or order 1")
+
+
+def _loaded(function: str) -> Callable[..., Any]:
+    """The function of this package, as ``write.gmsh.write_msh``."""
+    module, _, name = function.rpartition(".")
+    loaded: Callable[..., Any] = getattr(import_module(f"{__package__}.{module}"), name)
+    return loaded

@@ -22,6 +22,11 @@ class Group(NamedTuple):
     dimension: int
 
 
+def cell_kinds(mesh: Mesh) -> tuple[str, str]:
+    """Return what meshio calls the edges and the triangles of a mesh."""
+    return ("line", "triangle") if mesh.order == 1 else ("line3", "triangle6")
+
+
 def facet_ids(mesh: Mesh) -> Integers:
     """Return the (f,) ids of the facets' labels: 1 for the first label."""
     return mesh.facet_labels.astype(np.int64) + 1
@@ -79,14 +84,14 @@ TAGS = ("gmsh:physical", "medit:ref", "su2:tag", "cell_tags", "material", "label
 DIMENSIONS = {"label": 1, "region": 2}
 
 
-def grouped(mesh: Any, kinds: Sequence[str], noun: str) -> tuple[tuple[str, ...], Integers]:
-    """Names of the groups that cells of some kinds are in, and the index (c,) of each cell's group.
+def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
+    """Names of the groups that the cells of some blocks are in, and the index (c,) of each cell's group.
 
     Parameters
     ----------
     mesh : meshio.Mesh
-    kinds : sequence of str
-        Types of the cells.
+    blocks : sequence of int
+        Numbers of the blocks, all of one kind of group.
     noun : {"label", "region"}
         What a group is called whose name the file does not tell.
 
@@ -96,14 +101,13 @@ def grouped(mesh: Any, kinds: Sequence[str], noun: str) -> tuple[tuple[str, ...]
         Empty where the file has no groups of such cells; then the indices are as well.
     index : (c,)
     """
-    mine = [k for k, block in enumerate(mesh.cells) if block.type in kinds and len(block.data)]
     for name in TAGS:
-        if mine and name in mesh.cell_data:
-            tags = np.concatenate([np.asarray(mesh.cell_data[name][k]) for k in mine])
+        if blocks and name in mesh.cell_data:
+            tags = np.concatenate([np.asarray(mesh.cell_data[name][k]) for k in blocks])
             if tags.ndim == 1 and np.array_equal(tags, np.round(tags)):
                 numbers, index = np.unique(tags.astype(np.int64), return_inverse=True)
                 return tuple(_name(mesh, int(number), noun) for number in numbers), index
-    return _of_sets(mesh, mine, noun)
+    return _of_sets(mesh, blocks, noun)
 
 
 def _name(mesh: Any, tag: int, noun: str) -> str:
@@ -114,13 +118,13 @@ def _name(mesh: Any, tag: int, noun: str) -> str:
     return ", ".join(names) if names else f"{noun} {tag}"
 
 
-def _of_sets(mesh: Any, mine: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
+def _of_sets(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
     """Groups by the sets of cells that the file names; of several sets with a cell the smallest counts."""
-    counts = [len(mesh.cells[k].data) for k in mine]
+    counts = [len(mesh.cells[k].data) for k in blocks]
     start = np.cumsum([0, *counts])
     sets = {}
-    for name, blocks in mesh.cell_sets.items():
-        members = [start[i] + np.asarray(blocks[k], np.int64) for i, k in enumerate(mine) if blocks[k] is not None]
+    for name, chosen in mesh.cell_sets.items():
+        members = [start[i] + np.asarray(chosen[k], np.int64) for i, k in enumerate(blocks) if chosen[k] is not None]
         cells = np.concatenate([np.zeros(0, np.int64), *members])
         if len(cells):
             sets[str(name)] = cells

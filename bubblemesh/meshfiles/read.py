@@ -1,87 +1,290 @@
-"""Reads the triangles of any plane mesh that meshio reads."""
+"""Reads plane triangles, their labels and their data from any mesh that meshio reads."""
 
 import contextlib
 import io
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.transaction import reason
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.files import local_copy, reason
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.groups import cell_groups
 from bubblemesh.messages import shown
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
 FORMAT_OF_ENDING = {".msh": "gmsh"}
-TRIANGLES = ("triangle", "triangle6")  # of the latter the corners
-NO_FACES = ("line", "line3", "vertex")
+EDGES = ("line", "line3")
+NO_FACES = (*EDGES, "vertex")
 PLANE = 1e-12  # of the extent
+REAL = "iuf"  # kinds of NumPy types
+
+# Triangles by the nodes of each kind of face.
+LINEAR = {"triangle": [[0, 1, 2]]}
+CORNERS = {**LINEAR, "triangle6": [[0, 1, 2]]}
+# Those that cover faces of any kind: all data at nodes counts.
+PARTS = {
+    **LINEAR,
+    "triangle6": [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+    "quad": [[0, 1, 2], [0, 2, 3]],
+    "quad8": [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 6], [4, 6, 7]],
+    "quad9": [[0, 4, 8], [4, 1, 8], [1, 5, 8], [5, 2, 8], [2, 6, 8], [6, 3, 8], [3, 7, 8], [7, 0, 8]],
+}
 
 
-class PlaneMesh(NamedTuple):
-    """Points (n, 2) in use, triangles (t, 3), and the kinds of cells that were left out."""
+@dataclass(frozen=True)
+class MeshFile:
+    """The triangles of a mesh file, and all else that it holds.
 
+    Attributes
+    ----------
+    path : Path
+    points : (n, 2)
+        Nodes that triangles use.
+    nodes : (n,)
+        Their numbers in the file, ascending.
+    triangles : (t, 3)
+        In any orientation.
+    left_out : tuple of str
+        Kinds of cells that are none of the faces asked for, nor edges or points.
+    source : meshio.Mesh
+    faces : tuple of int
+        Blocks of the source's cells that the triangles are of.
+    """
+
+    path: Path
     points: Floats
+    nodes: Integers
     triangles: Integers
     left_out: tuple[str, ...]
+    source: Any
+    faces: tuple[int, ...]
 
 
-def read_triangles(path: Path) -> PlaneMesh:
-    """The triangles of a mesh file.
+def read_triangles(
+    path: Path, parts: Mapping[str, Sequence[Sequence[int]]] = CORNERS, refusal: str | None = None
+) -> MeshFile:
+    """Read the triangles of a mesh file.
+
+    Parameters
+    ----------
+    path : Path
+    parts : mapping of str to sequences of three int
+        Triangles that each kind of face is cut in, by its nodes.
+    refusal : str, optional
+        Why cells of other kinds, but for edges and points, are an error; without it they are left out.
 
     Raises
     ------
     FileError
         If the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
     """
-    mesh = read_mesh(path)
-    blocks = [block.data[:, :3] for block in mesh.cells if block.type in TRIANGLES and len(block.data)]
-    if not blocks:
+    source = _read(path)
+    others = [block for block in source.cells if block.type not in (*parts, *NO_FACES)]
+    refused = sorted({block.type for block in others if len(block.data)})
+    if refusal is not None and refused:
+        raise FileError(f"{path}: holds cells of the kind {', '.join(refused)}: {refusal}")
+    faces = _blocks(source, parts)
+    if not faces:
         raise FileError(f"{path}: holds no triangles")
-    cells = np.concatenate(blocks).astype(np.int64)
-    used = plane_points(path, mesh, cells)
-    left_out = {block.type for block in mesh.cells} - {*TRIANGLES, *NO_FACES}
-    return PlaneMesh(mesh.points[used, :2].astype(float), np.searchsorted(used, cells), tuple(sorted(left_out)))
-
-
-def plane_points(path: Path, mesh: Any, triangles: Integers) -> Integers:
-    """The nodes (n,) that triangles (t, 3) of a mesh use, ascending.
-
-    Raises
-    ------
-    FileError
-        If one is not there, has a coordinate that is no number, or they are not plane.
-    """
-    if triangles.min() < 0 or triangles.max() >= len(mesh.points):
+    cut = [np.asarray(source.cells[k].data, np.int64)[:, parts[source.cells[k].type]].reshape(-1, 3) for k in faces]
+    triangles = np.concatenate(cut)
+    if triangles.min() < 0 or triangles.max() >= len(source.points):
         raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
-    used = np.unique(triangles)
-    points = np.asarray(mesh.points[used], float)
+    nodes = np.unique(triangles)
+    points = np.asarray(source.points[nodes], float)
     if not np.isfinite(points).all():
-        raise FileError(f"{path}: node {used[~np.isfinite(points).all(axis=1)][0]} has a coordinate that is no number")
+        raise FileError(f"{path}: node {nodes[~np.isfinite(points).all(axis=1)][0]} has a coordinate that is no number")
     if np.ptp(points[:, 2:], axis=0).max(initial=0) > PLANE * np.ptp(points, axis=0).max():
         raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are read")
-    return used
+    left_out = tuple(sorted({block.type for block in others}))
+    return MeshFile(path, points[:, :2], nodes, np.searchsorted(nodes, triangles), left_out, source, faces)
 
 
-def read_mesh(path: Path) -> Any:
-    """The mesh as meshio has it.
+class MeshWithData(NamedTuple):
+    """A mesh of a file with its data.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        Corners only, in any orientation; ``labels`` and ``regions`` are empty where the file has none.
+    cell_data, point_data : mapping of str to (t,) or (t, k), (n,) or (n, k)
+        Data of the triangles and of the nodes.
+    left_out : tuple of str
+        Kinds of cells that were left out.
+    """
+
+    mesh: Mesh
+    cell_data: Mapping[str, Floats]
+    point_data: Mapping[str, Floats]
+    left_out: tuple[str, ...]
+
+
+def read_mesh(path: Path) -> MeshWithData:
+    """Read a mesh file's triangles, labelled edges, regions and data; errors as of `read_triangles`."""
+    file = read_triangles(path)
+    source = file.source
+    regions, region = cell_groups(source, file.faces, "region")
+    facets, label, labels = _facets(file)
+    mesh = Mesh(file.points, file.triangles, facets, label, labels, regions=regions, triangle_regions=region)
+    cell_data = {
+        name: np.concatenate([np.asarray(data[k]) for k in file.faces]) for name, data in source.cell_data.items()
+    }
+    point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
+    return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out)
+
+
+def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
+    """Labelled edges (f, 2) in terms of the nodes in use, the index (f,) of each one's label, and the labels."""
+    source, blocks = file.source, _blocks(file.source, EDGES)
+    labels, label = cell_groups(source, blocks, "label")
+    if not labels:
+        return np.zeros((0, 2), np.int64), label, ()
+    edges = np.concatenate([source.cells[k].data[:, :2] for k in blocks]).astype(np.int64)
+    if edges.min() < 0 or edges.max() >= len(source.points):
+        raise FileError(f"{file.path}: an edge has a node that is not there: the file is damaged")
+    kept = np.isin(edges, file.nodes).all(axis=1)  # an edge with a node that is in no triangle is no side of one
+    numbers, label = np.unique(label[kept], return_inverse=True)
+    return np.searchsorted(file.nodes, edges[kept]), label, tuple(labels[k] for k in numbers)
+
+
+def _numbers(data: Mapping[str, Any]) -> dict[str, Floats]:
+    """The arrays, by name, that hold real numbers or truth values."""
+    return {name: values.astype(float) for name, values in data.items() if values.dtype.kind in REAL + "b"}
+
+
+class FieldData(NamedTuple):
+    """Data on triangles.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 2)
+    triangles : (t, 3)
+    values : (n,), (n, k) or (c,)
+        At the points, or of the cells.
+    cells : (t,) or None
+        Number of the cell that each triangle is a part of; None for data at points.
+    """
+
+    name: str
+    points: Floats
+    triangles: Integers
+    values: Floats
+    cells: Integers | None
+
+    @property
+    def at_points(self) -> bool:
+        """Whether the data is at points, not of cells."""
+        return self.cells is None
+
+
+def read_field(path: Path, name: str | None) -> FieldData:
+    """Read the data ``name`` of a mesh file, or the only one of it; data at nodes goes before data of cells.
+
+    Faces of higher order and quadrilaterals are cut in triangles. Nodes keep their numbers.
 
     Raises
     ------
     FileError
-        If the file cannot be read.
+        As of `read_triangles`, and for cells that are no plane faces.
+    CaseError
+        If the name is needed, unknown, or one of data that is not one real number in each place.
     """
+    file = read_triangles(path, PARTS, "only plane faces have data here")
+    source, triangles = file.source, file.nodes[file.triangles]
+    points = np.zeros((len(source.points), 2))
+    points[file.nodes] = file.points
+    known = list(dict.fromkeys([*source.point_data, *source.cell_data]))
+    if name is not None and name not in known:
+        raise CaseError(f"{path}: has no data {name!r}: it has {', '.join(known) or 'none'}")
+    data = _own_names(known)
+    if name is None and len(data) != 1:
+        listed = f" ({', '.join(data)})" if data else ""
+        raise CaseError(f"{path}: has data of {len(data)} names{listed}: give the name of one")
+    name = name or data[0]
+    if name in source.point_data:
+        return FieldData(name, points, triangles, _one_number_each(path, name, source.point_data[name]), None)
+    values = [_one_number_each(path, name, source.cell_data[name][k]) for k in file.faces]
+    parts = np.repeat([len(PARTS[source.cells[k].type]) for k in file.faces], [len(block) for block in values])
+    return FieldData(name, points, triangles, np.concatenate(values), np.repeat(np.arange(len(parts)), parts))
+
+
+def read_nodal_field(path: Path, name: str | None) -> FieldData:
+    """Read the data ``name`` at the nodes of a mesh file of linear triangles, or the only data that is there.
+
+    Raises
+    ------
+    FileError
+        As of `read_triangles`, and for faces of other kinds.
+    CaseError
+        If the name is needed, unknown, or one of data that is not given by real numbers at the nodes.
+    """
+    refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
+    file = read_triangles(path, LINEAR, refusal)
+    data = file.source.point_data
+    known = _own_names(data)
+    listed = ", ".join(known) or "none"
+    if name is None and len(known) != 1:
+        raise CaseError(f"{path}: has data of {len(known)} names at its nodes ({listed}): choose one by --field")
+    name = known[0] if name is None else name
+    if name in file.source.cell_data:
+        raise CaseError(
+            f"{path}: {name} is data of the cells: the estimate needs values at the nodes (there: {listed})"
+        )
+    if name not in data:
+        raise CaseError(f"{path}: has no data {name!r} at its nodes: it has {listed}")
+    values = _real(path, name, data[name])
+    return FieldData(name, file.points, file.triangles, values.reshape(len(values), -1)[file.nodes], None)
+
+
+def _own_names(data: Iterable[str]) -> list[str]:
+    """Names of data but those of numbers that a format keeps, as gmsh:physical."""
+    return [name for name in data if ":" not in name]
+
+
+def _real(path: Path, name: str, data: Any) -> Floats:
+    """Data as real numbers; else it is a CaseError."""
+    values = np.asarray(data)
+    if values.dtype.kind not in REAL:
+        raise CaseError(f"{path}: {name} does not hold real numbers (found {values.dtype})")
+    return values.astype(float)
+
+
+def _one_number_each(path: Path, name: str, data: Any) -> Floats:
+    """Data (n,) of one real number in each place; else it is a CaseError."""
+    values = _real(path, name, data)
+    components = int(np.prod(values.shape[1:]))
+    if components != 1:
+        raise CaseError(
+            f"{path}: {name} has {components} components: a spacing is one number in each place: write the length, or "
+            "one component, as data of its own"
+        )
+    return values.reshape(-1)
+
+
+def _blocks(source: Any, kinds: Container[str]) -> tuple[int, ...]:
+    """Numbers of the blocks of cells of some kinds that are not empty."""
+    return tuple(k for k, block in enumerate(source.cells) if block.type in kinds and len(block.data))
+
+
+def _read(path: Path) -> Any:
+    """Read a mesh as meshio has it; a file that cannot be read is a FileError."""
     import meshio
 
-    if not path.exists():  # meshio has an error of its own for this
+    source = local_copy(path)
+    if not source.exists():  # meshio has an error of its own for this
         raise FileError(f"{path}: cannot be read: there is no such file")
-    if path.is_file() and path.stat().st_size == 0:
+    if source.is_file() and source.stat().st_size == 0:
         raise FileError(f"{path}: is empty")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
-            return meshio.read(path, file_format=FORMAT_OF_ENDING.get(path.suffix))
+            return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds

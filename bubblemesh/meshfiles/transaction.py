@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bubblemesh.errors import FileError
+from bubblemesh.files import unwritten
 
 _PREFIX = ".bubblemesh-"
 
@@ -29,13 +30,7 @@ def transaction(folder: Path, prefix: str = _PREFIX) -> Iterator[Path]:
             yield Path(staging)
             _publish(Path(staging), folder)
     except OSError as error:
-        raise FileError(f"cannot write {_culprit(error, folder)}: {reason(error)}") from error
-
-
-def reason(error: OSError) -> str:
-    """Say in a few words why a file operation failed."""
-    # NumPy's tofile knows no errno, only how much it could write.
-    return error.strerror or f"{error} (is the disk full?)"
+        raise unwritten(_culprit(error, folder), error) from error
 
 
 def _culprit(error: OSError, folder: Path) -> Path:

@@ -1,80 +1,102 @@
-"""Shaking: random displacements where the order is broken, each followed by a short relaxation."""
+"""Annealing: random displacements where the order is broken, each followed by a short relaxation."""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from dataclasses import dataclass, field, replace
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
+from bubblemesh.arrays import Booleans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, enmeshed
-from bubblemesh.packing.placement.perturbation import displacements
+from bubblemesh.packing.net import Net, connect_inside
+from bubblemesh.packing.placement import displaced
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
 CYCLES = {"fast": 20, "normal": 100, "best": 400}
 REGULAR_VALENCE = 6
 
+Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
+Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
+
 
 @dataclass(frozen=True)
-class Shaking:
-    """Annealing of the coarse levels: grain boundaries heal, and what is left of them is in the right places.
+class NoAnnealing:
+    """No annealing."""
 
-    Bubbles with another number of neighbours than six, and their neighbours, are displaced, less from cycle to cycle.
-
-    Attributes
-    ----------
-    effort : {"fast", "normal", "best"}
-        Number of cycles: 20, 100 or 400.
-    amplitude : float
-        Standard deviation of the first displacement, in units of spacing.
-    amplitude_at_boundary : float
-        What of it applies to bubbles next to the boundary.
-    shake_steps : int
-        Steps of relaxation after each displacement.
-    fully_shaken : int
-        Levels with more bubbles than this get fewer cycles in proportion, so that each level costs about the same.
-    """
-
-    effort: Literal["fast", "normal", "best"] = "normal"
-    amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.18
-    amplitude_at_boundary: Annotated[float, Ge(0), Le(1)] = 0.5
-    shake_steps: Annotated[int, Gt(0)] = 8
-    fully_shaken: Annotated[int, Gt(0)] = 1500
+    shake_steps: ClassVar[int] = 0
 
     def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        random: np.random.Generator,
-        relax: Callable[[Net, int], Relaxed],
+        self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
     ) -> Relaxed:
-        """The bubbles after all cycles; ``relax`` takes a net and a number of steps."""
+        """The bubbles as they are."""
+        return Relaxed.none(net.bubbles)
+
+    def cycles(self, bubbles: int) -> int:
+        """Zero, whatever the number of bubbles."""
+        return 0
+
+    def sparing(self, calm: Calm) -> "NoAnnealing":
+        """The same: there is none to spare bubbles from."""
+        return self
+
+
+@dataclass(frozen=True)
+class Annealing:
+    """Displacement, again and again and less and less, of bubbles without six neighbours and of those next to them.
+
+    On the coarse levels grain boundaries heal, and what is left of them is in the right places.
+    """
+
+    effort: Annotated[Literal["fast", "normal", "best"], Doc("20, 100 or 400 cycles of shaking")] = "normal"
+    amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
+    amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
+    shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
+    fully_shaken: Annotated[int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion")] = 1500
+
+    def __call__(
+        self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
+    ) -> Relaxed:
+        """The bubbles after all cycles, each a displacement and a relaxation."""
         total = Relaxed.none(net.bubbles)
         cycles = self.cycles(len(net.bubbles))
         for cycle in range(cycles):
-            net = enmeshed(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
+            net = connect_inside(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
             relaxed = relax(net, self.shake_steps)
             total = total.followed_by(relaxed)
             # The edges from before the relaxation still tell where the order is broken.
-            net = enmeshed(relaxed.bubbles, domain, spacing) if relaxed.lost else replace(net, bubbles=relaxed.bubbles)
+            net = replace(net, bubbles=relaxed.bubbles)
+            if relaxed.lost:
+                net = connect_inside(relaxed.bubbles, domain, spacing)
         return total
 
     def cycles(self, bubbles: int) -> int:
         """Number of cycles on a level of so many bubbles."""
         return math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / bubbles))
 
+    def sparing(self, calm: Calm) -> "Annealing":
+        """The same annealing but for calm bubbles, which are left alone."""
+        return SparingAnnealing(**vars(self), calm=calm)
+
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
-        """The bubbles after a displacement by this share of the first one."""
-        bubbles, inside = net.bubbles, net.bubbles.interior
-        shift = displacements(random, len(bubbles))
-        at_boundary = net.joined(np.arange(len(bubbles)) < bubbles.boundary_count)
-        amplitude = share * np.where(at_boundary, self.amplitude_at_boundary * self.amplitude, self.amplitude)
-        amplitude[~net.joined(net.valence != REGULAR_VALENCE)] = 0
-        x = bubbles.x.copy()
-        x[inside] += (amplitude * bubbles.d)[inside, None] * shift[inside]
-        return replace(bubbles, x=x)
+        """The bubbles after a displacement, whose amplitude is ``share`` times that of the first one."""
+        on_boundary = np.arange(len(net.bubbles)) < net.bubbles.boundary_count
+        beside = net.dilated(on_boundary)
+        amplitude = share * np.where(beside, self.amplitude_at_boundary * self.amplitude, self.amplitude)
+        amplitude[on_boundary | ~net.dilated(net.valence != REGULAR_VALENCE)] = 0
+        return displaced(net.bubbles, slice(None), amplitude, random)
+
+
+@dataclass(frozen=True)
+class SparingAnnealing(Annealing):
+    """Annealing that leaves ``calm`` bubbles alone."""
+
+    calm: Calm = field(kw_only=True)
+
+    def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
+        displaced = super()._displaced(net, share, random)
+        return replace(displaced, x=np.where(self.calm(net.bubbles)[:, None], net.bubbles.x, displaced.x))

@@ -20,8 +20,8 @@ MOST_HALVINGS = 60
 MOST_ADDED = 500_000  # bubbles between curves; those that need more are the same but for rounding
 
 
-def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
-    """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off.
+def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+    """Bubbles with more of them on curves whose straight edges would cut off other parts of the boundary.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def parted(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
                 f"two curves at {place(x[0])} are so near to each other that no edges fit between them: let them "
                 "share the curve, or move them apart"
             )
-        bubbles = bubbles.joined_by(x, spacing(x), piece, s)
+        bubbles = bubbles.append(x, spacing(x), piece, s)
     return bubbles
 
 
@@ -79,18 +79,18 @@ def _cutting(
     return cutting
 
 
-def enclosed(bubbles: Bubbles, domain: Domain) -> Bubbles:
-    """The bubbles without those that nothing can be made of: run into others on the boundary, or outside its edges."""
+def drop_strays(bubbles: Bubbles, domain: Domain) -> Bubbles:
+    """Bubbles without those that ran into others on the boundary, and those outside the straight boundary edges."""
     bubbles = _separated(bubbles, domain)
     inside = _inside_chords(bubbles, domain)
     if inside.all():
         return bubbles
     keep = np.concatenate([np.arange(bubbles.boundary_count), bubbles.boundary_count + np.flatnonzero(inside)])
-    return bubbles.kept(keep)
+    return bubbles.select(keep)
 
 
 def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
-    """The bubbles without sliding ones that come next to a corner, or to the sliding one before, as good as at it."""
+    """Bubbles without sliding ones that are as good as at a corner, or at the sliding one before."""
     while True:
         edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
         begin, end = domain.boundary.arcs(edges, edge_piece, bubbles.s)
@@ -100,11 +100,11 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
         gone = np.unique(gone[gone >= bubbles.corners])
         if len(gone) == 0:
             return bubbles
-        bubbles = bubbles.kept(np.delete(np.arange(len(bubbles)), gone))
+        bubbles = bubbles.select(np.delete(np.arange(len(bubbles)), gone))
 
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
-    """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
+    """Which interior bubbles (k,), all inside the domain, are inside the polygon of the boundary nodes too."""
     edges, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
     runs = ChordRuns.of(*np.moveaxis(bubbles.x[edges], 1, 0))

@@ -6,6 +6,8 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
+NOWHERE = np.zeros(0, np.int64), np.zeros(0)  # no place on the boundary
+
 
 @dataclass(frozen=True)
 class Bubbles:
@@ -37,12 +39,12 @@ class Bubbles:
 
     @property
     def sliding(self) -> slice:
-        """The bubbles that move along their boundary piece only."""
+        """Slice of the bubbles that move along their boundary piece only."""
         return slice(self.corners, self.boundary_count)
 
     @property
     def interior(self) -> slice:
-        """The bubbles that move freely."""
+        """Slice of the bubbles that move freely."""
         return slice(self.boundary_count, None)
 
     @property
@@ -50,13 +52,13 @@ class Bubbles:
         """Number of bubbles on the boundary, corners included."""
         return self.corners + len(self.piece)
 
-    def kept(self, keep: Integers) -> "Bubbles":
-        """The bubbles ``keep`` (k,), ascending, all corners among them."""
+    def select(self, keep: Integers) -> "Bubbles":
+        """Bubbles of the numbers ``keep`` (k,), ascending, all corners among them."""
         slide = keep[(keep >= self.corners) & (keep < self.boundary_count)] - self.corners
         return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners, self.touched[keep])
 
-    def joined_by(self, x: Floats, d: Floats, piece: Integers, s: Floats) -> "Bubbles":
-        """These bubbles and new ones at ``x`` (k, 2), the first of which lie on ``piece``, ``s`` (j,)."""
+    def append(self, x: Floats, d: Floats, piece: Integers = NOWHERE[0], s: Floats = NOWHERE[1]) -> "Bubbles":
+        """These bubbles and new ones at ``x`` (k, 2), of which the first j lie on the boundary at ``piece``, ``s``."""
         at, slides, new = self.boundary_count, len(piece), np.ones(len(x), bool)
         return Bubbles(
             np.concatenate([self.x[:at], x[:slides], self.x[at:], x[slides:]]),

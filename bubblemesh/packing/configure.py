@@ -2,32 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Any, get_type_hints
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
+from typing_extensions import Doc
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
-from bubblemesh.packing.methods import METHODS, SCHEMES, Method
+from bubblemesh.packing.methods import COLUMNS, METHODS, Method
 
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
-SECTIONS = {
-    "packing": (
-        *(
-            "levels",
-            "placement",
-            "perturbation",
-            "relaxation",
-            "force",
-            "motion",
-            "population",
-            "shaking",
-            "polish",
-            "mending",
-        ),
-    ),
-    "schedule": ("viscosity", "odd", "termination"),
-}
+CHOICES = {(column.section, column.key): name for name, column in COLUMNS.items() if column.key is not None}
 
 
 class OptionError(CaseError):
@@ -40,6 +25,15 @@ class OptionError(CaseError):
         self.message = message
 
 
+class Option(NamedTuple):
+    """A key of a case that some method knows, what it means, and the JSON Schema of its values."""
+
+    section: str
+    key: str
+    meaning: str
+    schema: dict[str, Any]
+
+
 def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> Method:
     """The row ``method`` of the table, with the given schemes and parameters in place of its own.
 
@@ -48,89 +42,101 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
     OptionError
         If the method is unknown, does not use a key, or a value is out of range.
     """
-    if method not in METHODS:
-        raise OptionError("method", None, f"unknown method {method!r}: {meant(method, METHODS)}")
-    row = METHODS[method]
-    for section, given in (("packing", packing), ("schedule", schedule)):
-        named = [key for key in given if key in SCHEMES and key in SECTIONS[section]]
-        for key in named:
-            row = _with_scheme(row, section, key, given[key])
-        for key, value in given.items():
-            if key not in named:
-                row = _with_parameter(row, method, section, key, value)
+    given = {"packing": packing, "schedule": schedule}
+    row = _with_schemes(method, given)
+    for section, key in _parameters(given):
+        name = _column_of(row, section, key)
+        if name is None:
+            known = list(options(row)[section])
+            raise OptionError(section, key, f"the method {method!r} does not use this key: {meant(key, known)}")
+        scheme = getattr(row, name)
+        value = _checked(type(scheme), section, key, given[section][key])
+        row = replace(row, **{name: replace(scheme, **{key: value})})
     return row
+
+
+def unused_keys(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Sections and keys of the parameters that the method, with the schemes that are given, does not use.
+
+    Raises
+    ------
+    OptionError
+        If the method or a scheme is unknown.
+    """
+    given = {"packing": packing, "schedule": schedule}
+    row = _with_schemes(method, given)
+    return [(section, key) for section, key in _parameters(given) if _column_of(row, section, key) is None]
 
 
 def options(method: Method) -> dict[str, dict[str, Any]]:
     """All keys of a method with their values, by section."""
-    return {
-        section: {
-            **{name: value for column in columns for name, value in _values(getattr(method, column)).items()},
-            **{column: _name(method, column) for column in columns if column in SCHEMES},
-        }
-        for section, columns in SECTIONS.items()
-    }
+    found: dict[str, dict[str, Any]] = {column.section: {} for column in COLUMNS.values()}
+    for name, column in COLUMNS.items():
+        found[column.section] |= vars(getattr(method, name))
+    for (section, key), name in CHOICES.items():
+        found[section][key] = _scheme_name(method, name)
+    return found
 
 
-def option_schemas() -> dict[str, dict[str, Any]]:
-    """JSON Schemas of the keys that any method knows, by section."""
-    schemas: dict[str, dict[str, Any]] = {section: {} for section in SECTIONS}
-    for section, columns in SECTIONS.items():
-        for column in columns:
-            kinds = {type(getattr(row, column)) for row in METHODS.values()} - {type(None)}
-            for kind in sorted(kinds, key=lambda kind: kind.__name__):
-                for name, hint in _hints(kind).items():
-                    schemas[section][name] = TypeAdapter(hint).json_schema()
-            if column in SCHEMES:
-                schemas[section][column] = {"enum": list(SCHEMES[column])}
-    return schemas
+def all_options() -> list[Option]:
+    """The keys that any method knows: each choice of a scheme, then the parameters of the schemes."""
+    found: dict[tuple[str, str], Option] = {}
+    for column in COLUMNS.values():
+        section, key = column.section, column.key
+        if key is not None:
+            summaries = ((name, str(kind.__doc__).partition("\n")[0]) for name, kind in column.schemes.items())
+            meaning = " ".join(f"`{name}`: {summary}" for name, summary in summaries)
+            found[section, key] = Option(section, key, meaning, {"enum": list(column.schemes)})
+        for kind in column.schemes.values():
+            for key, hint in _hints(kind).items():
+                (meaning,) = (note.documentation for note in get_args(hint) if isinstance(note, Doc))
+                found[section, key] = Option(section, key, meaning, TypeAdapter(hint).json_schema())
+    return list(found.values())
 
 
-def _with_scheme(row: Method, section: str, column: str, name: Any) -> Method:
-    """The row with the scheme ``name``, which keeps the parameters that both schemes have."""
-    known = SCHEMES[column]
-    if not isinstance(name, str) or name not in known:
-        raise OptionError(section, column, f"there is no such scheme: {meant(str(name), known)} (found {name!r})")
-    if name == _name(row, column):
-        return row
-    kind, present = known[name], _values(getattr(row, column))
-    shared = (
-        {} if kind is None else {field.name: present[field.name] for field in fields(kind) if field.name in present}
-    )
-    scheme: Any = kind and kind(**shared)
-    return replace(row, **{column: scheme})
+def _with_schemes(method: str, given: Mapping[str, Mapping[str, Any]]) -> Method:
+    """The method with the schemes that are given, each with those parameters of the method's own that it has too."""
+    if method not in METHODS:
+        raise OptionError("method", None, f"unknown method {method!r}: {meant(method, METHODS)}")
+    row = METHODS[method]
+    for (section, key), name in CHOICES.items():
+        known, chosen = COLUMNS[name].schemes, given[section].get(key, _scheme_name(row, name))
+        if not isinstance(chosen, str) or chosen not in known:
+            problem = f"there is no such scheme: {meant(str(chosen), known)} (found {chosen!r})"
+            raise OptionError(section, key, problem)
+        kind, own = known[chosen], getattr(row, name)
+        if kind is not type(own):
+            shared = {field.name: value for field in fields(kind) if (value := vars(own).get(field.name)) is not None}
+            row = replace(row, **{name: kind(**shared)})
+    return row
 
 
-def _with_parameter(row: Method, method: str, section: str, key: str, value: Any) -> Method:
-    for column in SECTIONS[section]:
-        scheme = getattr(row, column)
-        if key in _values(scheme):
-            return replace(row, **{column: _replaced(scheme, section, key, value)})
-    known = list(options(row)[section])
-    raise OptionError(section, key, f"the method {method!r} does not use this key: {meant(key, known)}")
+def _parameters(given: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Sections and keys of what is given, but for the choices of schemes."""
+    return [(section, key) for section, keys in given.items() for key in keys if (section, key) not in CHOICES]
 
 
-def _replaced(scheme: Any, section: str, key: str, value: Any) -> Any:
+def _column_of(row: Method, section: str, key: str) -> str | None:
+    """Name of the column whose scheme has the parameter."""
+    names = (name for name, column in COLUMNS.items() if column.section == section and key in vars(getattr(row, name)))
+    return next(names, None)
+
+
+def _checked(kind: type[Any], section: str, key: str, value: Any) -> Any:
+    """The value of a scheme's parameter, within its bounds."""
     try:
-        checked = TypeAdapter(_hints(type(scheme))[key], config=STRICT).validate_python(value)
+        return TypeAdapter(_hints(kind)[key], config=STRICT).validate_python(value)
     except ValidationError as error:
         problem = error.errors()[0]["msg"]
         raise OptionError(section, key, f"{problem[0].lower()}{problem[1:]} (found {value!r})") from None
-    return replace(scheme, **{key: checked})
 
 
 def _hints(kind: type[Any]) -> dict[str, Any]:
-    """Types of a scheme's parameters, with their bounds."""
+    """Types of a scheme's parameters, with their bounds and meanings."""
     hints = get_type_hints(kind, include_extras=True)
     return {field.name: hints[field.name] for field in fields(kind)}
 
 
-def _name(method: Method, column: str) -> str:
-    """What a case calls the method's scheme for a task."""
-    scheme = getattr(method, column)
-    return next(name for name, kind in SCHEMES[column].items() if kind is (scheme and type(scheme)))
-
-
-def _values(scheme: Any) -> dict[str, Any]:
-    """The parameters of a scheme; none of one that is left out."""
-    return {} if scheme is None else {field.name: getattr(scheme, field.name) for field in fields(scheme)}
+def _scheme_name(method: Method, column: str) -> str:
+    """What a case calls the method's scheme."""
+    return next(name for name, kind in COLUMNS[column].schemes.items() if kind is type(getattr(method, column)))

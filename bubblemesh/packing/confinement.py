@@ -12,7 +12,7 @@ from bubblemesh.packing.motion import Force
 
 
 @dataclass
-class Rails:
+class Sliding:
     """The boundary pieces under the sliding bubbles, kept up to date with their arc lengths.
 
     Attributes
@@ -32,19 +32,19 @@ class Rails:
         self.s = self.bubbles.s
         self.tangents = self.boundary.tangents(self.bubbles.piece, self.s)
 
-    def along(self, vectors: Floats) -> Floats:
-        """The part of forces or velocities (n, 2) that the boundary does not take up, in place."""
+    def project(self, vectors: Floats) -> Floats:
+        """Forces or velocities (n, 2) without the part that the boundary takes up, in place."""
         slide = self.bubbles.sliding
         vectors[: self.bubbles.corners] = 0
         vectors[slide] = np.einsum("ij,ij->i", vectors[slide], self.tangents)[:, None] * self.tangents
         return vectors
 
-    def holding(self, force: Force) -> Force:
-        """The force without what the boundary takes up."""
-        return lambda x: self.along(force(x))
+    def projecting(self, force: Force) -> Force:
+        """The force as a function of positions, without the part that the boundary takes up."""
+        return lambda x: self.project(force(x))
 
-    def settled(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
-        """Positions and velocities after a step, sliding bubbles projected back on their curves."""
+    def advance(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Positions and velocities (n, 2) after a step, with the sliding bubbles projected back on their curves."""
         slide, piece = self.bubbles.sliding, self.bubbles.piece
         if len(piece):
             here = self.boundary.points(piece, self.s)
@@ -52,15 +52,15 @@ class Rails:
             self.s = self.boundary.wrapped(piece, self.s + ahead)
             self.tangents = self.boundary.tangents(piece, self.s)
             x[slide] = self.boundary.points(piece, self.s)
-        return x, self.along(v)
+        return x, self.project(v)
 
-    def ended(self, x: Floats, d: Floats) -> Bubbles:
-        """The bubbles at rest at the end of the motion."""
+    def bubbles_at(self, x: Floats, d: Floats) -> Bubbles:
+        """The bubbles at rest at x (n, 2) with spacing d (n,), at the end of the motion."""
         return replace(self.bubbles, x=x, d=d, s=self.s)
 
 
 @dataclass
-class Clearance:
+class Confinement:
     """Keeps interior bubbles inside, asking for the boundary only where one may have reached it.
 
     Attributes
@@ -77,7 +77,7 @@ class Clearance:
     def __post_init__(self) -> None:
         self.free = self.domain.distance_at_least(self.x)
 
-    def kept_inside(self, x: Floats, v: Floats, d: Floats) -> None:
+    def put_back(self, x: Floats, v: Floats, d: Floats) -> None:
         """Put interior bubbles x (k, 2) that crossed the boundary back and at rest, in place."""
         suspects = np.flatnonzero(np.hypot(*(x - self.x).T) > np.abs(self.free))
         if len(suspects) == 0:

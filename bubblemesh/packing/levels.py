@@ -5,13 +5,14 @@ from typing import Annotated, Protocol
 
 import numpy as np
 from annotated_types import Gt
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.placement.diffusion import distance_to_facets, on_boundary
+from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
 from bubblemesh.spacing.grid.leaves import Leaves, leaves
 from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import GROWTH, gradient_limited
@@ -29,35 +30,25 @@ class Levels(Protocol):
     """The spacings that are packed one after the other."""
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        """Spacings of the levels, the coarsest first and the wanted one last."""
+        """Spacings of the levels, the coarsest first and the one asked for last."""
 
 
 @dataclass(frozen=True)
 class SingleLevel:
-    """The wanted spacing, and no other."""
+    """The spacing asked for, and no other."""
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        """The spacing alone."""
         return (spacing,)
 
 
 @dataclass(frozen=True)
 class Doubling:
-    """Spacings doubled from level to level, as often as the spacing stays gentle and enough bubbles are left.
+    """Coarser spacings first, doubled as often as the spacing stays gentle and enough bubbles are left."""
 
-    Attributes
-    ----------
-    coarsest_nodes : int
-        The coarsest level has at least about so many.
-    steepest : float
-        Gradient of the spacing of a level that is met in no more than a twentieth of it.
-    """
-
-    coarsest_nodes: Annotated[int, Gt(0)] = 200
-    steepest: Annotated[float, Gt(0)] = 0.2
+    coarsest_nodes: Annotated[int, Gt(0), Doc("least number of bubbles, about, that the coarsest level has")] = 200
+    steepest: Annotated[float, Gt(0), Doc("gradient that only a twentieth of a level's bubbles may exceed")] = 0.2
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        """Spacings of the levels, the coarsest first and the wanted one last."""
         most = np.log2(max(expected_nodes / self.coarsest_nodes, 1)) / 2
         if most >= 1:
             steep = steepness(leaves(domain, spacing, SAMPLE), spacing)
@@ -67,7 +58,7 @@ class Doubling:
 
 
 def steepness(cells: Leaves, spacing: Spacing) -> float:
-    """Gradient of the spacing that only few bubbles exceed."""
+    """Gradient of the spacing that only a twentieth of the bubbles exceeds."""
     step = cells.sides / 4
     low, high = (
         np.stack([spacing.extended(cells.centers + sign * step[:, None] * axis) for axis in np.eye(2)])
@@ -105,7 +96,7 @@ def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:
     long = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > SPLIT * spacing.extended(middles)
     x = np.vstack([x[inside], middles[long]])
     x = x[along_hilbert_curve(x)]
-    shell, d = on_boundary(domain, spacing), spacing.extended(x)
+    shell, d = boundary_bubbles(domain, spacing), spacing.extended(x)
     clear = distance_to_facets(shell, domain, x, d) > NEAREST_TO_BOUNDARY * d
-    grown = shell.joined_by(x[clear], d[clear], np.zeros(0, np.int64), np.zeros(0))
+    grown = shell.append(x[clear], d[clear])
     return replace(grown, touched=np.zeros(len(grown), bool))

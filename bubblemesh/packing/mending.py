@@ -1,18 +1,18 @@
 """Mending: the worst triangles get other surroundings by trial and error, patch by patch."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, enmeshed, reconnected
-from bubblemesh.packing.placement.perturbation import displacements
-from bubblemesh.packing.smoothing import ShapeSteps, eta
+from bubblemesh.packing.net import Net, connect_inside, reconnect
+from bubblemesh.packing.placement import displaced
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing, eta
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_PATCHES = 16
@@ -23,7 +23,7 @@ PASSES = 2
 
 
 class Patches(NamedTuple):
-    """Disjoint patches.
+    """Patches of a net that have no node in common.
 
     Attributes
     ----------
@@ -40,29 +40,39 @@ class Patches(NamedTuple):
     number: int
 
 
+AnySmoothing = NoSmoothing | Smoothing
+
+
 @dataclass(frozen=True)
-class Mending:
-    """Random displacements around the worst triangles, polished, and kept where that makes a patch's worst one better.
+class NoMending:
+    """No mending."""
 
-    Attributes
-    ----------
-    mend_attempts : int
-    mend_worse : float
-        Triangles with a shape measure eta above this are mended; 1 is an equilateral triangle.
-    mend_amplitude : float
-        Standard deviation of the displacement, in units of spacing.
-    """
-
-    mend_attempts: Annotated[int, Ge(0)] = 12
-    mend_worse: Annotated[float, Ge(1)] = 1.08
-    mend_amplitude: Annotated[float, Gt(0), Le(0.5)] = 0.2
+    mend_attempts: ClassVar[int] = 0
 
     def __call__(
-        self, net: Net, domain: Domain, spacing: Spacing, polish: ShapeSteps, random: np.random.Generator
+        self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
+    ) -> Net:
+        """The net as it is."""
+        return net
+
+
+@dataclass(frozen=True)
+class Mending:
+    """Random displacements around the worst triangles, smoothed, and kept where a patch's worst one gets better.
+
+    Without smoothing there is no mending either.
+    """
+
+    mend_attempts: Annotated[int, Ge(0), Doc("attempts at each of the worst triangles")] = 12
+    mend_worse: Annotated[float, Ge(1), Doc("triangles of larger shape measure are mended; 1 is equilateral")] = 1.08
+    mend_amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the displacement, in spacings")] = 0.2
+
+    def __call__(
+        self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
     ) -> Net:
         """The net with better worst triangles and the same number of bubbles."""
         bad = self._bad(net)
-        if len(bad) == 0:
+        if len(bad) == 0 or smoothing.shape_steps == 0:
             return net
         numbers, part = net.part(net.within(net.triangles[bad], AROUND))
         mended = part
@@ -70,28 +80,31 @@ class Mending:
             bad = self._bad(mended)
             if len(bad) == 0:
                 break
-            mended = self._tried(mended, bad, domain, polish, random)
+            mended = self._tried(mended, bad, domain, smoothing, random)
         if mended is part:
             return net
         bubbles = net.bubbles
         x, s = bubbles.x.copy(), bubbles.s.copy()
         x[numbers] = mended.bubbles.x
         s[numbers[mended.bubbles.sliding] - bubbles.corners] = mended.bubbles.s
-        return enmeshed(replace(bubbles, x=x, s=s), domain, spacing)
+        return connect_inside(replace(bubbles, x=x, s=s), domain, spacing)
 
     def _bad(self, net: Net) -> Integers:
-        """Triangles (k,) to mend, the worst first."""
+        """Numbers (k,) of the triangles to mend, the worst first."""
         measure = eta(net.bubbles.x, net.triangles)
         bad = np.flatnonzero(measure > self.mend_worse)
         return bad[np.argsort(-measure[bad], kind="stable")][:MOST_PATCHES]
 
-    def _tried(self, net: Net, bad: Integers, domain: Domain, polish: ShapeSteps, random: np.random.Generator) -> Net:
-        """The net after one attempt at each patch."""
+    def _tried(
+        self, net: Net, bad: Integers, domain: Domain, smoothing: AnySmoothing, random: np.random.Generator
+    ) -> Net:
+        """The net after one attempt at each patch around the ``bad`` triangles (k,)."""
         patches = disjoint_patches(net, bad)
-        trial = reconnected(net, self._displaced(net, patches, random))
+        which = patches.displaced & (np.arange(len(net.bubbles)) >= net.bubbles.boundary_count)
+        trial = reconnect(net, displaced(net.bubbles, which, self.mend_amplitude, random))
         try:
             for _ in range(PASSES):
-                trial = reconnected(trial, polish.moved(trial, domain, patches.moving >= 0))
+                trial = reconnect(trial, smoothing.moved(trial, domain, patches.moving >= 0))
         except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
             return net
         better = worst_of(trial, patches) < worst_of(net, patches)
@@ -101,15 +114,7 @@ class Mending:
             return net
         old, new = net.bubbles, trial.bubbles
         x = np.where(keep[:, None], new.x, old.x)
-        return reconnected(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
-
-    def _displaced(self, net: Net, patches: Patches, random: np.random.Generator) -> Bubbles:
-        bubbles = net.bubbles
-        which = patches.displaced & (np.arange(len(bubbles)) >= bubbles.boundary_count)
-        shift = displacements(random, int(which.sum()))
-        x = bubbles.x.copy()
-        x[which] += self.mend_amplitude * bubbles.d[which, None] * shift
-        return replace(bubbles, x=x)
+        return reconnect(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
 
 
 def disjoint_patches(net: Net, bad: Integers) -> Patches:

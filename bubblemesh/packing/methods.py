@@ -2,22 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
-from bubblemesh.packing.annealing import Shaking
+from bubblemesh.packing.annealing import Annealing, NoAnnealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
-from bubblemesh.packing.mending import Mending
+from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
+from bubblemesh.packing.placement import Perturbation, Placement
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.packing.placement.perturbation import Perturbation
-from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision, Placement
+from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
+from bubblemesh.packing.population import Population
 from bubblemesh.packing.population.defects import Defects
-from bubblemesh.packing.population.thresholds import Population, Thresholds
+from bubblemesh.packing.population.thresholds import Thresholds
 from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
-from bubblemesh.packing.smoothing import ShapeSteps
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled
-from bubblemesh.packing.viscosity import Constant, OddBubbles, SawTooth, Viscosity
+from bubblemesh.packing.viscosity import Constant, NoOddBubbles, OddBubbles, SawTooth, Viscosity
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,13 @@ class Method:
     relaxation: Relaxation
     force: VanDerWaals
     motion: Motion
-    viscosity: Viscosity
-    odd: OddBubbles | None
     population: Population
+    annealing: NoAnnealing | Annealing
+    smoothing: NoSmoothing | Smoothing
+    mending: NoMending | Mending
+    viscosity: Viscosity
+    odd: NoOddBubbles | OddBubbles
     termination: FixedRounds
-    shaking: Shaking | None
-    polish: ShapeSteps | None
-    mending: Mending | None
 
 
 FNPBS = Method(
@@ -46,28 +47,28 @@ FNPBS = Method(
     relaxation=Nearby(),
     force=VanDerWaals(),
     motion=SecondOrderEuler(),
-    viscosity=SawTooth(),
-    odd=None,
     population=Thresholds(delete_order="random"),
+    annealing=NoAnnealing(),
+    smoothing=NoSmoothing(),
+    mending=NoMending(),
+    viscosity=SawTooth(),
+    odd=NoOddBubbles(),
     termination=FixedRounds(),
-    shaking=None,
-    polish=None,
-    mending=None,
 )
 
 METHODS = {
     "bpm": replace(
         FNPBS,
         motion=ClassicalRungeKutta(),
-        viscosity=Constant(),
         population=Thresholds(delete_order="worst"),
+        viscosity=Constant(),
     ),
     "fnpbs": FNPBS,
     "accelerated": replace(
         FNPBS,
         placement=HierarchicalSubdivision(w1=1.0, w2=0.6),
-        odd=OddBubbles(),
         population=Thresholds(delete_order="placed"),
+        odd=OddBubbles(),
         termination=SelfAdaptive(),
     ),
     "multilevel": Method(
@@ -77,27 +78,43 @@ METHODS = {
         relaxation=Connected(),
         force=VanDerWaals(),
         motion=SemiImplicitEuler(),
-        viscosity=Constant(c=1.0),
-        odd=None,
         population=Defects(),
-        termination=Settled(),
-        shaking=Shaking(),
-        polish=ShapeSteps(),
+        annealing=Annealing(),
+        smoothing=Smoothing(),
         mending=Mending(),
+        viscosity=Constant(c=1.0),
+        odd=NoOddBubbles(),
+        termination=Settled(),
     ),
 }
 
-# What a case may name in place of the method's own scheme for a task.
-SCHEMES: Mapping[str, Mapping[str, type[Any] | None]] = {
-    "levels": {"single": SingleLevel, "doubling": Doubling},
-    "placement": {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion},
-    "relaxation": {"nearby": Nearby, "connected": Connected},
-    "motion": {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler},
-    "population": {"thresholds": Thresholds, "defects": Defects},
-    "shaking": {"none": None, "irregular": Shaking},
-    "polish": {"none": None, "shape": ShapeSteps},
-    "mending": {"none": None, "patches": Mending},
-    "viscosity": {"constant": Constant, "saw-tooth": SawTooth},
-    "odd": {"none": None, "touched": OddBubbles},
-    "termination": {"fixed": FixedRounds, "self-adaptive": SelfAdaptive, "settled": Settled},
+
+class Column(NamedTuple):
+    """A column of the table as a case knows it: where its parameters stand, which key names the scheme, and how."""
+
+    section: str
+    key: str | None
+    schemes: Mapping[str, type[Any]]
+
+
+COLUMNS = {
+    "levels": Column("packing", "levels", {"single": SingleLevel, "doubling": Doubling}),
+    "placement": Column("packing", "placement", {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion}),
+    "perturbation": Column("packing", None, {"normal": Perturbation}),
+    "relaxation": Column("packing", "relaxation", {"nearby": Nearby, "connected": Connected}),
+    "force": Column("packing", None, {"van-der-waals": VanDerWaals}),
+    "motion": Column(
+        "packing",
+        "motion",
+        {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler},
+    ),
+    "population": Column("packing", "population", {"thresholds": Thresholds, "defects": Defects}),
+    "annealing": Column("packing", "shaking", {"none": NoAnnealing, "irregular": Annealing}),
+    "smoothing": Column("packing", "polish", {"none": NoSmoothing, "shape": Smoothing}),
+    "mending": Column("packing", "mending", {"none": NoMending, "patches": Mending}),
+    "viscosity": Column("schedule", "viscosity", {"constant": Constant, "saw-tooth": SawTooth}),
+    "odd": Column("schedule", "odd", {"none": NoOddBubbles, "touched": OddBubbles}),
+    "termination": Column(
+        "schedule", "termination", {"fixed": FixedRounds, "self-adaptive": SelfAdaptive, "settled": Settled}
+    ),
 }

@@ -6,12 +6,14 @@ from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
 from annotated_types import Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
 
 MOST_DAMPING = 1.5  # of c * dt
 
 Force = Callable[[Floats], Floats]
+TimeStep = Annotated[float, Gt(0), Le(1), Doc("time step")]
 
 
 class Motion(Protocol):
@@ -30,14 +32,9 @@ class RungeKutta:
     """Explicit Runge-Kutta step for unit mass; a subclass gives the tableau.
 
     An explicit step is unstable where c * dt exceeds 2: a larger viscosity is cut down to what the step can bear.
-
-    Attributes
-    ----------
-    dt : float
-        Time step.
     """
 
-    dt: Annotated[float, Gt(0), Le(1)]
+    dt: TimeStep
 
     stages: ClassVar[tuple[tuple[float, ...], ...]]
     weights: ClassVar[tuple[float, ...]]
@@ -77,7 +74,7 @@ class RungeKutta:
 class SecondOrderEuler(RungeKutta):
     """Predictor-corrector Euler step (Heun's method), of second order."""
 
-    dt: Annotated[float, Gt(0), Le(1)] = 0.2
+    dt: TimeStep = 0.2
 
     stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (1.0,))
     weights: ClassVar[tuple[float, ...]] = (0.5, 0.5)
@@ -87,7 +84,7 @@ class SecondOrderEuler(RungeKutta):
 class ClassicalRungeKutta(RungeKutta):
     """Runge-Kutta step of fourth order, the motion of the traditional method."""
 
-    dt: Annotated[float, Gt(0), Le(1)] = 0.2
+    dt: TimeStep = 0.2
 
     stages: ClassVar[tuple[tuple[float, ...], ...]] = ((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0))
     weights: ClassVar[tuple[float, ...]] = (1 / 6, 1 / 3, 1 / 3, 1 / 6)
@@ -98,18 +95,12 @@ class SemiImplicitEuler:
     """Symplectic Euler step with implicit damping: of first order, one evaluation of the force, stable for any c.
 
     It is for motion whose end matters and not its course.
-
-    Attributes
-    ----------
-    dt : float
-        Time step.
     """
 
-    dt: Annotated[float, Gt(0), Le(1)] = 0.5
+    dt: TimeStep = 0.5
 
     evaluations: ClassVar[int] = 1
 
     def __call__(self, x: Floats, v: Floats, c: Floats | float, force: Force) -> tuple[Floats, Floats]:
-        """Positions and velocities after a step."""
         v = (v + self.dt * force(x)) / (1 + c * self.dt)
         return x + self.dt * v, v

@@ -31,22 +31,21 @@ class Neighbours:
     @classmethod
     def of(cls, x: Floats, d: Floats, reach: float) -> "Neighbours":
         """Pairs nearer than ``reach`` times l0."""
-        pairs = pairs_within(x, d, reach)
-        return cls(pairs, (d[pairs[:, 0]] + d[pairs[:, 1]]) / 2, x, d)
+        return cls.along(pairs_within(x, d, reach), x, d)
 
     @classmethod
     def along(cls, edges: Integers, x: Floats, d: Floats) -> "Neighbours":
-        """The pairs that are connected by edges (m, 2)."""
+        """Pairs at the ends of edges (m, 2)."""
         return cls(edges, (d[edges[:, 0]] + d[edges[:, 1]]) / 2, x, d)
 
     @property
     def distances(self) -> Floats:
-        """Distances (m,) of the pairs then."""
+        """Distances (m,) of the pairs when they were found."""
         i, j = self.pairs.T
         return np.hypot(*(self.x[i] - self.x[j]).T)
 
     def drift(self, x: Floats) -> float:
-        """Largest way of a bubble since then, in units of its spacing."""
+        """Largest distance of a bubble at x (n, 2) from where it was then, in units of its spacing."""
         return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
 
 
@@ -81,19 +80,28 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
 
 
 def _within(candidates: Integers, x: Floats, around: Floats, margin: float) -> Integers:
-    """Those of the points that lie in the bounding box of others."""
+    """Candidates (k,) that lie in the bounding box of other points (m, 2), widened by a margin."""
     low, high = around.min(axis=0) - margin, around.max(axis=0) + margin
     return candidates[((x[candidates] >= low) & (x[candidates] <= high)).all(axis=1)]
 
 
-def independent(pairs: Integers, rank: Integers) -> Booleans:
-    """Greedy choice (n,) of members no two of which form one of the ``pairs`` (m, 2), best ``rank`` (n,) first.
+def next_to(pairs: Integers, marked: Booleans) -> Booleans:
+    """Members (n,) of ``pairs`` (m, 2) whose other member is marked (n,)."""
+    i, j = pairs.T
+    result = np.zeros(len(marked), bool)
+    result[j[marked[i]]] = True
+    result[i[marked[j]]] = True
+    return result
+
+
+def maximal_independent_set(candidates: Booleans, pairs: Integers, rank: Integers) -> Booleans:
+    """Greedy choice (n,) of candidates (n,) no two of which form one of the ``pairs`` (m, 2), lowest rank (n,) first.
 
     Ranks are distinct. Whoever outranks all neighbours still in play is chosen, and they go; that repeats until all
     are settled, which gives the choice of the sequential algorithm without its loop.
     """
-    chosen = np.zeros(len(rank), bool)
-    alive = np.ones(len(rank), bool)
+    chosen, alive = np.zeros(len(rank), bool), candidates.copy()
+    pairs = pairs[alive[pairs].all(axis=1)]
     while alive.any():
         rival = np.full(len(rank), np.iinfo(np.int64).max)
         i, j = pairs.T

@@ -10,6 +10,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.neighbours import next_to
 from bubblemesh.spacing.spacing import Spacing
 
 
@@ -57,20 +58,16 @@ class Net:
         n = len(self.bubbles)
         return np.isin(edge_keys(np.sort(pairs, axis=1), n), edge_keys(np.sort(self.facets, axis=1), n))
 
-    def joined(self, marked: Booleans) -> Booleans:
+    def dilated(self, marked: Booleans) -> Booleans:
         """Bubbles (n,) that are marked or next to one that is."""
-        i, j = self.edges.T
-        result = marked.copy()
-        result[j[marked[i]]] = True
-        result[i[marked[j]]] = True
-        return result
+        return marked | next_to(self.edges, marked)
 
     def within(self, bubbles: Integers, rings: int) -> Booleans:
         """Bubbles (n,) at most so many edges away from the given ones, of any shape."""
         near = np.zeros(len(self.bubbles), bool)
         near[bubbles] = True
         for _ in range(rings):
-            near = self.joined(near)
+            near = self.dilated(near)
         return near
 
     def part(self, marked: Booleans) -> tuple[Integers, "Net"]:
@@ -88,7 +85,7 @@ class Net:
         within = np.isin(own, forth) & np.isin(edge_keys(self.facets[:, ::-1], n), forth)
         edges = self.edges[marked[self.edges].all(axis=1)]
         return numbers, Net(
-            bubbles=self.bubbles.kept(numbers),
+            bubbles=self.bubbles.select(numbers),
             facets=renumbered[np.concatenate([rim, self.facets[within]])],
             facet_piece=np.concatenate([piece, self.facet_piece[within]]),
             two_sided=np.arange(len(rim) + int(within.sum())) >= len(rim),
@@ -97,28 +94,28 @@ class Net:
         )
 
 
-def connected(bubbles: Bubbles, domain: Domain) -> Net:
-    """The net of the bubbles; those outside the boundary edges belong to no triangle."""
+def connect(bubbles: Bubbles, domain: Domain) -> Net:
+    """Connect bubbles; those outside the boundary edges belong to no triangle."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     two_sided = domain.boundary.inner[piece]
     return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
 
 
-def reconnected(net: Net, bubbles: Bubbles) -> Net:
-    """The net with its bubbles moved to other places, within the same facets."""
+def reconnect(net: Net, bubbles: Bubbles) -> Net:
+    """Connect the bubbles of a net anew at other places, within the same facets."""
     triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
     return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
 
 
-def enmeshed(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
-    """The net of the bubbles without those outside, with the spacing at their present places."""
-    net = connected(bubbles, domain)
+def connect_inside(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
+    """Connect bubbles without those outside, and evaluate the spacing where they are."""
+    net = connect(bubbles, domain)
     kept = net.valence > 0
     d = np.where(kept, 0.0, np.nan)
     d[kept] = spacing.extended(bubbles.x[kept])
     if kept.all():
         return replace(net, bubbles=replace(bubbles, d=d))
     number = np.cumsum(kept) - 1
-    rest = replace(bubbles, d=d).kept(np.flatnonzero(kept))
+    rest = replace(bubbles, d=d).select(np.flatnonzero(kept))
     renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
     return replace(net, bubbles=rest, **renumbered)

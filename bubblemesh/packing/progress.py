@@ -2,14 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
 
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
 
 # Costs in terms of a step of relaxation, as measured.
 CONNECTING = 8.0
-POLISHING = 60.0  # a pass
+SMOOTHING = 60.0  # a pass
 MENDING, MENDING_AT_LEAST = 25.0, 4e5
 
 Watch = Callable[[float], None]  # is told, again and again, what share of the packing is done; may raise TimeUp
@@ -21,50 +20,56 @@ class TimeUp(Exception):  # noqa: N818 - it ends the packing, but is no error
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of a packing.
+    """A part of a packing: the rounds on a level until its termination says stop.
 
     Attributes
     ----------
     level : int
-    shaking : bool
-        Whether it begins by shaking.
-    closing : bool
-        Whether the packing is closed at its end.
+    annealing : bool
+        Whether it begins by annealing.
+    finishing : bool
+        Whether the packing is finished at its end.
     work : float
         Expected cost, in terms of a step of relaxation of one bubble.
     """
 
     level: int
-    shaking: bool
-    closing: bool
+    annealing: bool
+    finishing: bool
     work: float
+
+    @property
+    def opening(self) -> bool:
+        """Whether it is the first of all."""
+        return self.level == 0 and not self.annealing
 
 
 def stages_of(method: Method, levels: int, bubbles: int) -> tuple[Stage, ...]:
-    """What a method does on its levels; the first has so many ``bubbles``, and each next one four times more."""
+    """Stages of a method on its levels; the first has so many ``bubbles``, and each next one four times more.
+
+    Each level settles, and but for the finest of several it is annealed then and settles again.
+    """
     stages = []
     for level in range(levels):
         finest, count = level == levels - 1, bubbles * 4**level
-        settling = count * (CONNECTING + method.termination.expected_steps(level == 0))
-        closing = _closing(method, count) if finest else 0.0
-        if method.shaking is None or (finest and level > 0):
-            stages.append(Stage(level, False, finest, settling + closing))
-            continue
-        shaking = count * method.shaking.cycles(count) * (CONNECTING + method.shaking.shake_steps)
-        stages.append(Stage(level, False, False, settling))
-        stages.append(Stage(level, True, finest, shaking + settling + closing))
+        work = count * (CONNECTING + method.termination.expected_steps(level == 0))
+        cycles = 0 if finest and level > 0 else method.annealing.cycles(count)
+        if cycles:
+            stages.append(Stage(level, annealing=False, finishing=False, work=work))
+            work += count * cycles * (CONNECTING + method.annealing.shake_steps)
+        if finest:
+            work += _finishing_work(method, count)
+        stages.append(Stage(level, annealing=cycles > 0, finishing=finest, work=work))
     return tuple(stages)
 
 
-def _closing(method: Method, bubbles: int) -> float:
-    if method.polish is None:
-        return 0.0
-    mending = 0.0 if method.mending is None else MENDING * bubbles + MENDING_AT_LEAST
-    return method.polish.passes * POLISHING * bubbles + mending
+def _finishing_work(method: Method, bubbles: int) -> float:
+    mended = method.smoothing.shape_steps > 0 and method.mending.mend_attempts > 0
+    return method.smoothing.passes * SMOOTHING * bubbles + (MENDING * bubbles + MENDING_AT_LEAST if mended else 0.0)
 
 
-class Workload:
-    """Keeps count of the work done, for a watch.
+class Progress:
+    """Count of the work done, for a watch.
 
     Parameters
     ----------
@@ -75,17 +80,17 @@ class Workload:
     """
 
     def __init__(self, stages: Sequence[Stage], watch: Watch, net: Net) -> None:
-        self._ends = list(accumulate(stage.work for stage in stages))
+        self._total = sum(stage.work for stage in stages)
         self._done, self._end, self._watch = 0.0, 0.0, watch
         self.net = net
 
-    def begins(self, number: int) -> None:
-        """Stage ``number`` begins: what was expected before it is done."""
-        self._done, self._end = (self._ends[number - 1] if number else 0.0), self._ends[number]
-        self.grows(0.0)
+    def begin(self, stage: Stage) -> None:
+        """Begin the next stage: what was expected before it is done."""
+        self._done, self._end = self._end, self._end + stage.work
+        self.add(0.0)
 
-    def grows(self, work: float) -> None:
-        """So many steps of a bubble are done.
+    def add(self, work: float) -> None:
+        """Count so many steps of a bubble.
 
         Raises
         ------
@@ -93,4 +98,4 @@ class Workload:
             If the watch does.
         """
         self._done = min(self._done + work, self._end)
-        self._watch(self._done / self._ends[-1])
+        self._watch(self._done / self._total)

@@ -6,16 +6,17 @@ from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from annotated_types import Gt
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.boundary_edges import enclosed, parted
+from bubblemesh.packing.boundary_edges import drop_strays, split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.confinement import Clearance, Rails
+from bubblemesh.packing.confinement import Confinement, Sliding
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import Motion
 from bubblemesh.packing.neighbours import Neighbours
-from bubblemesh.packing.net import Net, enmeshed
+from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.spacing.spacing import Spacing
 
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
@@ -45,11 +46,11 @@ class Relaxed(NamedTuple):
 
     @classmethod
     def none(cls, bubbles: Bubbles) -> "Relaxed":
-        """No step at all."""
+        """The result of no step at all."""
         return cls(bubbles, 0, 0, np.zeros(0), 0)
 
     def followed_by(self, other: "Relaxed") -> "Relaxed":
-        """Both relaxations as one."""
+        """One relaxation of both, the other after this one."""
         return Relaxed(
             other.bubbles,
             self.added + other.added,
@@ -75,52 +76,46 @@ class Nearby:
     boundary_stays: ClassVar[bool] = False
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
-        """The bubbles after ``steps`` steps."""
         start, (force, motion, damping) = net.bubbles, dynamics
-        rails, clearance = Rails(domain.boundary, start), Clearance(domain, start.x[start.interior])
+        sliding, confinement = Sliding(domain.boundary, start), Confinement(domain, start.x[start.interior])
         x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
         neighbours, listed = Neighbours.of(x, d, REACH), 0
         acting = force.among(neighbours)
         speeds = np.empty(steps)
         for step in range(steps):
             if step - listed >= REFRESH_STEPS or neighbours.drift(x) > REFRESH_DRIFT:
-                clearance.kept_inside(x[inside], v[inside], d[inside])
+                confinement.put_back(x[inside], v[inside], d[inside])
                 d = spacing(x)
                 neighbours, listed = Neighbours.of(x, d, REACH), step
                 acting = force.among(neighbours)
-            moved, v = motion(x, v, damping(step, start.touched), rails.holding(acting))
-            x, v = rails.settled(*_bounded(x, moved, v, d))
+            moved, v = motion(x, v, damping(step, start.touched), sliding.projecting(acting))
+            x, v = sliding.advance(*_bounded(x, moved, v, d))
             speeds[step] = _lengths(v).mean()
-        clearance.kept_inside(x[inside], v[inside], d[inside])
-        ended = parted(rails.ended(x, spacing(x)), domain, spacing)
-        kept = enclosed(ended, domain)
+        confinement.put_back(x[inside], v[inside], d[inside])
+        ended = split_cutting_edges(sliding.bubbles_at(x, spacing(x)), domain, spacing)
+        kept = drop_strays(ended, domain)
         added, lost = len(ended) - len(x), len(ended) - len(kept)
         return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
 
 
 @dataclass(frozen=True)
 class Connected:
-    """Bubbles at the ends of an edge of the triangulation act on each other; those on the boundary stay.
+    """Bubbles joined by an edge of the triangulation act on each other; those on the boundary stay.
 
-    Within the reach of the force these are the pairs that matter, and they do not act through thin walls.
-
-    Attributes
-    ----------
-    refresh : int
-        The triangulation is renewed after that many steps; bubbles that are outside by then are lost.
+    Within the reach of the force these are the pairs that matter, and they do not act through thin walls. Bubbles that
+    are outside when the triangulation is renewed are lost.
     """
 
-    refresh: Annotated[int, Gt(0)] = 20
+    refresh: Annotated[int, Gt(0), Doc("steps after which the triangulation is renewed")] = 20
 
     boundary_stays: ClassVar[bool] = True
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
-        """The bubbles after ``steps`` steps."""
         before, speeds, evaluations = len(net.bubbles), np.empty(steps), 0
         force, motion, damping = dynamics
         for begin in range(0, steps, self.refresh):
             if begin:
-                net = enmeshed(net.bubbles, domain, spacing)
+                net = connect_inside(net.bubbles, domain, spacing)
             bubbles = net.bubbles
             x, v, d = bubbles.x, np.zeros_like(bubbles.x), bubbles.d
             acting = force.among(Neighbours.along(net.edges, x, d))
@@ -136,12 +131,12 @@ class Connected:
 
 
 def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """Positions and velocities after a step in which no bubble goes too far."""
+    """Positions and velocities (n, 2) after a step from x to ``moved`` in which no bubble goes too far."""
     move = moved - x
     length = _lengths(move)
     if (length <= MOST_MOVE * d).all():
         return moved, v
-    share = np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
+    share = (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
     return x + share * move, share * v
 
 

@@ -1,17 +1,18 @@
-"""Polish: the finished packing is moved to triangles of the best shape and edges of the wanted length."""
+"""Smoothing: the finished packing is moved to triangles of the best shape and edges as long as the spacing."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.confinement import Rails
-from bubblemesh.packing.net import Net, enmeshed
+from bubblemesh.packing.confinement import Sliding
+from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.spacing.spacing import Spacing
 
 MOMENTUM = 0.8
@@ -22,22 +23,29 @@ WORST = 3.0  # shape measure, beyond which its power grows no more
 
 
 @dataclass(frozen=True)
-class ShapeSteps:
-    """Gradient descent with momentum on sum over triangles of eta^4 + spacing_weight * sum over edges of (l/d - 1)^2.
+class NoSmoothing:
+    """No smoothing: the bubbles relax once more, and again while some are lost at the boundary."""
 
-    The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its fourth power makes
+    last_relaxations: ClassVar[int] = 4
+    passes: ClassVar[int] = 1
+    shape_steps: ClassVar[int] = 0
+
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
+        """The net of the bubbles where they are, with the spacing there."""
+        return connect_inside(net.bubbles, domain, spacing)
+
+    def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
+        """The bubbles of a net as they are."""
+        return net.bubbles
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """Gradient descent, with momentum, on the shapes of the triangles and the lengths of the edges.
+
+    It lessens the sum over triangles of eta^4 + spacing_weight * the sum over edges of (l/d - 1)^2. The shape measure
+    eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its fourth power makes
     the worst triangles count most. Bubbles on the boundary slide along it, corners stay.
-
-    Attributes
-    ----------
-    passes : int
-        The triangulation is renewed, and the population controlled, between them.
-    shape_steps : int
-        Steps of a pass.
-    shape_step : float
-        Length of a step, in units where the spacing is 1.
-    spacing_weight : float
-        Larger values trade shape for spacing.
 
     References
     ----------
@@ -45,13 +53,15 @@ class ShapeSteps:
     Int. J. Numer. Meth. Eng. 53 (2002), for the measure.
     """
 
-    passes: Annotated[int, Ge(0)] = 3
-    shape_steps: Annotated[int, Gt(0)] = 10
-    shape_step: Annotated[float, Gt(0), Le(0.1)] = 0.015
-    spacing_weight: Annotated[float, Ge(0), Le(20)] = 7.0
+    last_relaxations: ClassVar[int] = 0
+
+    passes: Annotated[int, Ge(0), Doc("passes of the polish, with population control in between")] = 3
+    shape_steps: Annotated[int, Gt(0), Doc("steps of a pass")] = 10
+    shape_step: Annotated[float, Gt(0), Le(0.1), Doc("length of a step, in units where the spacing is 1")] = 0.015
+    spacing_weight: Annotated[float, Ge(0), Le(20), Doc("weight of edges' lengths beside triangles' shapes")] = 7.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
-        """The net after one pass, connected anew.
+        """Net after one pass, connected anew.
 
         Where two walls are near, bubbles that slide may make boundary edges that cross, or next to each other: then
         the boundary stays as it is.
@@ -59,30 +69,30 @@ class ShapeSteps:
         allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
         for held in (net.bubbles.corners, net.bubbles.boundary_count):
             try:
-                polished = enmeshed(self.moved(net, domain, np.arange(len(net.bubbles)) >= held), domain, spacing)
+                smoothed = connect_inside(self.moved(net, domain, np.arange(len(net.bubbles)) >= held), domain, spacing)
             except GeometryError:
                 continue
-            if eta(polished.bubbles.x, polished.triangles).max() <= allowed:
-                return polished
+            if eta(smoothed.bubbles.x, smoothed.triangles).max() <= allowed:
+                return smoothed
         return net
 
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
         """The bubbles of a net after one pass in which only those that are ``free`` (n,) move."""
         bubbles = net.bubbles
-        rails = Rails(domain.boundary, bubbles)
+        sliding = Sliding(domain.boundary, bubbles)
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
-        wanted = (d[ends[0]] + d[ends[1]]) / 2
+        contact = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
-        free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
+        free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
-            gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)
-            v = MOMENTUM * v - self.shape_step * rails.along(gradient * scale)
+            gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, contact)
+            v = MOMENTUM * v - self.shape_step * sliding.project(gradient * scale)
             length = np.sqrt(np.einsum("ij,ij->i", v, v))
-            v *= np.minimum(1, MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
-            x, v = rails.settled(x + v, v)
-        return rails.ended(x, d)
+            v *= (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
+            x, v = sliding.advance(x + v, v)
+        return sliding.bubbles_at(x, d)
 
 
 def eta(x: Floats, triangles: Integers) -> Floats:
@@ -117,12 +127,12 @@ def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
     return result
 
 
-def spacing_gradient(x: Floats, ends: Integers, wanted: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of (l / wanted - 1)^2 over edges with the nodes ``ends`` (2, m)."""
+def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of (l / l0 - 1)^2 over edges ``ends`` (2, m), with l0 = ``contact`` (m,)."""
     i, j = ends
     delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
-    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * wanted)
-    weight = 2 * (length / wanted - 1) / (wanted * length)
+    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * contact)
+    weight = 2 * (length / contact - 1) / (contact * length)
     columns = [
         np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))
         for part in delta

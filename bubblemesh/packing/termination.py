@@ -5,14 +5,19 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from annotated_types import Ge, Gt
+from typing_extensions import Doc
+
+Rounds = Annotated[int, Gt(0), Doc("number of rounds, at most")]
+Iterations = Annotated[int, Gt(0), Doc("steps of a round; at the end of the published methods as many again")]
+Tolerance = Annotated[float, Ge(0), Doc("relative change of the number of bubbles that counts as settled")]
 
 
 @dataclass(frozen=True)
 class FixedRounds:
-    """Stop after ``rounds`` rounds of ``iterations`` steps; the last round relaxes for as many steps again."""
+    """Stop after the given number of rounds."""
 
-    rounds: Annotated[int, Gt(0)] = 10
-    iterations: Annotated[int, Gt(0)] = 250
+    rounds: Rounds = 10
+    iterations: Iterations = 250
 
     def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
         """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
@@ -29,12 +34,14 @@ class FixedRounds:
 
 @dataclass(frozen=True)
 class SelfAdaptive(FixedRounds):
-    """Stop also when the relative change |N1 - N2| <= tolerance * N1 has held in two rounds one after the other."""
+    """Stop also when the relative change of the population was small in two rounds one after the other.
 
-    tolerance: Annotated[float, Ge(0)] = 0.005
+    With N1 and N2 bubbles before and after a round it is small if abs(N1 - N2) <= tolerance * N1.
+    """
+
+    tolerance: Tolerance = 0.005
 
     def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
-        """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
         settled = [abs(before - after) <= self.tolerance * before for before, after in counts[-2:]]
         if len(settled) == 2 and all(settled):
             return f"population changed by at most {self.tolerance:.1%} in two rounds"
@@ -43,23 +50,22 @@ class SelfAdaptive(FixedRounds):
 
 @dataclass(frozen=True)
 class Settled(FixedRounds):
-    """Stop a level when a round has changed the number of bubbles by at most ``tolerance`` times it."""
+    """Stop a level also when a single round has changed the population by little."""
 
-    rounds: Annotated[int, Gt(0)] = 8
-    iterations: Annotated[int, Gt(0)] = 12
-    opening_iterations: Annotated[int, Gt(0)] = 100
-    tolerance: Annotated[float, Ge(0)] = 0.005
+    rounds: Rounds = 8
+    iterations: Iterations = 12
+    opening_iterations: Annotated[int, Gt(0), Doc("steps of the first round, whose bubbles are without any order")] = (
+        100
+    )
+    tolerance: Tolerance = 0.005
 
     def steps(self, opening: bool) -> int:
-        """Steps of a round; the opening one has more, since the initial bubbles are without any order."""
         return self.opening_iterations if opening else self.iterations
 
     def expected_steps(self, opening: bool) -> int:
-        """About how many steps it takes until it says stop."""
         return self.steps(opening) + self.iterations
 
     def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
-        """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
         before, after = counts[-1]
         if abs(before - after) <= self.tolerance * before:
             return f"population changed by at most {self.tolerance:.1%} in a round"

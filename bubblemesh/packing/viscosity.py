@@ -5,6 +5,7 @@ from typing import Annotated, Protocol
 
 import numpy as np
 from annotated_types import Ge, Gt
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
 
@@ -18,9 +19,9 @@ class Viscosity(Protocol):
 
 @dataclass(frozen=True)
 class Constant:
-    """The same viscosity at all times: 1.4 is a damping ratio of 0.7 for unit mass and strength."""
+    """The same viscosity at all times."""
 
-    c: Annotated[float, Gt(0)] = 1.4
+    c: Annotated[float, Gt(0), Doc("viscosity; 1.4 is a damping ratio of 0.7 for unit mass and strength")] = 1.4
 
     def __call__(self, step: int, round_number: int) -> float:
         return self.c
@@ -28,33 +29,40 @@ class Constant:
 
 @dataclass(frozen=True)
 class SawTooth:
-    """Saw-tooth in time: c0 + c_in * step + c_out * round, steps and rounds counted from 0.
+    """Saw-tooth in time: c0 + c_in * step + c_out * round.
 
     The paper's figure 2 and section 4.2 name the two slopes the other way round; its results need this one.
     """
 
-    c0: Annotated[float, Gt(0)] = 1.0
-    c_in: Annotated[float, Ge(0)] = 0.01
-    c_out: Annotated[float, Ge(0)] = 0.2
+    c0: Annotated[float, Gt(0), Doc("saw-tooth: viscosity at the start")] = 1.0
+    c_in: Annotated[float, Ge(0), Doc("saw-tooth: rise with each step of a round")] = 0.01
+    c_out: Annotated[float, Ge(0), Doc("saw-tooth: rise with each round")] = 0.2
 
     def __call__(self, step: int, round_number: int) -> float:
-        """Viscosity of a normal bubble."""
         return self.c0 + self.c_in * step + self.c_out * round_number
 
 
 @dataclass(frozen=True)
+class NoOddBubbles:
+    """The same viscosity for all bubbles."""
+
+    def active(self, before: int, after: int) -> bool:
+        """False: no bubble ever stands out."""
+        return False
+
+    def __call__(self, c: float, odd: Booleans) -> float:
+        """Viscosity ``c`` of all bubbles."""
+        return c
+
+
+@dataclass(frozen=True)
 class OddBubbles:
-    """A constant, small viscosity for the bubbles that the last population control touched.
+    """A constant, small viscosity for the bubbles that the last population control touched."""
 
-    Attributes
-    ----------
-    c_odd : float
-    odd_start : float
-        The scheme begins when a round changes the number of bubbles by at most this part.
-    """
-
-    c_odd: Annotated[float, Gt(0)] = 1.0
-    odd_start: Annotated[float, Ge(0)] = 0.05
+    c_odd: Annotated[float, Gt(0), Doc("viscosity of the odd bubbles")] = 1.0
+    odd_start: Annotated[float, Ge(0), Doc("largest relative change of the population at which the scheme begins")] = (
+        0.05
+    )
 
     def active(self, before: int, after: int) -> bool:
         """Whether the change of population in a round is small enough."""

@@ -7,7 +7,7 @@ from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys
 from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.rings import Ring
+from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import ring_name
 from bubblemesh.problem.rings import open_path, rings_of, rings_of_file
 

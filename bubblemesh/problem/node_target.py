@@ -1,4 +1,4 @@
-"""Node budget: the scale of a spacing at which it asks for a wanted number of nodes."""
+"""Node target: the scale of a spacing at which it asks for a number of nodes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
 
-TOLERANCE = 5e-3  # of the wanted number
+TOLERANCE = 5e-3  # of the target
 MOST_TRIALS = 15
 MOST_STEP = np.log(8.0)  # of the rough number, from one trial to the next
 FLATTEST = 0.1  # slope of the true over the rough number
@@ -22,30 +22,16 @@ Trial = tuple[float, float]  # logarithms of the rough number and of the true on
 
 
 @dataclass(frozen=True)
-class Scaling:
-    """A spacing whose scale is open.
-
-    Attributes
-    ----------
-    domain : Domain
-    scaled : callable
-        The spacing at a scale.
-    """
-
-    domain: Domain
-    scaled: Callable[[float], Spacing]
-
-    def scales(self) -> "Scales":
-        """The scales for rough numbers of nodes."""
-        count = rough_nodes(self.domain)
-        return Scales(lambda u: float(np.log(count(self.scaled(float(np.exp(u)))))))
-
-
-@dataclass(frozen=True)
 class Scales:
     """Scales for rough numbers of nodes, in logarithms: ``rough`` falls with the scale."""
 
     rough: Callable[[float], float]
+
+    @classmethod
+    def of(cls, domain: Domain, scaled: Callable[[float], Spacing]) -> "Scales":
+        """Scales of the spacing that ``scaled`` gives at a scale."""
+        count = rough_nodes(domain)
+        return cls(lambda u: float(np.log(count(scaled(float(np.exp(u)))))))
 
     @cached_property
     def ends(self) -> Trial:
@@ -71,7 +57,7 @@ def scaled_to(
     scales: Scales,
     count: Callable[[float], float],
     start: float | None = None,
-    asked: str | None = None,
+    key: str | None = None,
 ) -> float:
     """Find the scale at which a spacing asks for so many nodes.
 
@@ -85,9 +71,10 @@ def scaled_to(
     count : callable
         The true number of nodes at a scale; infinite where it is far too large.
     start : float, optional
-        Rough number to start from, in place of the wanted one.
-    asked : str, optional
-        What the error calls the key that asks for a number out of reach; without it, the nearest scale is given.
+        Rough number to start from, in place of the target.
+    key : str, optional
+        Path of the key that asks for the number, for the error if that is out of reach; without it, the nearest scale
+        is given.
 
     Raises
     ------
@@ -96,39 +83,39 @@ def scaled_to(
     LimitError
         If they, or the boundary, do not let it be that coarse.
     """
-    wanted, ends = np.log(nodes), scales.ends
-    aim = wanted if start is None else np.log(start)
+    target, ends = np.log(nodes), scales.ends
+    aim = target if start is None else np.log(start)
     best, trials = (np.inf, 1.0), list[Trial]()
     for _ in range(MOST_TRIALS):
         aim = float(np.clip(aim, *ends))
         scale = scales.at(aim)
         trial = aim, float(np.log(count(scale)))
         trials.append(trial)
-        best = min(best, (abs(trial[1] - wanted), scale))
+        best = min(best, (abs(trial[1] - target), scale))
         if best[0] <= TOLERANCE:
             break
-        if (trial[1] > wanted and aim == ends[0]) or (trial[1] < wanted and aim == ends[1]):
-            if asked is None:
+        if (trial[1] > target and aim == ends[0]) or (trial[1] < target and aim == ends[1]):
+            if key is None:
                 return scale
-            with at_key(*asked.split(".")):
+            with at_key(*key.split(".")):
                 raise _out_of_reach(nodes, float(np.exp(trial[1])))
-        aim = next_aim(trials, wanted)
+        aim = next_aim(trials, target)
     return best[1]
 
 
-def next_aim(trials: Sequence[Trial], wanted: float, flattest: float = FLATTEST) -> float:
+def next_aim(trials: Sequence[Trial], target: float, flattest: float = FLATTEST) -> float:
     """Rough number to try next: by the secant through the two best trials, or half-way between both sides."""
     finite = [trial for trial in trials[::-1] if np.isfinite(trial[1])]  # of equally good ones the last one leads on
-    finite.sort(key=lambda trial: abs(trial[1] - wanted))
-    below = max((x for x, y in trials if y < wanted), default=-np.inf)
-    above = min((x for x, y in trials if y >= wanted), default=np.inf)
+    finite.sort(key=lambda trial: abs(trial[1] - target))
+    below = max((x for x, y in trials if y < target), default=-np.inf)
+    above = min((x for x, y in trials if y >= target), default=np.inf)
     if not finite:
         return above - MOST_STEP
     (x, y), *others = finite
     slope = 1.0
     if others and others[0][0] != x:
         slope = max((others[0][1] - y) / (others[0][0] - x), flattest)
-    aim = x + float(np.clip((wanted - y) / slope, -MOST_STEP, MOST_STEP))
+    aim = x + float(np.clip((target - y) / slope, -MOST_STEP, MOST_STEP))
     return aim if below < aim < above else (below + above) / 2
 
 

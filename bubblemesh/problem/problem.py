@@ -14,7 +14,7 @@ from bubblemesh.packing.configure import configured, options
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem import warnings
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.problem.node_target import Scaling, next_aim, scaled_to
+from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
 from bubblemesh.problem.spacing import Wanted, wanted_of
 from bubblemesh.resources import timed
 from bubblemesh.spacing.rules.grading import LimitedSpacing
@@ -179,7 +179,7 @@ def budgeted(domain: Domain, wanted: Wanted, nodes: int, task: Task, seconds: di
             f"limits.max_nodes: {asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
             "fewer or raise the limit"
         )
-    scales, spent = Scaling(domain, wanted.at).scales(), replace(task, max_nodes=max(FEW, TIMES_TOO_MANY * nodes))
+    scales, spent = Scales.of(domain, wanted.at), replace(task, max_nodes=max(FEW, TIMES_TOO_MANY * nodes))
     problems: dict[float, Problem] = {}
 
     def count(scale: float) -> float:
@@ -239,7 +239,7 @@ def posed(domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], 
             *asked.warnings,
             *warnings.sharp_angles(domain),
             *warnings.refined_boundary(short, coarse),
-            *warnings.slowed_growth(grading, rules.growth, scale),
+            *warnings.limited_growth(grading, rules.growth, scale),
             *warnings.narrow_parts(domain, spacing),
         )
     return Problem(task, domain, wanted, spacing, survey, expected, ruled, tied, told, seconds)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
+from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.domain import EmbeddedLine, FileDomain
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.paths import ArcPiece, LinePiece, PathLine, PathRing, SplinePiece
@@ -20,9 +20,11 @@ from bubblemesh.case.rings import (
 )
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.followed import Tracing
-from bubblemesh.geometry.rings import ArcTo, LineTo, Point, Ring, SplineTo, Strand
-from bubblemesh.readers.formats import Selection, files_of, read_area, read_rings
+from bubblemesh.geometry.followed import Following
+from bubblemesh.geometry.paths import OpenPath, Point, Ring
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.readers.formats import files_of, read_area, read_rings
+from bubblemesh.readers.selection import Selection
 
 
 def rings_of(keys: RingKeys) -> list[Ring]:
@@ -55,29 +57,28 @@ def rings_of_file(keys: FileDomain) -> list[Ring]:
     return [_followed(ring, keys) for ring in labelled]
 
 
-def open_path(keys: EmbeddedLine, default: str) -> Strand:
+def open_path(keys: EmbeddedLine, default: str) -> OpenPath:
     """The line that some keys describe, with a label if they give none; errors as of `rings_of`."""
-    return rings.strand(*_pieces(keys), keys.label or default)
+    return rings.open_path(*_pieces(keys), keys.label or default)
 
 
 def named_files(model: Strict) -> Iterator[Path]:
     """The files that a case, or a part of it, names, with those that belong to them."""
     if isinstance(model, GeometryFile):
         yield from files_of(Path(model.file))
-    if isinstance(model, FieldTerm | RasterTerm | ImageTerm | ScatteredTerm) and model.file is not None:
-        data = Path(model.file)
-        yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
+    if isinstance(model, DataTerm):
+        yield from model.files()
     for _, value in model:
         for part in value if isinstance(value, tuple) else [value]:
             if isinstance(part, Strict):
                 yield from named_files(part)
 
 
-def _pieces(keys: PathLine) -> tuple[Point, list[LineTo | ArcTo | SplineTo]]:
+def _pieces(keys: PathLine) -> tuple[Point, list[Piece]]:
     """The first point of a path, and the geometry of the pieces from there."""
     start, *entries = keys.path
     assert isinstance(start, tuple)
-    pieces: list[LineTo | ArcTo | SplineTo] = []
+    pieces: list[Piece] = []
     for entry in entries:
         match entry:
             case LinePiece():
@@ -100,7 +101,7 @@ def _followed(ring: Ring, keys: FollowedKeys) -> Ring:
     """The ring, followed as a curve if the keys say so; errors tell the file and place that it comes from."""
     if keys.corners is None:
         return ring
-    follow = Tracing(keys.corners, keys.smooth, keys.tolerance)
+    follow = Following(keys.corners, keys.smooth, keys.tolerance)
     if ring.origin is None:
         return follow(ring)
     with prefixed(ring.origin):

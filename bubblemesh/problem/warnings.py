@@ -1,4 +1,4 @@
-"""What a case asks for and cannot have: warnings, each with its place."""
+"""Warnings of what a case asks for and cannot have, each with its place."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
-from bubblemesh.geometry.corners import departures
+from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
+from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import place
 from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
@@ -20,15 +20,15 @@ ROUNDING = 1e-6
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that are told one by one
 POOR_QUALITY = 0.2
-BUDGET_TOLERANCE = 0.02  # of a wanted number of nodes
+NODE_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
 
 
 def sharp_angles(domain: Domain) -> list[str]:
-    """Corners where lines enclose so small an angle in the domain that the triangles there cannot be good."""
+    """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
     boundary = domain.boundary
-    ends = departures(boundary)
+    ends = corner_fans(boundary)
     angle = np.degrees(ends.angle_to(ends.following))
     # The domain is on the left of all pieces, and on both sides of those inside it.
     within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))
@@ -50,10 +50,10 @@ def narrow_parts(domain: Domain, spacing: Spacing) -> list[str]:
 
     Likewise where a line or point inside the domain is nearest to another one, or to a wall.
     """
-    boundary, walls, corner = domain.boundary, Walls(domain), tips(domain)
+    boundary, walls, corner = domain.boundary, Walls(domain), reentrant_corners(domain)
     piece, s = _samples(domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
-    found = walls.facing(piece, s, d, d), ahead(walls, corner, ahead_of)
+    found = walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)
     gaps = Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
     warnings = []
     for at, width, d_there in _narrowest(gaps.kept(~gaps.inner), spacing):
@@ -81,7 +81,7 @@ def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]
 
 def _samples(domain: Domain) -> tuple[Integers, Floats]:
     """Pieces and arc lengths of points along all lines, inside the chords of their polygonal copy."""
-    piece, s, step = domain.boundary.panels()
+    piece, s, step = domain.boundary.stations()
     thinned = slice(None, None, len(piece) // MOST_SAMPLES + 1)
     piece, s, step = piece[thinned], s[thinned], step[thinned]
     parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)
@@ -90,7 +90,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
 
 
 def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
-    """Where short edges and tight curves made the spacing finer."""
+    """Warnings of short edges and tight curves that made the spacing finer."""
     warnings = []
     if len(short):
         k = int(short.sizes.argmin())
@@ -108,8 +108,8 @@ def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
     return warnings
 
 
-def slowed_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
-    """Where the spacing grows so fast, or jumps, that it was made to grow more slowly than by the case's own limit.
+def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
+    """Warning of a spacing that grows so fast, or jumps, that it is held to less than the case's own limit.
 
     Slopes go with a ``scale`` that was found for a number of nodes.
     """
@@ -131,9 +131,9 @@ def straight_facets(count: int) -> list[str]:
     return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
 
 
-def missed_budget(wanted: int, found: int) -> list[str]:
+def missed_node_target(wanted: int, found: int) -> list[str]:
     """A number of nodes that the mesh does not have, to 2 %, or to one node if they are few."""
-    if abs(found - wanted) <= max(BUDGET_TOLERANCE * wanted, 1):
+    if abs(found - wanted) <= max(NODE_TOLERANCE * wanted, 1):
         return []
     which = "more" if found > wanted else "fewer"
     return [
@@ -143,7 +143,7 @@ def missed_budget(wanted: int, found: int) -> list[str]:
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:
-    """What the finished mesh falls short of; without an ideal number of nodes their number is not judged."""
+    """Warnings of a poor mesh; without an ideal number of nodes their number is not judged."""
     warnings = []
     worst = figures["quality"]["worst"][0]
     if worst["quality"] < POOR_QUALITY:

@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.readers.text import unreadable
+from bubblemesh.files import opened
 
 COORDINATES = ("x", "y")
 NUMBERS = "iuf"  # kinds of arrays
@@ -48,15 +48,12 @@ def _listed(names: list[str]) -> str:
 
 
 def _arrays(path: Path) -> dict[str, Any]:
-    try:
-        # Opened here, since the library leaves damaged files open.
-        with path.open("rb") as stream:
+    with opened(path) as stream:  # the library would leave damaged files open
+        try:
             loaded = np.load(stream, allow_pickle=False)
             return {path.stem: loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
-    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
-        raise unreadable(error) from None
-    except Exception as error:  # damaged files fail in any way, and text as pickled data
-        raise FileError("is no .npy or .npz file of numbers, or a damaged one") from error
+        except Exception as error:  # damaged files fail in any way, and text as pickled data
+            raise FileError("is no .npy or .npz file of numbers, or a damaged one") from error
 
 
 def _real(array: Any, name: str) -> Floats:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import CaseError, FileError
-from bubblemesh.readers.text import unreadable
+from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.files import opened
 
 DEEP = 65535.0  # white in pictures of 16 bits
 PLAIN = ("1", "L", "LA", "La", "P", "PA", "RGB", "RGBA", "RGBX", "RGBa", "CMYK", "YCbCr", "LAB", "HSV")
@@ -32,16 +32,14 @@ def read_grey(path: Path) -> Floats:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(path) as picture:
+            with opened(path) as stream, Image.open(stream) as picture:
                 return _grey(picture)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         raise FileError(f"has more than {Image.MAX_IMAGE_PIXELS} pixels: reduce it") from None
     except UnidentifiedImageError:
         raise FileError("is no picture of a known format") from None
-    except CaseError:
+    except BubblemeshError:
         raise
-    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
-        raise unreadable(error) from None
     except Exception as error:  # damaged files fail in any way
         raise FileError(f"is no picture that can be read: {error}") from error
 

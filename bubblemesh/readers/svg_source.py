@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from bubblemesh.errors import CaseError
+from bubblemesh.files import read_bytes
 from bubblemesh.messages import shown
-from bubblemesh.readers.text import unreadable
 
 SVG = "http://www.w3.org/2000/svg"
 HREFS = ("href", "http://www.w3.org/1999/xlink href")
@@ -85,10 +85,9 @@ def _parsed(path: Path) -> Element:
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda tag: open_.pop()
+    content = read_bytes(path)
     try:
-        parser.Parse(path.read_bytes(), True)
-    except OSError as error:
-        raise unreadable(error) from None
+        parser.Parse(content, True)
     except expat.ExpatError as error:
         raise CaseError(f"line {error.lineno}: not valid XML: {expat.ErrorString(error.code)}") from None
     return open_[0].children[0]

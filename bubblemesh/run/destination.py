@@ -11,19 +11,10 @@ from typing import Any, BinaryIO, TypeVar
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError, LimitError, RequirementError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles import (
-    FORMATS,
-    HISTORY_FILES,
-    LABELS_FILE,
-    PAGE_FILE,
-    file_names,
-    formats_by_ending,
-    history_tables,
-    require_order,
-    write_files,
-    write_stream,
-)
-from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName
+from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
+from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
+from bubblemesh.meshfiles.names import LABELS_FILE
+from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
 from bubblemesh.problem import warnings
 from bubblemesh.run.pipeline import Result
 
@@ -86,8 +77,8 @@ class Destination:
             write_stream(mesh, result.fields, self.formats[0], stream)
             return {**report, "files": []}
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
-        pages = {PAGE_FILE: partial(_page, mesh, result)} if self.page else {}
-        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, pages)
+        page = partial(_page, mesh, result) if self.page else None
+        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, page)
 
 
 def destination(

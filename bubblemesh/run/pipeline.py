@@ -19,7 +19,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, connected
+from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, prepared
@@ -70,7 +70,7 @@ def meshed(problem: Problem, on_round: OnRound = lambda row: None, on_share: OnS
     while budget is not None and budget.scale not in done and len(done) < MOST_MESHES:
         done[budget.scale] = result = _meshed(problem, on_round, on_share, perf_counter() - begun)
         counts.append((problem.expected_nodes, len(result.mesh.points)))
-        if not (warnings.missed_budget(nodes, len(result.mesh.points)) and result.report["finished"]):
+        if not (warnings.missed_node_target(nodes, len(result.mesh.points)) and result.report["finished"]):
             break
         problem = budget.corrected(counts)
         budget = problem.budget
@@ -94,7 +94,7 @@ def _closest(nodes: int, done: dict[float, Result], seconds: float) -> Result:
             "attempts": [{"scale": each, "nodes": len(result.mesh.points)} for each, result in done.items()],
         },
         "seconds": {**own, "other_attempts": seconds - own["total"], "total": seconds},
-        "warnings": [*best.report["warnings"], *warnings.missed_budget(nodes, len(best.mesh.points))],
+        "warnings": [*best.report["warnings"], *warnings.missed_node_target(nodes, len(best.mesh.points))],
     }
     return replace(best, report=report)
 
@@ -108,7 +108,7 @@ def _meshed(problem: Problem, on_round: OnRound, on_share: OnShare, passed: floa
         spacing = tabulated(domain, problem.spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        initial = initial_row(start, connected(start, domain).triangles)
+        initial = initial_row(start, connect(start, domain).triangles)
     with timed(seconds, "packing"):
         last, rows, speeds = _packed(rounds(start, domain, levels, method, clock), on_round)
     with timed(seconds, "quality"):
@@ -166,7 +166,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     region = np.zeros(len(triangles), np.int64)
     if parts.regions:
         region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
-    numbers, region = np.unique(parts.named[region], return_inverse=True)
+    numbers, region = np.unique(parts.name_indices[region], return_inverse=True)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     vertices = [_node_at(point, bubbles) for point, _ in parts.points]
     point_labels = tuple(dict.fromkeys(name for _, name in parts.points))

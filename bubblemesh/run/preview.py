@@ -6,7 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.packing.net import enmeshed
+from bubblemesh.packing.net import connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.pipeline import mesh_of
@@ -34,5 +34,5 @@ def previewed(problem: Problem) -> Preview:
         return np.clip(wanted.extended(np.column_stack([x, y])), finest, coarsest)
 
     spacing = Spacing(shown, finest)
-    mesh = mesh_of(enmeshed(ErrorDiffusion()(domain, spacing, ENOUGH), domain, spacing), domain)
+    mesh = mesh_of(connect_inside(ErrorDiffusion()(domain, spacing, ENOUGH), domain, spacing), domain)
     return Preview(mesh, wanted(mesh.points), problem.packed)

@@ -166,7 +166,8 @@ class _Builder:
                 call, parts = chained([self._operator(node, op) for op in ops]), [left, *comparators]
             case _:
                 raise self._error(node, f"{FORBIDDEN.get(type(node), 'this')} is not allowed in an expression")
-        return _applied(call, [self.built(part, depth + 1) for part in parts])
+        values = [self.built(part, depth + 1) for part in parts]
+        return lambda x, y: call(*[value(x, y) for value in values])
 
     def _leaf(self, node: ast.Constant | ast.Name) -> Evaluate:
         return self._named(node, node.id) if isinstance(node, ast.Name) else self._number(node, node.value)
@@ -248,13 +249,3 @@ def _of_points(distance: "Distance") -> Evaluate:
         return distance(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
 
     return evaluate
-
-
-def _applied(call: Callable[..., Any], parts: Sequence[Evaluate]) -> Evaluate:
-    if len(parts) == 1:
-        (only,) = parts
-        return lambda x, y: call(only(x, y))
-    if len(parts) == 2:
-        first, second = parts
-        return lambda x, y: call(first(x, y), second(x, y))
-    return lambda x, y: call(*[part(x, y) for part in parts])

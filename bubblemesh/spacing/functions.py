@@ -1,4 +1,4 @@
-"""What the names and operators of an expression compute: one table each, of NumPy ufuncs."""
+"""Functions and operators of expressions: one table each, of NumPy ufuncs."""
 
 import ast
 from collections.abc import Callable, Sequence
@@ -9,18 +9,18 @@ import numpy as np
 
 
 class Function(NamedTuple):
-    """What a name in an expression calls, and with how many arguments."""
+    """Function of expressions: what it calls, and with how many arguments."""
 
     call: Callable[..., Any]
     least: int
     most: int | None
 
     def accepts(self, count: int) -> bool:
-        """Whether it can be called with ``count`` arguments."""
+        """Whether the function can be called with ``count`` arguments."""
         return self.least <= count and (self.most is None or count <= self.most)
 
     def arity(self) -> str:
-        """How many arguments it takes, in words."""
+        """Number of arguments that the function takes, in words."""
         if self.most is None:
             return f"{self.least} or more arguments"
         return f"{self.least} argument{'s' * (self.least > 1)}"

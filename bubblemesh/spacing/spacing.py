@@ -74,7 +74,7 @@ class Spacing:
         return d
 
     def floored(self, floor: float) -> "Spacing":
-        """The same spacing with a floor outside the domain."""
+        """The spacing with a floor outside the domain."""
         return replace(self, floor=floor)
 
     def _values(self, points: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""What the spacing asks for in a domain: its extremes and the ideal number of nodes."""
+"""Survey of a spacing in a domain: its extremes, and the ideal number of nodes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import GAUSS, Floats, Integers, members
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import doubled_areas, triangulated
@@ -22,7 +22,6 @@ NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
 MOST_PARTS = 1_000_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
 FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
-GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
 class Extremes(NamedTuple):
@@ -56,40 +55,46 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         If it needs more than ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
-    found = _extremes(triangles, domain, spacing)
+    found = extremes(domain, spacing, triangles)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         with at_key(*spacing.key(np.array(found.minimum_at))):
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )
-    return Survey(*found, _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE))
+    return Survey(*found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
 
 
-def extremes(domain: Domain, spacing: Spacing) -> Extremes:
-    """Extremes of the spacing over the domain."""
-    return _extremes(_resolved(domain), domain, spacing)
-
-
-def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
+def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) -> Extremes:
+    """Extremes of the spacing over the domain, which ``triangles`` (t, 3, 2) cover."""
+    triangles = _resolved(domain) if triangles is None else triangles
     spots = spacing.spots[domain.contains(spacing.spots)]
-    points = np.vstack([domain.polyline.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
+    points = np.vstack([domain.polygonal_copy.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)
     x, y = points[d.argmax()]
     return Extremes(*_minimised(domain, spacing, points[d.argmin()]), float(d.max()), (float(x), float(y)))
 
 
-def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
+def ideal_nodes(
+    domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float, triangles: Floats | None = None
+) -> float:
     """Number of nodes of a perfect packing.
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
-    minus the number of holes; ``tolerance`` is the relative accuracy of the integrals.
+    minus the number of holes; ``tolerance`` is the relative accuracy of the integrals. The one over the area is taken
+    on ``triangles`` (t, 3, 2), which cover the domain.
 
     Raises
     ------
     LimitError
         If it is more than ``max_nodes``.
     """
-    return _ideal_nodes(_resolved(domain), domain, spacing, max_nodes, tolerance)
+    triangles, limits = _resolved(domain) if triangles is None else triangles, (tolerance, max_nodes)
+    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
+    along = _integral(_intervals(domain), lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
+    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
+    if ideal > max_nodes:
+        raise _too_many(ideal, max_nodes)
+    return ideal
 
 
 def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
@@ -105,17 +110,6 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
         return max(float(over_area + along) + 1 - domain.hole_count, FEWEST)
 
     return count
-
-
-def _ideal_nodes(triangles: Floats, domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
-    """The same for a domain that is covered by ``triangles`` (t, 3, 2)."""
-    intervals, limits = _intervals(domain), (tolerance, max_nodes)
-    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
-    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
-    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
-    if ideal > max_nodes:
-        raise _too_many(ideal, max_nodes)
-    return ideal
 
 
 def _integral(
@@ -160,12 +154,14 @@ def _resolved(domain: Domain) -> Floats:
     longest = COARSEST * domain.size
     outline, edges = _outline(domain, longest)
     points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
-    return _refined(points[triangulated(points, edges)], _halved_triangles, _longest_edges, longest)
+    return _refined(
+        points[triangulated(points, edges)], _halved_triangles, lambda t: _edge_lengths(t).max(axis=1), longest
+    )
 
 
 def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
     """Points (m, 2) along the boundary, and edges (e, 2) between them that are no longer than ``longest``."""
-    line = domain.polyline
+    line = domain.polygonal_copy
     corners, number = np.unique(line.points, axis=0, return_inverse=True)
     begin, end = number, number[line.successor]
     parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
@@ -183,7 +179,7 @@ def _lattice(domain: Domain, step: float) -> Floats:
     x0, y0, x1, y1 = domain.bounds
     i, j = np.meshgrid(np.arange(int((x1 - x0) / step) + 2), np.arange(int((y1 - y0) / (step * np.sqrt(0.75))) + 1))
     points = np.column_stack([x0 + step * (i + j % 2 / 2).ravel(), y0 + step * np.sqrt(0.75) * (j + 0.5).ravel()])
-    return points[domain.clear(points, np.full(len(points), step / 2))]
+    return points[domain.surely_inside(points, np.full(len(points), step / 2))]
 
 
 def _intervals(domain: Domain) -> Floats:
@@ -204,10 +200,6 @@ def _refined(
     return np.concatenate(done)
 
 
-def _longest_edges(triangles: Floats) -> Floats:
-    return _edge_lengths(triangles).max(axis=1)
-
-
 def _edge_lengths(triangles: Floats) -> Floats:
     """Lengths (t, 3) of the edges from each corner to the next."""
     delta = triangles - np.roll(triangles, -1, axis=1)
@@ -215,7 +207,7 @@ def _edge_lengths(triangles: Floats) -> Floats:
 
 
 def _halved_triangles(triangles: Floats) -> Floats:
-    """Both halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
+    """Halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
     first = _edge_lengths(triangles).argmax(axis=1)
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (first + k) % 3] for k in range(3))

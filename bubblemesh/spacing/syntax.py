@@ -60,7 +60,7 @@ def parsed(text: str) -> ast.expr:
 
 
 def _comment(text: str) -> int | None:
-    """Where a comment begins: at a # outside quotes."""
+    """Column where a comment begins, at a # outside quotes."""
     quote = ""
     for column, character in enumerate(text):
         if character == "#" and not quote:
@@ -80,7 +80,7 @@ def _error(problem: str, text: str, start: int, end: int | None = None) -> CaseE
 
 
 def error_at(node: ast.expr, text: str, problem: str) -> CaseError:
-    """What is wrong with a node of the tree of ``text``."""
+    """Error for a problem with a node of the tree of ``text``."""
     # The tree counts bytes of UTF-8.
     encoded = text.encode()
     start, end = (len(encoded[:offset].decode()) for offset in (node.col_offset, node.end_col_offset))

@@ -53,6 +53,7 @@ def areas(mesh):
     return (ux * vy - uy * vx) / 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [1e200, 1e-200, 1e-290, 3e307])
 def test_sizes_do_not_depend_on_the_unit_of_the_solution(scale, plate):
     found = bump(plate)
@@ -71,6 +72,7 @@ def test_sizes_do_not_depend_on_the_unit_of_the_solution(scale, plate):
 # The loop with a solver
 
 
+@pytest.mark.long
 def test_adapted_meshes_reach_the_optimal_order_and_uniform_ones_do_not():
     adapted, even = adaptive(5), uniform([0.25, 0.125, 0.0625, 0.04])
     assert order(adapted) < -0.48
@@ -109,6 +111,7 @@ def test_without_a_target_as_many_nodes_are_finer_where_the_error_is_and_coarser
     assert figures["nodes_before"] == len(plate.points)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "override", "nodes"), [({"nodes": 250}, [], 250), ({}, ["spacing.nodes=450"], 450)]
 )
@@ -129,6 +132,7 @@ def test_limits_and_rules_of_the_case_hold(plate):
     assert np.sum(round_hole.facet_labels == round_hole.labels.index("hole")) > 50
 
 
+@pytest.mark.long
 def test_most_nodes_stay_where_the_sizes_do():
     case = case_of(PLATE, "spacing=0.04")
     mesh = bubblemesh.mesh_case(case).mesh
@@ -263,6 +267,7 @@ def test_a_solution_that_is_not_there_is_a_file_error(folder):
 # The page
 
 
+@pytest.mark.long
 def test_the_blocks_of_the_page_run(tmp_path):
     (block,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     run = subprocess.run([sys.executable, "-W", "error", "-c", block], cwd=tmp_path, capture_output=True, text=True)
@@ -272,6 +277,7 @@ def test_the_blocks_of_the_page_run(tmp_path):
     assert len(errors) == 3
 
 
+@pytest.mark.long
 def test_the_commands_of_the_page_run(tmp_path):
     (block,) = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
     (tmp_path / "l-shape.yaml").write_text(CASE)

@@ -26,6 +26,7 @@ def refused(domain, points, triangles):
     return str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("domain", [SQUARE, RIDDLED, DISC])
 @pytest.mark.parametrize("d", [0.05, 0.3, 1.0])
 def test_own_meshes_cover_their_domains_however_coarse(domain, d):
@@ -72,8 +73,8 @@ def test_three_triangles_at_an_edge_are_no_plane_mesh():
 
 
 def test_an_open_crack_is_where_the_domain_has_a_line():
-    crack = rings.strand((0.2, 0.5), [rings.LineTo((0.8, 0.5))], "crack")
-    cracked = Domain.of(rings.rectangle(0, 0, 1, 1), parts=Parts(strands=(crack,)))
+    crack = rings.open_path((0.2, 0.5), [rings.LineTo((0.8, 0.5))], "crack")
+    cracked = Domain.of(rings.rectangle(0, 0, 1, 1), parts=Parts(lines=(crack,)))
     slit = [(0.2, 0.5), (0.5, 0.5 - 1e-9), (0.8, 0.5), (0.5, 0.5 + 1e-9)]
     x, y = np.mgrid[0:1:11j, 0:1:11j].reshape(2, -1)
     grid = np.column_stack([x, y])

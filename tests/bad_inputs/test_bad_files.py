@@ -12,6 +12,7 @@ import pytest
 from bad_cases import SQUARE
 from commands import command, contents, refused
 
+from bubblemesh import files
 from bubblemesh.case import load_case
 from bubblemesh.run import pipeline
 from bubblemesh.run.pipeline import mesh_case
@@ -57,9 +58,7 @@ def test_a_case_that_cannot_be_read(here, name):
 
 
 def test_an_endless_case_is_not_read_to_its_end(here, monkeypatch):
-    from bubblemesh.case import yaml as document
-
-    monkeypatch.setattr(document, "MOST_BYTES", 1000)
+    monkeypatch.setattr(files, "MOST_BYTES", 1000)
     code, _, message = command("run", "/dev/zero")
     assert code == 6
     assert "/dev/zero: has more than the 0 MB that are read" in message

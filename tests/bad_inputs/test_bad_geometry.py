@@ -212,6 +212,7 @@ ALL_PARTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [1e15, 1e-12])
 @pytest.mark.parametrize("offset", [0, 1e5, -1e8])
 def test_regions_and_lines_meet_at_any_scale_and_far_from_the_origin(here, scale, offset):
@@ -261,6 +262,7 @@ WARNED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("domain", "text"), WARNED.values(), ids=WARNED)
 def test_what_cannot_be_meshed_well_is_meshed_with_a_warning(here, domain, text):
     report, mesh = meshed(here, case(domain))

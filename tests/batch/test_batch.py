@@ -10,6 +10,9 @@ from batch_cases import names, table_in, write
 from batches import (
     BAD,
     SMALL,
+    Begun,
+    Finished,
+    Note,
     batch,
     events_of,
     lines_of,
@@ -17,10 +20,13 @@ from batches import (
     rows_of,
 )
 from paths import ROOT
+from typer.testing import CliRunner
 
 from bubblemesh import __version__
-from bubblemesh.batch import Begun, Finished, Note, Settings
-from bubblemesh.batch.rows import FIGURES
+from bubblemesh.batch import BatchOptions
+from bubblemesh.batch.row import FIGURES
+from bubblemesh.case import overrides_of
+from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 
 
@@ -73,7 +79,7 @@ def test_no_result_overwrites_a_case_of_the_batch(here):
 
 def test_options_hold_for_every_case(here):
     write(here, a=SMALL, b=SMALL + "packing: {w2: 0.5}\n")
-    for row in rows_of(".", overrides=("spacing=0.3", "packing.w1=2"), method="fnpbs", seed=7):
+    for row in rows_of(".", overrides=overrides_of(["spacing=0.3", "packing.w1=2"], method="fnpbs", seed=7)):
         report = json.loads(Path(f"{row.case}.report.json").read_text())
         assert report["method"] == row.figures["method"] == "fnpbs"
         assert report["seed"] == row.figures["seed"] == 7
@@ -83,14 +89,21 @@ def test_options_hold_for_every_case(here):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"overrides": ("spacing",)}, "--set spacing: no '='"),
         ({"folder": ""}, "a batch writes into a folder"),
         ({"folder": "-"}, "-o -: a batch writes into a folder"),
     ],
 )
 def test_a_wrong_option_is_an_error_of_its_own_and_no_case_s(settings, message):
     with pytest.raises(CaseError, match=message):
-        Settings(**settings)
+        BatchOptions(**settings)
+
+
+def test_a_wrong_setting_is_an_error_of_its_own_and_no_case_s(here):
+    write(here, a=SMALL)
+    result = CliRunner().invoke(app, ["batch", ".", "--set", "spacing"])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("error: --set spacing: no '='")
+    assert names(here) == ["a.yaml"]
 
 
 def test_events_tell_of_all_cases_of_rounds_and_of_ends(here):
@@ -135,6 +148,7 @@ def test_the_table_has_swept_values_as_json(here):
     assert json.loads(cells["sweep"]) == {"packing.seed": 3, "domain.outer.label": "é"}
 
 
+@pytest.mark.long
 def test_the_meshes_of_a_batch_are_those_of_single_runs_byte_for_byte(here):
     configs = ROOT / "configs"
     options = ["--set", "packing.effort=fast", "--seed", "3"]
@@ -148,6 +162,7 @@ def test_the_meshes_of_a_batch_are_those_of_single_runs_byte_for_byte(here):
     assert len(results_in(here / "out")) == 16
 
 
+@pytest.mark.long
 def test_the_command_tells_of_each_case_in_plain_lines_and_ends_with_the_largest_code(here):
     write(here, a=SMALL, b=BAD, c=SMALL.replace("spacing: 0.4", "spacing: 9"), d="spacing: 1\n")
     process = batch(".", "-o", "out", "--jobs", "1", folder=here)

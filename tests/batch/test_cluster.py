@@ -12,16 +12,31 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from batches import BAD, SMALL, batch, command, events_of, lines_of, results_in, rows_of, stream
+from batches import (
+    BAD,
+    SMALL,
+    Finished,
+    Note,
+    Waiting,
+    batch,
+    command,
+    events_of,
+    follow,
+    lines_of,
+    results_in,
+    rows_of,
+)
 
 import bubblemesh
-from bubblemesh.batch import Finished, Note, Waiting
-from bubblemesh.batch.choosing import workers_at
+from bubblemesh.batch import workers_at
 from bubblemesh.batch.cluster import cluster_workers
 from bubblemesh.errors import CaseError, FileError
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed")
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX"),
+]
 
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 LONG = SMALL.replace("iterations: 5", "iterations: 200")
@@ -99,7 +114,8 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(cluster, here):
     longer = SMALL.replace("iterations: 5", "iterations: 1000")  # so that both are still at work when that is known
     Path("a.yaml").write_text(longer + "sweep: {packing.seed: [1, 2, 3, 4]}\n")
     begun, rows = Counter(), []
-    for event in stream("a.yaml", folder="out", workers=workers_at(None, cluster.address)):
+
+    def kill(event):
         if isinstance(event, Note) and event.round == 0:
             begun[event.number] += 1
             if len(begun) == 2:  # both workers have a case
@@ -107,6 +123,8 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(cluster, here):
                 cluster.hire(1)
         if isinstance(event, Finished):
             rows.append(event.row)
+
+    follow(kill, "a.yaml", folder="out", workers=workers_at(None, cluster.address))
     assert [row.exit_code for row in rows] == [0] * 4
     assert sum(row.attempts for row in rows) == sum(begun.values()) > 4
     rows_of("a.yaml", folder="local")
@@ -116,14 +134,14 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(cluster, here):
 def test_a_call_that_kills_every_worker_is_given_up(cluster):
     cluster.hire(3)
     with cluster_workers(cluster.address) as crew:
-        outcome = crew.failure(crew.executor.submit(os._exit, 1).exception(timeout=60))
+        outcome = crew.failure(crew.submit(os._exit, 1).exception(timeout=60))
     assert (outcome.exit_code, outcome.error) == (6, "3 workers in turn ended over it, perhaps for want of memory")
     cluster.hire(1)
 
 
 def test_a_worker_without_what_the_job_needs_is_told_of(cluster):
     with cluster_workers(cluster.address) as crew:
-        outcome = crew.failure(crew.executor.submit(results_in, ".").exception(timeout=60))  # a module of the tests
+        outcome = crew.failure(crew.submit(results_in, ".").exception(timeout=60))  # a module of the tests
     assert outcome.exit_code == 5
     assert f"is bubblemesh {bubblemesh.__version__} installed there, with the same Python?" in outcome.error
     assert outcome.error.startswith("no worker could take it: ModuleNotFoundError: No module named 'batches'")
@@ -143,7 +161,7 @@ def test_an_interrupt_takes_the_cases_off_the_cluster(cluster, here):
     assert "Traceback" not in message
     assert 1 <= len(lines_of(here / "out/summary.jsonl")) < 40
     with cluster_workers(cluster.address) as crew:  # whose workers are free after the cases that they have begun
-        assert crew.executor.submit(int, "3").result(timeout=60) == 3
+        assert crew.submit(int, "3").result(timeout=60) == 3
 
 
 # Clusters that are not there
@@ -195,7 +213,7 @@ def test_a_scheduler_that_has_stopped_ends_the_command_without_a_traceback(here,
 def worker_of(cluster):
     """The address of a worker."""
     with cluster_workers(cluster.address) as crew:
-        return crew.executor.submit(eval, "__import__('distributed').get_worker().address").result(timeout=60)
+        return crew.submit(eval, "__import__('distributed').get_worker().address").result(timeout=60)
 
 
 def babble(listening):
@@ -230,14 +248,16 @@ def test_a_scheduler_that_stops_in_mid_batch_ends_the_batch_with_whole_rows(here
     Path("a.yaml").write_text(LONG + f"sweep: {{packing.seed: {list(range(8))}}}\n")
     own = Cluster(tmp_path_factory.mktemp("frozen"))
     own.hire(1)
+
+    def stop(event):
+        if isinstance(event, Finished):
+            own.scheduler.send_signal(signal.SIGSTOP)
+            for name in ("SILENCE", "REFRESH"):
+                monkeypatch.setattr(f"bubblemesh.batch.cluster.{name}", 0.5)
+
     try:
-        events = stream("a.yaml", folder="out", workers=workers_at(None, own.address))
-        next(event for event in events if isinstance(event, Finished))
-        own.scheduler.send_signal(signal.SIGSTOP)
-        for name in ("SILENCE", "REFRESH"):
-            monkeypatch.setattr(f"bubblemesh.batch.cluster.{name}", 0.5)
         with pytest.raises(FileError, match="the scheduler is out of reach: start it, and run the batch again"):
-            list(events)
+            follow(stop, "a.yaml", folder="out", workers=workers_at(None, own.address))
     finally:
         own.close()
     assert 1 <= len(lines_of(here / "out/summary.jsonl")) < 8
@@ -250,13 +270,16 @@ def test_a_scheduler_without_workers_is_told_of_once_and_the_batch_goes_on_when_
     Path("a.yaml").write_text(SMALL)
     own = Cluster(tmp_path_factory.mktemp("empty"))
     waits, rows = [], []
+
+    def hire(event):
+        if isinstance(event, Waiting):
+            waits.append(event.message)
+            own.hire(1)
+        if isinstance(event, Finished):
+            rows.append(event.row)
+
     try:
-        for event in stream("a.yaml", folder="out", workers=workers_at(None, own.address)):
-            if isinstance(event, Waiting):
-                waits.append(event.message)
-                own.hire(1)
-            if isinstance(event, Finished):
-                rows.append(event.row)
+        follow(hire, "a.yaml", folder="out", workers=workers_at(None, own.address))
     finally:
         own.close()
     assert waits == [f"no workers are at {own.address}: waiting for them"]

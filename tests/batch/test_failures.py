@@ -19,10 +19,9 @@ from batches import (
     rows_of,
 )
 
-from bubblemesh.batch import Settings, planned
-from bubblemesh.batch.jobs import Job
-from bubblemesh.batch.plan import job_of
-from bubblemesh.batch.worker import mesh_job
+from bubblemesh.batch import BatchOptions, plan_cases
+from bubblemesh.batch.worker import Job, mesh_job
+from bubblemesh.case import overrides_of
 from bubblemesh.errors import FileError
 
 NODES = "4 2 0 0\n1 0 0\n2 1 0\n3 1 1\n4 0 1\n"
@@ -96,16 +95,15 @@ def test_a_job_has_all_parts_of_a_file_with_it(here):
     for name in ("part.shp", "part.shx", "part.dbf", "part.prj", "part.txt", "party.shx", "p.poly", "p.node"):
         (here / name).write_bytes(name.encode())
     write(here, a="domain: {outer: {file: part.shp}, holes: [{file: p.poly}]}\nspacing: 1\n")
-    settings = Settings()
-    (entry,) = planned(["a.yaml"], settings)
-    job = job_of(entry, settings)
+    (entry,) = plan_cases(["a.yaml"], BatchOptions())
+    job = entry.job()
     assert sorted(job.files) == ["p.node", "p.poly", "part.dbf", "part.prj", "part.shp", "part.shx"]
     assert all(content == name.encode() for name, content in job.files.items())
     for name in job.files:
         (here / name).write_text("other")
-        assert job_of(entry, settings).digest() != job.digest()
+        assert entry.job().digest() != job.digest()
         (here / name).write_bytes(job.files[name])
-    assert job_of(entry, settings).digest() == job.digest()
+    assert entry.job().digest() == job.digest()
 
 
 def test_a_job_is_done_where_its_files_are_not(here):
@@ -113,40 +111,49 @@ def test_a_job_is_done_where_its_files_are_not(here):
     for name, text in {"p.poly": "0 2 0 0\n4 0\n1 1 2\n2 2 3\n3 3 4\n4 4 1\n0\n", "p.node": NODES}.items():
         (here / "data" / name).write_text(text)
     write(here, data__a=SMALL.replace("outer: {rectangle: [0, 0, 1, 1], label: wall}", "file: p.poly"))
-    settings = Settings()
-    (entry,) = planned(["data/a.yaml"], settings)
-    job = job_of(entry, settings)
+    (entry,) = plan_cases(["data/a.yaml"], BatchOptions())
+    job = entry.job()
     (here / "data").rename("elsewhere")
     outcome = mesh_job(job, lambda note: None)
     assert outcome.error is None
-    assert outcome.report["parameters"]["domain"]["file"] == "data/p.poly"
-    assert outcome.report["area"] == pytest.approx(1)
+    report = json.loads(outcome.files["a.report.json"])
+    assert report["parameters"]["domain"]["file"] == "data/p.poly"
+    assert report["area"] == pytest.approx(1)
 
 
 def test_a_worker_of_another_version_is_not_trusted(here):
     write(here, a=SMALL)
-    settings = Settings()
-    (entry,) = planned(["a.yaml"], settings)
-    job = job_of(entry, settings)
-    other = Job(job.number, job.source, job.case, job.place, job.files, version="0.0.1")
+    (entry,) = plan_cases(["a.yaml"], BatchOptions())
+    job = entry.job()
+    other = Job(job.number, job.source, job.case, job.destination, job.files, version="0.0.1")
     outcome = mesh_job(other, lambda note: None)
     assert (outcome.exit_code, outcome.files) == (5, {})
     assert "install the same version" in outcome.error
     assert job.digest() != other.digest()
 
 
-def test_a_case_deleted_in_between_is_a_row(here):
-    write(here, a=SMALL, b=SMALL, c=SMALL)
-    rows = rows_of(".", workers=between(lambda: Path("b.yaml").unlink(missing_ok=True)))
-    assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 5), ("c", 0)]
-    assert "b.yaml: the case file cannot be read" in rows[1].error
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda path: path.unlink(missing_ok=True),
+        lambda path: path.write_text(SMALL + "name: a\n"),
+        lambda path: path.write_text("spacing: [\n"),
+    ],
+)
+def test_a_case_whose_file_changes_in_between_is_meshed_as_it_was(change, here):
+    write(here, a=SMALL, b=SMALL.replace("0.4", "0.3"))
+    rows_of(".", folder="whole")
+    rows = rows_of(".", folder="out", workers=between(lambda: change(Path("b.yaml"))))
+    assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 0)]
+    assert results_in(here / "out") == results_in(here / "whole")
 
 
-def test_a_case_that_changes_its_name_in_between_writes_nothing(here):
-    write(here, a=SMALL, b=SMALL)
-    rows = rows_of(".", workers=between(lambda: write(here, b=SMALL + "name: a\n")))
-    assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 2)]
-    assert "b.yaml: its name or folder has changed since the batch began" in rows[1].error
+def test_a_file_that_a_case_names_and_that_is_deleted_in_between_is_a_row(here):
+    write(here, a=SMALL, b=SMALL.replace("outer: {rectangle: [0, 0, 1, 1], label: wall}", "file: ring.txt"))
+    Path("ring.txt").write_text("0 0\n1 0\n1 1\n0 1\n")
+    rows = rows_of(".", workers=between(lambda: Path("ring.txt").unlink(missing_ok=True)))
+    assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 5)]
+    assert "b.yaml: ring.txt: the file cannot be read" in rows[1].error
 
 
 def failing_to_write(monkeypatch, name, number):
@@ -165,7 +172,7 @@ def test_files_that_cannot_be_written_are_a_row_and_old_ones_stay(here, monkeypa
     write(here, a=SMALL, b=SMALL)
     before = [*rows_of(".")] and results_in(here)
     failing_to_write(monkeypatch, "a.msh", errno.EIO)
-    rows = rows_of(".", seed=5)
+    rows = rows_of(".", overrides=overrides_of(seed=5))
     assert [(row.case, row.exit_code, bool(row.files)) for row in rows] == [("a", 5, False), ("b", 0, True)]
     assert rows[0].error == f"a.yaml: cannot write a.msh: {os.strerror(errno.EIO)}"
     after = results_in(here)

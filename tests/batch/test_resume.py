@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, rows_of
 
-from bubblemesh.batch.jobs import Job
-from bubblemesh.batch.shards import WHOLE, Shard
-from bubblemesh.batch.staging import Staging
+from bubblemesh.batch import BatchOptions
+from bubblemesh.batch.files import staging_prefix
+from bubblemesh.batch.worker import Job
+from bubblemesh.case import overrides_of
 
 RING = "0 0\n1 0\n1 1\n0 1\n"
 WITH_FILE = SMALL.replace("rectangle: [0, 0, 1, 1], label: wall", "file: ../data/ring.txt")
@@ -80,7 +81,15 @@ def test_a_change_of_a_case_its_base_or_its_file_is_noticed(file, text, expected
     assert anew() == []
 
 
-@pytest.mark.parametrize("options", [{"seed": 3}, {"overrides": ("spacing=0.3",)}, {"method": "fnpbs"}, {"page": True}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"overrides": overrides_of(seed=3)},
+        {"overrides": overrides_of(["spacing=0.3"])},
+        {"overrides": overrides_of(method="fnpbs")},
+        {"page": True},
+    ],
+)
 def test_a_change_of_an_option_is_noticed(options, done):
     assert anew(**options) == ["child", "file", "plain"]
     assert anew(**options) == []
@@ -96,11 +105,11 @@ def test_a_page_more_is_made_and_one_less_is_no_change(done):
 
 
 def test_a_time_limit_is_no_input_of_what_was_finished_in_time(done):
-    assert anew(overrides=("limits.seconds=60",)) == []
+    assert anew(overrides=overrides_of(["limits.seconds=60"])) == []
     Path("cases/late.yaml").write_text(SMALL + "limits: {seconds: 1.0e-9}\n")
     assert anew() == ["late"]
     assert anew() == ["late"]
-    assert anew(overrides=("limits.seconds=60",)) == ["late"]
+    assert anew(overrides=overrides_of(["limits.seconds=60"])) == ["late"]
     assert anew() == []
 
 
@@ -172,6 +181,7 @@ def test_rows_of_other_cases_stay_even_if_these_cannot_be_read(done):
     assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))].count("broken") == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tear",
     [
@@ -204,9 +214,9 @@ def test_a_table_that_lost_a_row_has_it_again(done):
     assert sorted(Path("out/summary.csv").read_text().splitlines()) == sorted(table.splitlines())
 
 
-def left_behind(summary, shard=WHOLE):
+def left_behind(summary, shard=(1, 1)):
     """Make a staging folder among the results, as a batch with this summary does when it is killed."""
-    folder = Path("out", f"{Staging(Path(summary), shard).prefix(Path('out'))}xyz")
+    folder = Path("out", f"{staging_prefix(Path('out'), BatchOptions(folder=summary, shard=shard))}xyz")
     folder.mkdir(parents=True)
     (folder / "plain.msh").write_text("half of a mesh")
     return folder.name
@@ -217,9 +227,9 @@ def hidden(folder):
 
 
 def test_staging_folders_of_a_killed_batch_are_removed(done):
-    whole, first, second = (left_behind("out", shard) for shard in (WHOLE, Shard(1, 2), Shard(2, 2)))
+    whole, first, second = (left_behind("out", shard) for shard in ((1, 1), (1, 2), (2, 2)))
     Path("out/.other").mkdir()
-    rows_of("cases", folder="out", resume=True, shard=Shard(1, 2))  # other shards may be at work
+    rows_of("cases", folder="out", resume=True, shard=(1, 2))  # other shards may be at work
     assert hidden("out") == {whole, second, ".other"}
     assert first != second
     assert anew() == []
@@ -238,10 +248,10 @@ def test_staging_folders_are_known_again_where_the_whole_lies_elsewhere(done):
     name = left_behind("out")
     Path("out").rename("moved")
     Path("link").symlink_to("moved")
-    assert Staging(Path("link"), WHOLE).prefix(Path("moved")) in name
+    assert staging_prefix(Path("moved"), BatchOptions(folder="link")) in name
 
 
-@pytest.mark.parametrize("shard", [Shard(1, 1), Shard(1, 2)])
+@pytest.mark.parametrize("shard", [(1, 1), (1, 2)])
 def test_an_interrupt_in_the_midst_of_writing_leaves_no_staging_folder(shard, done, monkeypatch):
     @contextmanager
     def interrupted(folder, prefix):
@@ -250,7 +260,7 @@ def test_an_interrupt_in_the_midst_of_writing_leaves_no_staging_folder(shard, do
         yield
 
     made = []
-    monkeypatch.setattr("bubblemesh.batch.delivering.transaction", interrupted)
+    monkeypatch.setattr("bubblemesh.batch.files.transaction", interrupted)
     with pytest.raises(KeyboardInterrupt):
         rows_of("cases", folder="out", shard=shard)
     assert made
@@ -258,10 +268,10 @@ def test_an_interrupt_in_the_midst_of_writing_leaves_no_staging_folder(shard, do
 
 
 def test_more_shards_than_before_take_over_what_is_done(done):
-    rows_of("cases", folder="parts", shard=Shard(1, 2))
-    rows_of("cases", folder="parts", shard=Shard(2, 2))
+    rows_of("cases", folder="parts", shard=(1, 2))
+    rows_of("cases", folder="parts", shard=(2, 2))
     for index in (1, 2, 3):
-        (end,) = finished("cases", folder="parts", shard=Shard(index, 3), resume=True)
+        (end,) = finished("cases", folder="parts", shard=(index, 3), resume=True)
         assert end.unchanged
         assert [line["case"] for line in lines_of(Path(f"parts/summary-{index}-of-3.jsonl"))] == [end.row.case]
 
@@ -321,6 +331,7 @@ def gone(pids):
 needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found by /proc")
 
 
+@pytest.mark.long
 @needs_proc
 def test_a_batch_killed_again_and_again_ends_with_the_bytes_of_one_that_was_not(tmp_path):
     write_cases(tmp_path)
@@ -344,6 +355,7 @@ def test_a_batch_killed_again_and_again_ends_with_the_bytes_of_one_that_was_not(
     assert len(cases[0]) == len(set(cases[0])) == 16
 
 
+@pytest.mark.long
 @needs_proc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_batch_ends_with_130_and_whole_rows_and_no_process_left(number, tmp_path):

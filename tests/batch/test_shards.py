@@ -13,28 +13,28 @@ from batches import (
     rows_of,
 )
 
-from bubblemesh.batch.shards import Shard
+from bubblemesh.batch import BatchOptions, parse_shard
 from bubblemesh.errors import CaseError
 
 
 @pytest.mark.parametrize("text", ["0/4", "5/4", "1", "1/0", "a/b", "1/2/3", "-1/2", ""])
 def test_a_shard_is_a_part_and_a_number_of_parts(text):
     with pytest.raises(CaseError, match=r"--shard .*from 1/16 to 16/16"):
-        Shard.parsed(text)
+        parse_shard(text)
 
 
 def test_shards_are_disjoint_and_together_everything():
-    parts = [Shard.parsed(f"{k}/4").of(range(10)) for k in range(1, 5)]
+    parts = [BatchOptions(shard=parse_shard(f"{k}/4")).part_of(range(10)) for k in range(1, 5)]
     assert sorted(entry for part in parts for entry in part) == list(range(10))
     assert {len(part) for part in parts} == {2, 3}
-    assert Shard.parsed("1/1").of(range(3)) == [0, 1, 2]
+    assert BatchOptions(shard=parse_shard("1/1")).part_of(range(3)) == [0, 1, 2]
 
 
 def test_each_shard_has_a_summary_of_its_own(here):
     write(here, **{name: SMALL for name in "abcde"})
     rows_of(".", folder="whole")
     for index in range(1, 4):
-        rows_of(*[path for path in names(here) if path.endswith("yaml")], folder="out", shard=Shard(index, 3))
+        rows_of(*[path for path in names(here) if path.endswith("yaml")], folder="out", shard=(index, 3))
     assert results_in(here / "out") == results_in(here / "whole")
     cases = {
         index: [line["case"] for line in lines_of(here / f"out/summary-{index}-of-3.jsonl")] for index in (1, 2, 3)
@@ -47,17 +47,17 @@ def test_each_shard_has_a_summary_of_its_own(here):
 
 
 def test_shards_are_numbered_so_that_their_files_sort():
-    assert Shard(3, 16).suffix == "-03-of-16"
-    assert Shard(1, 1).suffix == ""
+    assert BatchOptions(shard=(3, 16)).suffix == "-03-of-16"
+    assert BatchOptions(shard=(1, 1)).suffix == ""
 
 
 def test_a_collision_is_found_whichever_shard_the_cases_are_in(here):
     write(here, a__x=SMALL, b__x=SMALL)
     with pytest.raises(CaseError, match="would both write"):
-        events_of("a", "b", folder="out", shard=Shard(1, 2))
+        events_of("a", "b", folder="out", shard=(1, 2))
 
 
 def test_a_shard_may_be_empty(here):
     write(here, a=SMALL)
-    assert rows_of(".", folder="out", shard=Shard(2, 2), workers=lambda count: pytest.fail("nothing to do")) == []
+    assert rows_of(".", folder="out", shard=(2, 2), workers=lambda count: pytest.fail("nothing to do")) == []
     assert lines_of(Path("out/summary-2-of-2.jsonl")) == []

@@ -12,20 +12,20 @@ import pytest
 from batch_cases import between, failing, names, table_in, write
 from batches import (
     SMALL,
+    Begun,
+    Finished,
     batch,
     command,
     events_of,
+    follow,
     lines_of,
     rows_of,
-    stream,
 )
 from typer.testing import CliRunner
 
-from bubblemesh.batch import Finished
-from bubblemesh.batch.shards import Shard
-from bubblemesh.batch.space import is_full
+from bubblemesh.batch.dispatch import WorkerDied
 from bubblemesh.batch.summary import Lines
-from bubblemesh.batch.workers import WorkerDied
+from bubblemesh.batch.worker import is_full
 from bubblemesh.cli import app
 from bubblemesh.errors import FileError
 
@@ -113,7 +113,7 @@ def test_two_batches_do_not_write_one_summary(here):
         with pytest.raises(FileError, match="another batch is writing its summary here"):
             events_of("a.yaml")
         with pytest.raises(FileError, match="another batch"):
-            events_of("a.yaml", shard=Shard(1, 2))
+            events_of("a.yaml", shard=(1, 2))
 
     rows_of("a.yaml", workers=between(second))
     assert not [name for name in names(here) if name.startswith(".")]
@@ -123,13 +123,13 @@ def test_shards_are_at_work_together_but_each_only_once(here):
     write(here, a=SMALL, b=SMALL)
 
     def others():
-        events_of(".", shard=Shard(2, 2))
+        events_of(".", shard=(2, 2))
         with pytest.raises(FileError, match="another batch is writing the summary of this shard here: wait for it"):
-            events_of(".", shard=Shard(1, 2))
+            events_of(".", shard=(1, 2))
         with pytest.raises(FileError, match="another batch is writing its summary here"):
             events_of(".")
 
-    rows_of(".", workers=between(others), shard=Shard(1, 2))
+    rows_of(".", workers=between(others), shard=(1, 2))
     assert [line["case"] for line in lines_of(Path("summary-1-of-2.jsonl"))] == ["a"]
     assert not [name for name in names(here) if name.startswith(".")]
 
@@ -139,24 +139,29 @@ def test_shards_are_at_work_together_but_each_only_once(here):
 @pytest.mark.parametrize("case", ["b", "c"])
 def test_a_summary_that_is_removed_in_between_is_written_anew(case, what, here):
     write(here, a=SMALL, b=SMALL, c=SMALL)
-    for event in stream(".", folder="out", workers=between(lambda: None)):
+
+    def remove(event):
         if isinstance(event, Finished):
             assert lines_of(Path("out/summary.jsonl"))[-1]["case"] == event.row.case
         if isinstance(event, Finished) and event.row.case == case:
             path = Path(what)
             shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+    follow(remove, ".", folder="out", workers=between(lambda: None))
     assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))] == ["a", "b", "c"]
     assert [cells["case"] for cells in table_in(Path("out"))] == ["a", "b", "c"]
 
 
 def test_a_summary_that_another_one_replaces_ends_the_batch(here):
     write(here, a=SMALL, b=SMALL)
-    events = stream(".", folder="out", workers=between(lambda: None))
-    next(events)
-    Path("other").write_text("of another batch")
-    Path("other").replace("out/summary.jsonl")
+
+    def replace(event):
+        if isinstance(event, Begun):
+            Path("other").write_text("of another batch")
+            Path("other").replace("out/summary.jsonl")
+
     with pytest.raises(FileError, match=r"out/summary.jsonl: another file has taken its place"):
-        list(events)
+        follow(replace, ".", folder="out", workers=between(lambda: None))
     assert Path("out/summary.jsonl").read_text() == "of another batch"
 
 
@@ -210,6 +215,7 @@ def test_a_mistake_ends_the_command_before_anything_is_meshed(arguments, code, m
     assert names(here) == ["a.yaml", "empty", "sub"]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
 def test_a_disk_that_fills_up_ends_the_command_with_whole_rows(here):
     write(here, a=SMALL + f"sweep: {{packing.seed: {list(range(12))}}}\n")

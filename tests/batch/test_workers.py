@@ -9,14 +9,12 @@ from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
-from batches import SMALL, lines_of, results_in, rows_of, stream
+from batches import SMALL, Finished, Note, follow, lines_of, results_in, rows_of
 
 from bubblemesh import resources
-from bubblemesh.batch import Finished
-from bubblemesh.batch.choosing import workers_at
-from bubblemesh.batch.jobs import Note
+from bubblemesh.batch import workers_at
+from bubblemesh.batch.dispatch import WorkerDied
 from bubblemesh.batch.local import local_workers
-from bubblemesh.batch.workers import WorkerDied
 from bubblemesh.errors import CaseError
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
@@ -39,19 +37,19 @@ def alive(pid):
 
 
 def test_two_processes_work_at_the_same_time_and_load_the_package_once(crew):
-    pids = [crew.executor.submit(os.getpid).result() for _ in range(4)]
+    pids = [crew.submit(os.getpid).result() for _ in range(4)]
     assert len(set(pids)) <= 2
     assert os.getpid() not in pids
-    naps = [crew.executor.submit(time.sleep, NAP) for _ in range(2)]
-    other = {crew.executor.submit(os.getpid).result() for _ in range(3)}
+    naps = [crew.submit(time.sleep, NAP) for _ in range(2)]
+    other = {crew.submit(os.getpid).result() for _ in range(3)}
     wait(naps)
     assert len(other | set(pids)) <= 2
-    assert crew.executor.submit(eval, "'bubblemesh.run.pipeline' in __import__('sys').modules").result()
+    assert crew.submit(eval, "'bubblemesh.run.pipeline' in __import__('sys').modules").result()
 
 
 def test_each_process_computes_with_one_thread(crew):
-    assert crew.executor.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
-    assert crew.executor.submit(os.getenv, "OPENBLAS_NUM_THREADS").result() == "1"
+    assert crew.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
+    assert crew.submit(os.getenv, "OPENBLAS_NUM_THREADS").result() == "1"
 
 
 def test_the_environment_is_as_before_afterwards(monkeypatch):
@@ -65,12 +63,12 @@ def test_the_environment_is_as_before_afterwards(monkeypatch):
 
 def test_an_exception_of_a_call_is_that_of_its_future(crew):
     with pytest.raises(ValueError, match="invalid literal"):
-        crew.executor.submit(int, "x").result()
+        crew.submit(int, "x").result()
 
 
 def test_notes_come_to_the_parent(crew):
-    crew.executor.submit(crew.tell, Note(7, 3, 100)).result()
-    assert crew.notes.get(timeout=10) == Note(7, 3, 100)
+    crew.submit(crew.tell, (7, 3, 100)).result()
+    assert crew.notes.get(timeout=10) == (7, 3, 100)
 
 
 @pytest.mark.parametrize(
@@ -82,25 +80,25 @@ def test_notes_come_to_the_parent(crew):
     ],
 )
 def test_a_process_that_dies_takes_its_own_call_only_and_is_replaced(end, message, code, crew):
-    nap = crew.executor.submit(time.sleep, NAP)
+    nap = crew.submit(time.sleep, NAP)
     with pytest.raises(WorkerDied, match=message) as caught:
-        crew.executor.submit(*end).result()
+        crew.submit(*end).result()
     assert crew.failure(caught.value).exit_code == code
     nap.result()
-    naps = [crew.executor.submit(time.sleep, NAP) for _ in range(4)]
+    naps = [crew.submit(time.sleep, NAP) for _ in range(4)]
     assert [nap.result() for nap in naps] == [None] * 4
 
 
 def test_processes_do_not_hear_of_ctrl_c(crew):
-    assert crew.executor.submit(signal.raise_signal, signal.SIGINT).result() is None
+    assert crew.submit(signal.raise_signal, signal.SIGINT).result() is None
 
 
 def test_processes_end_at_once_when_the_batch_is_broken_off():
     def interrupted():
         with local_workers(2) as crew:
-            pids.extend({crew.executor.submit(os.getpid).result() for _ in range(2)})
+            pids.extend({crew.submit(os.getpid).result() for _ in range(2)})
             for _ in range(4):
-                crew.executor.submit(time.sleep, 60)
+                crew.submit(time.sleep, 60)
             raise KeyboardInterrupt
 
     pids = []
@@ -126,8 +124,8 @@ def test_the_cores_that_a_container_allows_are_counted(quota, cores, tmp_path, m
 
 @pytest.mark.parametrize(("jobs", "cases", "expected"), [(None, 9, 3), (2, 9, 2), (5, 2, 2), (None, 1, 1)])
 def test_there_are_no_more_processes_than_cores_jobs_or_cases(jobs, cases, expected, monkeypatch):
-    monkeypatch.setattr("bubblemesh.batch.choosing.available_cores", lambda: 3)
-    monkeypatch.setattr("bubblemesh.batch.choosing.local_workers", lambda count: count)
+    monkeypatch.setattr("bubblemesh.batch.run.available_cores", lambda: 3)
+    monkeypatch.setattr("bubblemesh.batch.run.local_workers", lambda count: count)
     assert workers_at(jobs, None)(cases) == expected
 
 
@@ -150,17 +148,21 @@ def test_the_peak_of_memory_begins_anew():
 # In a batch
 
 
+@pytest.mark.long
 def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     long = SMALL.replace("iterations: 5", "iterations: 500")
     Path("a.yaml").write_text(long + "sweep: {packing.seed: [1, 2, 3]}\n")
     rows, killed, others = [], [], set(active_children())
-    for event in stream("a.yaml", folder="out", workers=workers_at(2, None)):
+
+    def kill(event):
         if isinstance(event, Note) and not killed:  # a case has begun
-            killed = [child.pid for child in set(active_children()) - others]
+            killed.extend(child.pid for child in set(active_children()) - others)
             os.kill(killed[0], signal.SIGKILL)
         if isinstance(event, Finished):
             rows.append(event.row)
+
+    follow(kill, "a.yaml", folder="out", workers=workers_at(2, None))
     assert len(killed) == 2
     assert not any(map(alive, killed))
     assert [row.exit_code for row in rows] == [0] * 3

@@ -149,6 +149,7 @@ def test_a_sweep_belongs_to_its_file_and_not_to_those_that_extend_it(case, tmp_p
     assert load_case(tmp_path / "child.yaml").spacing == 0.2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("subcommand", ["run", "check"])
 def test_a_single_run_of_a_sweep_points_to_batch(subcommand, case):
     process = subprocess.run(

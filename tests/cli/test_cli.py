@@ -140,6 +140,7 @@ def test_the_mesh_alone_goes_to_the_standard_output(ending, square, tmp_path):
     assert np.array_equal(a.get_cells_type("triangle"), b.get_cells_type("triangle"))
 
 
+@pytest.mark.long
 def test_the_quickstart_is_piped_as_vtu(tmp_path):
     process = separately("run", QUICKSTART, "-o", "-", "--format", "vtu", *COARSE, folder=tmp_path)
     (tmp_path / "plate.vtu").write_bytes(process.stdout)
@@ -159,6 +160,7 @@ def test_json_puts_the_report_and_nothing_else_on_the_standard_output(square, tm
     assert report["seed"] == report["parameters"]["packing"]["seed"] == 3
 
 
+@pytest.mark.long
 def test_the_same_case_and_seed_give_the_same_bytes_and_another_seed_does_not(square, tmp_path):
     for folder, seed in (("a", 1), ("b", 1), ("c", 2)):
         separately("run", square, "-q", "-o", folder, "--seed", seed, folder=tmp_path)
@@ -206,6 +208,7 @@ def test_quality_gives_the_figures_of_the_report_for_a_written_mesh(square, tmp_
     assert "--spacing: distance(...) is measured from the boundary of a domain, and there is none here" in message
 
 
+@pytest.mark.long
 def test_init_writes_a_case_that_runs_and_keeps_what_is_there(tmp_path):
     assert separately("init", folder=tmp_path).returncode == 0
     assert separately("check", "case.yaml", folder=tmp_path).returncode == 0
@@ -220,8 +223,11 @@ def test_schema_is_json_that_knows_the_keys(tmp_path):
     assert {"domain", "spacing", "method", "packing"} <= set(schema["properties"])
     assert "fnpbs" in schema["properties"]["method"]["enum"]
     packing = schema["properties"]["packing"]
-    assert packing["properties"]["w2"] == {"exclusiveMinimum": 0, "maximum": 2, "type": "number"}
-    assert packing["properties"]["motion"] == {"enum": ["euler", "runge-kutta", "semi-implicit"]}
+    w2, motion = packing["properties"]["w2"], packing["properties"]["motion"]
+    assert "rhombi" in w2.pop("description")
+    assert w2 == {"exclusiveMinimum": 0, "maximum": 2, "type": "number"}
+    assert "`euler`: Predictor-corrector" in motion.pop("description")
+    assert motion == {"enum": ["euler", "runge-kutta", "semi-implicit"]}
     assert packing["additionalProperties"] is False
 
 

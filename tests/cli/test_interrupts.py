@@ -7,6 +7,8 @@ import sys
 import pytest
 from commands import contents
 
+pytestmark = pytest.mark.long
+
 CASE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1]}, regions: [{name: a, ring: {circle: {center: [0.5, 0.5], radius: 0.2}}}]}
 spacing: 0.3

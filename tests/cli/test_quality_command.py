@@ -18,8 +18,8 @@ from bubblemesh.meshes import comparison
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
 from bubblemesh.meshes.quality import angles, edge_means, inverted, radius_ratios
-from bubblemesh.meshfiles import write_file
-from bubblemesh.meshfiles.foreign import read_foreign
+from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.writing import write_file
 
 
 def run(*arguments):
@@ -239,6 +239,6 @@ def test_histograms_count_every_value_once():
 
 def test_a_mesh_is_measured_as_its_file_has_it(files):
     a, _, first, *_ = files
-    found = comparison.measured(a, read_foreign(a).mesh, read_foreign(a).cell_data, None)
+    found = comparison.measured(a, read_mesh(a).mesh, read_mesh(a).cell_data, None)
     assert np.array_equal(np.sort(found.quality), np.sort(radius_ratios(first.points, first.triangles)))
     assert len(found.spacing) == len(unique_edges(first.triangles)[0])

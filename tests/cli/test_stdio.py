@@ -54,12 +54,14 @@ def ended(folder, *arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNU
 LOST = [pytest.param(full, marks=needs_full), gone, hung_up]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", LOST)
 def test_a_run_goes_on_without_its_messages(stream, here):
     assert ended(here, "run", "cases/a.yaml", "-o", "out", stderr=stream()) == 0
     assert {path.name for path in (here / "out").iterdir()} == {"a.msh", "a.report.json"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", LOST)
 def test_a_batch_goes_on_without_its_messages(stream, here):
     (here / "cases/wrong.yaml").write_text("spacing: 1\n")

@@ -10,15 +10,15 @@ import pytest
 from rich.console import Console
 
 from bubblemesh import console
-from bubblemesh.batch import Begun, Finished, Note
-from bubblemesh.batch.plan import Entry
-from bubblemesh.batch.rows import FIGURES, Row
-from bubblemesh.case import Variant, load_case
+from bubblemesh.batch import Entry, Row
+from bubblemesh.batch.row import FIGURES
+from bubblemesh.case import load_case
 from bubblemesh.console import run as packing
 from bubblemesh.console.batch import BatchProgress
+from bubblemesh.console.report import show_estimate, show_quality
 from bubblemesh.console.run import PackingProgress
 from bubblemesh.problem.problem import prepared
-from bubblemesh.run.report import RoundRow
+from bubblemesh.run.report import RoundRow, estimate
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
 
@@ -127,32 +127,32 @@ def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     worst = [{"quality": 0.8, "at": (0.5, 0.25)}]
     quality = {"mean": 0.9, "p01": 0.8, "min": 0.8, "angle_min": 40.0, "angle_max": 80.0, "worst": worst}
-    console.show_quality({"nodes": 4, "triangles": 2, "area": 1.0, "quality": quality | {"irregular_fraction": None}})
+    show_quality({"nodes": 4, "triangles": 2, "area": 1.0, "quality": quality | {"irregular_fraction": None}})
     assert "0.800 at (0.5, 0.25)" in stream.getvalue()
     assert "irregular" not in stream.getvalue()
     assert "l/d" not in stream.getvalue()
 
 
 FINE = dict.fromkeys(FIGURES, 1.0) | {"nodes": 142, "quality_mean": 0.9612, "quality_min": 0.74, "seconds": 0.25}
-ENDS = (
-    Finished(1, Row("plain", "plain.yaml", 0, figures=FINE, warnings=("a [wall] is narrow",))),
-    Finished(2, Row("bad", "bad.yaml", 3, error="bad.yaml: domain: no [bold]area")),
-    Finished(4, Row("old", "old.yaml", 0, figures=FINE, warnings=("told before",)), unchanged=True),
-)
+PLAIN = Row("plain", "plain.yaml", 0, figures=FINE, warnings=("a [wall] is narrow",))
+WRONG = Row("bad", "bad.yaml", 3, error="bad.yaml: domain: no [bold]area")
+OLD = Row("old", "old.yaml", 0, figures=FINE, warnings=("told before",))
 
 
-def begun(*names):
-    return Begun(
-        tuple(Entry(k, f"{name}.yaml", Variant(), name, None) for k, name in enumerate(names, 1)), 1, Path("s")
-    )
+def begin(progress, *names):
+    progress.begin([Entry(k, f"{name}.yaml", name) for k, name in enumerate(names, 1)], 1, Path("s"))
 
 
 @pytest.mark.parametrize("quiet", [True, False])
 def test_a_batch_is_told_in_plain_lines(quiet, monkeypatch):
     stream = terminal(monkeypatch, live=False)
-    events = (begun("plain", "bad", "slow", "old"), Note(1, 2, 100), *ENDS, Note(1, 3, 100))
     with BatchProgress(quiet=quiet) as progress:
-        assert tuple(progress.shown(events)) == events
+        begin(progress, "plain", "bad", "slow", "old")
+        progress.note(1, 2, 100)
+        progress.finish(1, PLAIN)
+        progress.finish(2, WRONG)
+        progress.finish(4, OLD, unchanged=True)
+        progress.note(1, 3, 100)
     told = [
         "[1/4] plain: 142 nodes, q 0.9612, least 0.740, 0.25 s",
         "warning: plain: a [wall] is narrow",
@@ -172,8 +172,9 @@ def test_errors_are_counted_and_name_their_case_once(monkeypatch):
         Row("strict", "c.yaml", 4, error="c.yaml: quality_min is 0.1", figures=FINE),
     )
     with BatchProgress(quiet=False) as progress:
-        for event in (begun("alone", "b-h=1", "strict"), *(Finished(k, row) for k, row in enumerate(rows, 1))):
-            progress.show(event)
+        begin(progress, "alone", "b-h=1", "strict")
+        for number, row in enumerate(rows, 1):
+            progress.finish(number, row)
     assert stream.getvalue().splitlines() == [
         "error: [1/3] a.yaml:1: domain: is missing",
         "error: [2/3] b-h=1: b.yaml: domain: no area",
@@ -186,12 +187,15 @@ def test_a_batch_on_a_terminal_is_a_bar_and_a_line_for_each_running_case(monkeyp
     stream = terminal(monkeypatch, live=True)
     progress = BatchProgress(quiet=False)
     with progress:
-        for event in (begun("plain", "bad", "slow", "old"), Note(3), Note(1, 2, 100), Note(3, 4, 77), *ENDS[1:]):
-            progress.show(event)
+        begin(progress, "plain", "bad", "slow", "old")
+        for note in ((3, 0, 0), (1, 2, 100), (3, 4, 77)):
+            progress.note(*note)
+        progress.finish(2, WRONG)
+        progress.finish(4, OLD, unchanged=True)
         console.terminal.print(progress.picture())
         shown = stream.getvalue().splitlines()
-        progress.show(ENDS[0])
-        progress.show(Note(1, 3, 100))  # too late
+        progress.finish(1, PLAIN)
+        progress.note(1, 3, 100)  # too late
         assert [cells for cells in progress.running] == [3]
     (slow,) = [line.split() for line in shown if line.startswith("slow")][-1:]
     assert slow[1:3] == ["4", "77"]
@@ -206,9 +210,9 @@ def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
     stream = terminal(monkeypatch, live=True)
     monkeypatch.setattr(Console, "height", 10)
     progress = BatchProgress(quiet=False)
-    progress.show(begun(*(f"case-{k}" for k in range(40))))
+    begin(progress, *(f"case-{k}" for k in range(40)))
     for k in range(40):
-        progress.show(Note(k + 1, 1, 5))
+        progress.note(k + 1, 1, 5)
     console.terminal.print(progress.picture())
     assert sum(line.startswith("case-") for line in stream.getvalue().splitlines()) == 6
 
@@ -217,5 +221,5 @@ def test_places_are_told_without_their_rounding(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     problem = prepared(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
     survey = replace(problem.survey, minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
-    console.show_problem(replace(problem, survey=survey))
+    show_estimate(estimate(replace(problem, survey=survey)))
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()

@@ -10,7 +10,7 @@ from batches import SMALL, lines_of
 from paths import ROOT
 
 from bubblemesh.batch.cluster import PATIENCE, SILENCE
-from bubblemesh.batch.rows import COLUMNS, KINDS
+from bubblemesh.batch.row import COLUMNS, KINDS
 
 PAGE = (ROOT / "docs/batch.md").read_text()
 SHELL = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
@@ -62,6 +62,7 @@ def shell(script, folder, **environment):
     )
 
 
+@pytest.mark.long
 def test_the_lines_shown_work_one_after_the_other_and_the_rows_are_read(here):
     assert len(SINGLE) == 5
     for command in SINGLE:
@@ -75,6 +76,7 @@ def test_the_lines_shown_work_one_after_the_other_and_the_rows_are_read(here):
     assert printed in names
 
 
+@pytest.mark.long
 def test_a_job_array_does_everything_and_its_rows_are_gathered(here):
     (slurm,) = [text for text in SHELL if "#SBATCH" in text]
     fewer = slurm.replace("1-16", "1-2").replace("/16", "/2")
@@ -88,6 +90,7 @@ def test_a_job_array_does_everything_and_its_rows_are_gathered(here):
     assert len(lines_of(here / "out/summary.jsonl")) == 7
 
 
+@pytest.mark.long
 def test_the_line_for_gnu_parallel_does_everything(here):
     (parallel,) = [text for text in SHELL if text.startswith("parallel")]
     shell(parallel.replace("/4", "/2").replace("1 2 3 4", "1 2"), here)

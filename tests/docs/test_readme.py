@@ -9,7 +9,7 @@ import pytest
 from paths import ROOT
 
 from bubblemesh.case import load_case
-from bubblemesh.meshfiles import write_files
+from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.problem import prepared
 from bubblemesh.run.pipeline import mesh_case
 
@@ -43,7 +43,7 @@ def test_there_are_exactly_two_set_up_lines():
     lines = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("python3 -m venv")]
     run, test = lines
     assert run.endswith(".venv/bin/bubblemesh run configs/quickstart.yaml -o out")
-    assert test.endswith(".venv/bin/pytest")
+    assert test.endswith(".venv/bin/pytest -n auto")
     assert README.index("<!-- setup:run -->") < README.index(run)
     assert README.index("<!-- setup:test -->") < README.index(test)
 
@@ -70,6 +70,7 @@ def test_the_python_block_runs_in_a_folder_with_the_quickstart_mesh(tmp_path):
     assert re.search(r"\d+", printed.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", re.findall(r"^bubblemesh (.*?)(?:\s+#.*)?$", "\n".join(blocks("sh")), flags=re.M))
 def test_every_command_shown_works(command, mesh_file, tmp_path):
     (tmp_path / "plate.yaml").write_text((ROOT / "configs/quickstart.yaml").read_text())

@@ -34,6 +34,7 @@ def outputs(tmp_path_factory):
     return folder, printed
 
 
+@pytest.mark.long
 def test_every_command_writes_what_it_names(outputs):
     folder, printed = outputs
     assert len(printed) >= 9

@@ -28,6 +28,7 @@ def check(mesh):
         invariant(mesh)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", [*CASES, GALLERY.read_text()], ids=lambda text: text.splitlines()[0][:30])
 def test_cases_make_good_meshes_with_the_wanted_spacing(text):
     result = meshed(text)
@@ -57,6 +58,7 @@ def test_the_page_has_the_table_of_its_benchmark():
     assert len(table.strip().splitlines()) > 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "growth"), [("example-2", 0.1), ("example-3", 0.1), ("dense", 0.2)])
 def test_a_limit_of_growth_costs_neither_quality_nor_fit(name, growth):
     plain, slow = ([mesh_case(limited(name, g, seed)).report for seed in range(3)] for g in (None, growth))

@@ -97,6 +97,7 @@ def test_feet_are_square_to_the_boundary(domain, expected):
     assert_allclose(np.einsum("ij,ij->i", points - foot, tangents), 0, atol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("domain", SAMPLED.values(), ids=SAMPLED)
 def test_distance_is_that_to_the_densely_sampled_boundary(domain):
     points = random_points(2, 500)
@@ -231,13 +232,14 @@ TREES = {
 TREES["many holes"] = [TREES["many holes"][0], *(ring * 0.3 - [1.4, 1.4] for ring in TREES["many holes"][1:])]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rings", TREES.values(), ids=TREES)
 def test_nearest_chord_is_that_of_brute_force(rings):
     outer, *holes = map(polygon, rings)
     domain = Domain.of(outer, holes)
     low, high = np.min(rings[0], axis=0), np.max(rings[0], axis=0)
     points = np.random.default_rng(0).uniform(low - 0.1 * (high - low), high + 0.1 * (high - low), (2000, 2))
-    points = np.vstack([points, domain.polyline.points[::7], (low + high) / 2])
+    points = np.vstack([points, domain.polygonal_copy.points[::7], (low + high) / 2])
     chords = [shapely.linestrings(np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)) for ring in map(np.array, rings)]
     exact = shapely.distance(np.concatenate(chords), shapely.points(points)[:, None]).min(axis=1)
     assert_allclose(domain.nearest(points).distance, exact, atol=1e-13 * np.abs(rings[0]).max())
@@ -247,5 +249,5 @@ def test_nearest_chord_is_that_of_brute_force(rings):
 def test_clear_points_are_those_far_enough_inside(domain):
     points = random_points(5, 5000)
     distance = np.random.default_rng(6).uniform(0, 0.2, 5000)
-    assert (domain.clear(points, distance) == (domain.signed_distance(points) > distance)).all()
-    assert domain.clear(points[:0], distance[:0]).shape == (0,)
+    assert (domain.surely_inside(points, distance) == (domain.signed_distance(points) > distance)).all()
+    assert domain.surely_inside(points[:0], distance[:0]).shape == (0,)

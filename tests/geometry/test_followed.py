@@ -8,12 +8,13 @@ from numpy.testing import assert_allclose
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
+from bubblemesh.geometry.curves import Polylines
 from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.followed import Tracing, _simplified
-from bubblemesh.geometry.rings import ArcTo, Line, LineTo, Spline, Trace, path, polygon, rectangle
-from bubblemesh.geometry.traces import Traces
+from bubblemesh.geometry.followed import Following, _simplified
+from bubblemesh.geometry.paths import Line, Polyline, Spline
+from bubblemesh.geometry.polygonal_copy import outline
+from bubblemesh.geometry.rings import ArcTo, LineTo, path, polygon, rectangle
 from bubblemesh.run.pipeline import mesh_case
 
 TURN = np.linspace(0, 2 * np.pi, 400, endpoint=False)
@@ -55,8 +56,8 @@ def largest_distance(mesh, points):
     )
 
 
-class TestTraces:
-    FAMILY = Traces([np.array([[0, 0], [3, 0], [3, 4.0]]), CIRCLE * 2])
+class TestPolylines:
+    FAMILY = Polylines([np.array([[0, 0], [3, 0], [3, 4.0]]), CIRCLE * 2])
 
     def test_places_are_those_of_linear_interpolation_by_arc_length(self):
         assert_allclose(self.FAMILY.lengths[0], 7)
@@ -75,7 +76,7 @@ class TestTraces:
 
     def test_the_domain_of_a_trace_is_that_of_its_polygon(self):
         points = coast()
-        traced, plain = Domain.of(Tracing(180)(polygon(points))), Domain.of(polygon(points))
+        traced, plain = Domain.of(Following(180)(polygon(points))), Domain.of(polygon(points))
         probes = np.random.default_rng(0).uniform(-1.2, 1.2, (3000, 2))
         assert_allclose(traced.signed_distance(probes), plain.signed_distance(probes), atol=1e-12)
         piece, s, foot, _ = traced.nearest(probes)
@@ -84,36 +85,36 @@ class TestTraces:
 
 class TestCorners:
     def test_a_round_ring_has_none_and_is_one_closed_curve(self):
-        ring = Tracing(30)(polygon(CIRCLE, label="rim"))
-        assert kinds(ring) == [Trace]
+        ring = Following(30)(polygon(CIRCLE, label="rim"))
+        assert kinds(ring) == [Polyline]
         assert ring.vertices == ()
         assert ring.sides[0].label == "rim"
         assert_allclose(outline(ring), CIRCLE)
 
     def test_vertices_that_turn_by_more_stay(self):
-        ring = Tracing(30)(polygon(airfoil()))
+        ring = Following(30)(polygon(airfoil()))
         assert ring.vertices == ((1, pytest.approx(0, abs=1e-3)),)
-        assert kinds(ring) == [Trace]
-        assert len(Tracing(89)(rectangle(0, 0, 1, 1)).vertices) == 4
-        assert len(Tracing(91)(rectangle(0, 0, 1, 1)).vertices) == 0
+        assert kinds(ring) == [Polyline]
+        assert len(Following(89)(rectangle(0, 0, 1, 1)).vertices) == 4
+        assert len(Following(91)(rectangle(0, 0, 1, 1)).vertices) == 0
 
     def test_labels_stay_where_they_were(self):
         labels = ["a"] * 100 + ["b"] * 300
-        ring = Tracing(30)(polygon(CIRCLE, labels))
+        ring = Following(30)(polygon(CIRCLE, labels))
         assert [side.label for side in ring.sides] == ["a", "b"]
         assert_allclose(ring.vertices, CIRCLE[[0, 100]])
 
     def test_curves_of_the_ring_stay_and_their_ends_are_nodes(self):
         half = [LineTo(tuple(point)) for point in CIRCLE[200:]] + [LineTo((1, 0))]
-        ring = Tracing(30)(path((1, 0), [ArcTo((-1, 0), (0, 0), True), *half]))
-        assert [kind.__name__ for kind in kinds(ring)] == ["Arc", "Trace"]
+        ring = Following(30)(path((1, 0), [ArcTo((-1, 0), (0, 0), True), *half]))
+        assert [kind.__name__ for kind in kinds(ring)] == ["Arc", "Polyline"]
 
     def test_a_ring_that_keeps_all_its_vertices_is_the_ring(self):
         ring = rectangle(0, 0, 1, 1)
-        assert Tracing(30)(ring) is ring
+        assert Following(30)(ring) is ring
 
     def test_a_spline_passes_all_vertices_and_has_a_corner_where_the_ring_has(self):
-        ring = Tracing(30, smooth=True)(polygon(airfoil()))
+        ring = Following(30, smooth=True)(polygon(airfoil()))
         assert kinds(ring) == [Spline]
         domain = Domain.of(ring)
         assert domain.nearest(airfoil()).distance.max() < 1e-5
@@ -122,7 +123,7 @@ class TestCorners:
         assert ahead @ back < 0
 
     def test_a_closed_spline_is_smooth_all_around(self):
-        domain = Domain.of(Tracing(30, smooth=True)(polygon(CIRCLE[::20])))
+        domain = Domain.of(Following(30, smooth=True)(polygon(CIRCLE[::20])))
         assert domain.polygon.area == pytest.approx(np.pi, rel=2e-4)
         first, last = domain.boundary.tangents(np.zeros(2, int), np.array([0, domain.boundary.lengths[0]]))
         assert_allclose(first, last, atol=1e-6)
@@ -141,14 +142,15 @@ class TestTolerance:
         assert shapely.distance(chords, shapely.points(points)).max() <= tolerance * (1 + 1e-9)
 
     def test_parts_of_a_spline_are_the_spline(self):
-        whole = Domain.of(Tracing(30, smooth=True)(polygon(airfoil())))
-        parts = Domain.of(Tracing(30, smooth=True, tolerance=2e-3)(polygon(airfoil())))
+        whole = Domain.of(Following(30, smooth=True)(polygon(airfoil())))
+        parts = Domain.of(Following(30, smooth=True, tolerance=2e-3)(polygon(airfoil())))
         assert len(parts.boundary.corners) > 4
         s = np.linspace(0, 1, 50)
         for piece, length in enumerate(parts.boundary.lengths):
             places = parts.boundary.points(np.full(50, piece), s * length)
             assert whole.nearest(places).distance.max() < 1e-7
 
+    @pytest.mark.long
     @pytest.mark.parametrize("method", ["accelerated", "multilevel"])
     @pytest.mark.parametrize(
         ("points", "options", "spacing"),
@@ -168,11 +170,11 @@ class TestTolerance:
     def test_a_spline_that_bulges_by_more_is_refused_with_the_place(self):
         spiky = [(0, 0), (1, 0), (1, 1), (0.5, 0.5), (0, 1)]
         with pytest.raises(GeometryError, match=r"spline at .* departs from the polyline by .* raise the tolerance"):
-            Tracing(180, smooth=True, tolerance=1e-3)(polygon(spiky))
+            Following(180, smooth=True, tolerance=1e-3)(polygon(spiky))
 
     def test_straight_runs_become_single_lines(self):
         points = [(x, 0) for x in range(10)] + [(9, 1), (0, 1)]
-        assert kinds(Tracing(30, tolerance=1e-3)(polygon(points))) == [Trace, Line, Line, Line]
+        assert kinds(Following(30, tolerance=1e-3)(polygon(points))) == [Polyline, Line, Line, Line]
 
 
 class TestMeshes:
@@ -192,7 +194,7 @@ class TestMeshes:
 
 
 def test_deviation_is_largest_at_a_vertex_or_in_between():
-    domain = Domain.of(Tracing(180)(rectangle(0, 0, 2, 2)))
+    domain = Domain.of(Following(180)(rectangle(0, 0, 2, 2)))
     middles = np.array([[1, 0], [2, 1], [1, 2], [0, 1.0]])
     facets = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
     found = deviation(domain, middles, facets, np.zeros(4, int))

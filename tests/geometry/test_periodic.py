@@ -45,6 +45,7 @@ def check_match(domain, net, pairs):
 LEFT_RIGHT, BOTTOM_TOP = ("left", "right", (2, 0)), ("bottom", "top", (0, 1))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spacing", ["0.1", "'0.05 + 0.05*x'"])
 @pytest.mark.parametrize(
     ("text", "pairs"),

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles.fields import PARTS, read_field
+from bubblemesh.meshfiles.read import PARTS, read_field
 from bubblemesh.readers.arrays import read_gridded
 from bubblemesh.readers.images import read_grey
 from bubblemesh.readers.tables import read_columns

@@ -11,7 +11,7 @@ import pytest
 import skfem
 from test_output import fields_of, holed_square
 
-from bubblemesh.meshfiles import write_files, write_stream
+from bubblemesh.meshfiles.writing import write_files, write_stream
 
 FORMATS = ("msh", "vtu", "vtk", "xdmf")
 NAMES = {

@@ -2,6 +2,8 @@
 
 import dataclasses
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -11,16 +13,24 @@ from test_output import holed_square
 
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming
-from bubblemesh.meshfiles import FORMATS, write_file, write_files
+from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, Solver
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.names import plain_words
-from bubblemesh.meshfiles.solvers import FORMATS_FOR, FormatName, Solver
+from bubblemesh.meshfiles.writing import write_file, write_files
 
 
 def test_every_format_and_solver_of_the_case_file_is_in_the_tables():
     assert tuple(FORMATS) == FormatName.__args__
     assert tuple(FORMATS_FOR) == Solver.__args__
     assert {form for forms in FORMATS_FOR.values() for form in forms} <= set(FORMATS)
+    assert FORMATS_FOR["fenicsx"] == ("msh", "xdmf")
+
+
+def test_the_table_of_formats_loads_no_writer():
+    code = "import sys; import bubblemesh.meshfiles.formats; print(*sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numpy", "meshio", "h5py"} & set(run.stdout.split())
+    assert not [name for name in run.stdout.split() if name.startswith("bubblemesh.meshfiles.write")]
 
 
 def test_a_simple_mesh_has_one_region_and_no_points():

@@ -10,7 +10,8 @@ from partitions import mesh_of
 
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.conformity import require_conforming
-from bubblemesh.meshfiles import FORMATS, write_files
+from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.writing import write_files
 
 CELL = """
 domain:
@@ -131,6 +132,7 @@ def test_node_arrays_have_the_pairs(tmp_path):
     assert pairs == {tuple(pair) for sides in mesh.periodic_sides for pair in sides.nodes.tolist()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, form):
     write_files(mesh_of(CELL), {}, {}, tmp_path, "cell", [form])

@@ -9,8 +9,9 @@ import pytest
 from test_output import fields_of, holed_square
 from test_solvers import python_with, run
 
-from bubblemesh.meshfiles import FORMATS, write_files
+from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.writing import write_files
 
 ODD = (
     *(
@@ -79,8 +80,7 @@ def written(mesh, tmp_path):
 
     def write(form):
         files = write_files(mesh, fields_of(mesh), {}, tmp_path, "plate", [form])["files"]
-        spelled = FORMATS[form].names
-        return tmp_path / files[0], spelled(mesh) if spelled else None
+        return tmp_path / files[0], FORMATS[form].names(mesh)
 
     return write
 

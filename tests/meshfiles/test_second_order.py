@@ -10,7 +10,8 @@ from sandwiches import sandwich, written
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles import FORMATS, write_files
+from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.writing import write_files
 
 
 def test_second_order_adds_one_node_for_each_edge():

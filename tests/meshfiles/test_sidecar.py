@@ -6,7 +6,8 @@ import json
 import pytest
 from sandwiches import ODD, sandwich
 
-from bubblemesh.meshfiles import FORMATS, write_files
+from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.writing import write_files
 
 
 @pytest.mark.parametrize("form", FORMATS)

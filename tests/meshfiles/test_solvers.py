@@ -17,6 +17,8 @@ from paths import ROOT
 import bubblemesh
 from bubblemesh.geometry import rings
 
+pytestmark = pytest.mark.solver
+
 PAGE = (ROOT / "docs" / "solvers.md").read_text()
 SPACINGS = (0.2, 0.1, 0.05, 0.025)
 SECONDS = 300
@@ -74,8 +76,7 @@ def python_with(*modules):
 
 
 def test_the_page_shows_every_solver_and_format():
-    from bubblemesh.meshfiles import FORMATS
-    from bubblemesh.meshfiles.solvers import FORMATS_FOR
+    from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR
 
     for name in (*FORMATS_FOR, *FORMATS):
         assert f"`{name}`" in PAGE

@@ -6,12 +6,12 @@ from lattices import packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.annealing import CYCLES, Shaking
+from bubblemesh.packing.annealing import CYCLES, Annealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
-from bubblemesh.packing.net import connected, enmeshed
+from bubblemesh.packing.net import connect, connect_inside
+from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.packing.placement.perturbation import CLIPPED_AT
 from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxed
 
 SIDE = 7
@@ -35,7 +35,7 @@ class Recorder:
 
 def shaken(scheme, domain, spacing, bubbles, seed=0, relax=None):
     recorder = relax or Recorder()
-    result = scheme(connected(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder)
+    result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder)
     return result, recorder
 
 
@@ -43,7 +43,7 @@ def with_vacancy():
     """The perfect hexagon without the bubble in its middle."""
     domain, spacing, bubbles = packed_hexagon(SIDE)
     (middle,) = np.flatnonzero(np.hypot(*bubbles.x.T) < 0.1)
-    return domain, spacing, bubbles.kept(np.delete(np.arange(len(bubbles)), middle))
+    return domain, spacing, bubbles.select(np.delete(np.arange(len(bubbles)), middle))
 
 
 def irregular_and_next(net):
@@ -58,8 +58,8 @@ def irregular_and_next(net):
 
 def test_only_irregular_bubbles_and_their_neighbours_are_displaced():
     domain, spacing, bubbles = with_vacancy()
-    net = connected(bubbles, domain)
-    _, recorder = shaken(Shaking(effort="fast"), domain, spacing, bubbles)
+    net = connect(bubbles, domain)
+    _, recorder = shaken(Annealing(effort="fast"), domain, spacing, bubbles)
     moved = (recorder.places[0] != bubbles.x).any(axis=1)
     expected = {i for i in irregular_and_next(net) if i >= bubbles.boundary_count}
     assert set(np.flatnonzero(moved).tolist()) == expected
@@ -69,7 +69,7 @@ def test_only_irregular_bubbles_and_their_neighbours_are_displaced():
 def test_boundary_never_moves():
     domain, spacing, bubbles = with_vacancy()
     at = bubbles.boundary_count
-    result, recorder = shaken(Shaking(effort="fast"), domain, spacing, bubbles)
+    result, recorder = shaken(Annealing(effort="fast"), domain, spacing, bubbles)
     for x in [*recorder.places, result.bubbles.x]:
         np.testing.assert_array_equal(x[:at], bubbles.x[:at])
 
@@ -77,7 +77,7 @@ def test_boundary_never_moves():
 @pytest.mark.parametrize("effort", CYCLES)
 def test_cycles_follow_the_effort(effort):
     domain, spacing, bubbles = packed_hexagon(3)
-    result, recorder = shaken(Shaking(effort=effort, shake_steps=5), domain, spacing, bubbles)
+    result, recorder = shaken(Annealing(effort=effort, shake_steps=5), domain, spacing, bubbles)
     assert len(recorder.nets) == {"fast": 20, "normal": 100, "best": 400}[effort]
     assert set(recorder.steps) == {5}
     assert result.speeds.tolist() == [float(k) for k in range(1, len(recorder.nets) + 1) for _ in range(5)]
@@ -88,13 +88,13 @@ def test_cycles_follow_the_effort(effort):
 def test_large_systems_have_fewer_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
     assert len(bubbles) == 37
-    _, recorder = shaken(Shaking(fully_shaken=full), domain, spacing, bubbles)
+    _, recorder = shaken(Annealing(fully_shaken=full), domain, spacing, bubbles)
     assert len(recorder.nets) == cycles
 
 
 def test_the_largest_systems_have_one_cycle():
     domain, spacing, bubbles = packed_hexagon(15)
-    result, recorder = shaken(Shaking(effort="fast", fully_shaken=1), domain, spacing, bubbles)
+    result, recorder = shaken(Annealing(effort="fast", fully_shaken=1), domain, spacing, bubbles)
     assert len(recorder.nets) == 1
     assert len(result.speeds) > 0
 
@@ -103,7 +103,7 @@ def test_the_largest_systems_have_one_cycle():
 def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
     domain = Domain.of(rings.rectangle(0, 0, 25 * d, 20 * d))
     start = ErrorDiffusion()(domain, uniform(d), 10_000)
-    net = connected(start, domain)
+    net = connect(start, domain)
     x = start.x
     near = {i for edge in net.edges.tolist() if min(edge) < start.boundary_count for i in edge}
     beside = np.array([i in near and i >= start.boundary_count for i in range(len(x))])
@@ -114,7 +114,7 @@ def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
         moves.append((net.bubbles.x - x) / d)
         return Relaxed(replace(net.bubbles, x=x), 0, 0, np.zeros(steps), 0)
 
-    shaken(Shaking(amplitude=0.05, amplitude_at_boundary=0.5), domain, uniform(d), start, relax=back)
+    shaken(Annealing(amplitude=0.05, amplitude_at_boundary=0.5), domain, uniform(d), start, relax=back)
     for number in (0, 25, 50, 75, 99):
         share = 1 - number / 100
         move = moves[number]
@@ -128,7 +128,7 @@ def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
 def test_a_seed_gives_one_result_and_another_seed_another():
     domain, spacing, bubbles = with_vacancy()
     one, same, other = (
-        shaken(Shaking(effort="fast"), domain, spacing, bubbles, seed)[0].bubbles.x for seed in (1, 1, 2)
+        shaken(Annealing(effort="fast"), domain, spacing, bubbles, seed)[0].bubbles.x for seed in (1, 1, 2)
     )
     assert one.tobytes() == same.tobytes()
     assert one.tobytes() != other.tobytes()
@@ -142,10 +142,10 @@ def test_bubbles_that_get_lost_are_left_out_from_then_on():
         sizes.append(len(net.bubbles))
         assert net.valence.shape == (len(net.bubbles),)
         assert (net.valence > 0).all()
-        rest = net.bubbles.kept(np.arange(len(net.bubbles) - 1)) if len(sizes) in (3, 7) else net.bubbles
+        rest = net.bubbles.select(np.arange(len(net.bubbles) - 1)) if len(sizes) in (3, 7) else net.bubbles
         return Relaxed(rest, 0, len(net.bubbles) - len(rest), np.zeros(steps), 0)
 
-    result, _ = shaken(Shaking(effort="fast", amplitude=0.01), domain, spacing, bubbles, relax=losing)
+    result, _ = shaken(Annealing(effort="fast", amplitude=0.01), domain, spacing, bubbles, relax=losing)
     n = len(bubbles)
     assert sizes == [n] * 3 + [n - 1] * 4 + [n - 2] * 13
     assert result.lost == 2
@@ -156,14 +156,14 @@ def test_bubbles_shaken_out_of_the_domain_are_gone():
     domain, spacing, bubbles = packed_hexagon(3)
     x = bubbles.x.copy()
     x[-1] = [0, 2.59]  # just inside the upper side, which is at 2.598
-    result, _ = shaken(Shaking(effort="best", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
-    net = enmeshed(result.bubbles, domain, spacing)
+    result, _ = shaken(Annealing(effort="best", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
+    net = connect_inside(result.bubbles, domain, spacing)
     assert len(net.bubbles) < len(bubbles)
 
 
 def test_perfect_lattice_far_from_the_boundary_is_left_alone():
     domain, spacing, bubbles = packed_hexagon(SIDE)
-    result, _ = shaken(Shaking(effort="fast", amplitude=0.05), domain, spacing, bubbles)
+    result, _ = shaken(Annealing(effort="fast", amplitude=0.05), domain, spacing, bubbles)
     still = (result.bubbles.x == bubbles.x).all(axis=1)
     deep = domain.signed_distance(bubbles.x) > 3 * np.sqrt(3) / 2 + 0.1
     assert deep.sum() > 20
@@ -178,11 +178,11 @@ def test_shaking_heals_a_disordered_packing():
         return Connected()(net, domain, spacing, dynamics, steps)
 
     def irregular(bubbles):
-        net = enmeshed(bubbles, domain, spacing)
+        net = connect_inside(bubbles, domain, spacing)
         return (net.valence[bubbles.interior] != 6).mean()
 
-    start = relax(connected(ErrorDiffusion()(domain, spacing, 10_000), domain), 150).bubbles
-    result, _ = shaken(Shaking(), domain, spacing, start, relax=relax)
-    still = relax(connected(start, domain), 1200).bubbles
+    start = relax(connect(ErrorDiffusion()(domain, spacing, 10_000), domain), 150).bubbles
+    result, _ = shaken(Annealing(), domain, spacing, start, relax=relax)
+    still = relax(connect(start, domain), 1200).bubbles
     assert irregular(start) > 0.2
     assert irregular(result.bubbles) < 0.7 * irregular(still)

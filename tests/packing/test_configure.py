@@ -1,13 +1,15 @@
 import dataclasses
+from typing import get_type_hints
 
 import pytest
 from paths import ROOT
 
-from bubblemesh.packing.configure import OptionError, configured, options
-from bubblemesh.packing.methods import METHODS, SCHEMES
+from bubblemesh.packing.configure import OptionError, all_options, configured, options, unused_keys
+from bubblemesh.packing.methods import COLUMNS, METHODS, Method
 from bubblemesh.packing.motion import ClassicalRungeKutta
 from bubblemesh.packing.termination import SelfAdaptive
 from bubblemesh.packing.viscosity import Constant
+from docs.make_methods import PAGE, made
 
 NAMES = sorted(METHODS)
 
@@ -78,15 +80,16 @@ def test_unknown_method_is_named():
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize(("column", "scheme"), [(column, name) for column, known in SCHEMES.items() for name in known])
+@pytest.mark.parametrize(
+    ("column", "scheme"), [(column, name) for column, one in COLUMNS.items() if one.key for name in one.schemes]
+)
 def test_each_scheme_replaces_that_of_any_method_and_leaves_the_others(name, column, scheme):
-    (section,) = (section for section, keys in options(METHODS[name]).items() if column in keys)
-    method = configured(name, **({"packing": {}, "schedule": {}} | {section: {column: scheme}}))
-    kind = SCHEMES[column][scheme]
-    assert getattr(method, column) is None if kind is None else type(getattr(method, column)) is kind
+    section, key, kind = COLUMNS[column].section, COLUMNS[column].key, COLUMNS[column].schemes[scheme]
+    method = configured(name, **({"packing": {}, "schedule": {}} | {section: {key: scheme}}))
+    assert type(getattr(method, column)) is kind
     others = {field.name for field in dataclasses.fields(method)} - {column}
     assert all(getattr(method, other) == getattr(METHODS[name], other) for other in others)
-    assert options(method)[section][column] == scheme
+    assert options(method)[section][key] == scheme
 
 
 def test_a_scheme_that_takes_the_place_of_another_keeps_the_parameters_of_both():
@@ -120,3 +123,40 @@ def test_the_page_on_methods_shows_every_key_with_its_values():
                 columns = ["key", "bpm", "fnpbs", "accelerated", "multilevel"]
                 cells = dict(zip(columns, map(str.strip, row.split("|")[1:]), strict=False))
                 assert cells[name] == str(value), key
+
+
+def test_the_table_on_the_page_is_as_made_from_the_schemes():
+    text = PAGE.read_text()
+    assert made(text) == text
+
+
+def test_every_key_of_every_method_is_described_once():
+    described = {(option.section, option.key): option for option in all_options()}
+    assert len(described) == len(all_options())
+    assert all(option.meaning and option.schema for option in described.values())
+    for name in NAMES:
+        assert {(section, key) for section, keys in options(METHODS[name]).items() for key in keys} <= set(described)
+
+
+def test_schemes_describe_a_parameter_that_they_share_alike():
+    for column in COLUMNS.values():
+        shared = {}
+        for kind in column.schemes.values():
+            for field in dataclasses.fields(kind):
+                hint = get_type_hints(kind, include_extras=True)[field.name]
+                assert shared.setdefault(field.name, hint) == hint, field.name
+
+
+def test_the_table_has_a_column_for_each_task_of_a_method():
+    assert [field.name for field in dataclasses.fields(Method)] == list(COLUMNS)
+    for method in METHODS.values():
+        for name, column in COLUMNS.items():
+            assert type(getattr(method, name)) in column.schemes.values()
+
+
+def test_keys_that_a_method_does_not_use_are_found():
+    packing, schedule = {"leaf": 0.3, "w2": 0.7, "shaking": "none"}, {"c": 2, "c_in": 0.1, "viscosity": "saw-tooth"}
+    assert unused_keys("fnpbs", packing, schedule) == [("packing", "leaf"), ("schedule", "c")]
+    assert unused_keys("multilevel", packing, schedule) == [("packing", "w2"), ("schedule", "c")]
+    with pytest.raises(OptionError, match="unknown method"):
+        unused_keys("fast", {}, {})

@@ -4,7 +4,7 @@ from lattices import uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.confinement import Clearance, Rails
+from bubblemesh.packing.confinement import Confinement, Sliding
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 
 CURVES = {
@@ -21,13 +21,13 @@ def bubbles_of(domain, d=0.2):
 
 
 def jolted(domain, bubbles, steps=30):
-    """The rails and the positions after random steps."""
+    """The sliding and the positions after random steps."""
     rng = np.random.default_rng(0)
-    rails, x = Rails(domain.boundary, bubbles), bubbles.x.copy()
+    sliding, x = Sliding(domain.boundary, bubbles), bubbles.x.copy()
     for _ in range(steps):
-        v = rails.along(rng.standard_normal(x.shape))
-        x, v = rails.settled(x + 0.05 * v, v)
-    return rails, x, v
+        v = sliding.project(rng.standard_normal(x.shape))
+        x, v = sliding.advance(x + 0.05 * v, v)
+    return sliding, x, v
 
 
 @pytest.mark.parametrize("curve", CURVES)
@@ -43,12 +43,12 @@ def test_corners_stay(curve):
 def test_sliding_bubbles_stay_on_their_curve(curve):
     domain = Domain.of(CURVES[curve])
     bubbles = bubbles_of(domain)
-    rails, x, v = jolted(domain, bubbles)
+    sliding, x, v = jolted(domain, bubbles)
     slide = bubbles.sliding
     assert np.abs(domain.signed_distance(x[slide])).max() < 1e-12
-    np.testing.assert_allclose(x[slide], domain.boundary.points(bubbles.piece, rails.s), atol=1e-14)
+    np.testing.assert_allclose(x[slide], domain.boundary.points(bubbles.piece, sliding.s), atol=1e-14)
     assert np.hypot(*(x - bubbles.x)[slide].T).min() > 1e-3
-    normal = rails.tangents @ [[0, 1], [-1, 0]]
+    normal = sliding.tangents @ [[0, 1], [-1, 0]]
     np.testing.assert_allclose((v[slide] * normal).sum(axis=1), 0, atol=1e-14)
 
 
@@ -62,18 +62,18 @@ def test_circle_keeps_its_radius_under_any_motion():
 def test_sliding_bubbles_do_not_run_past_a_corner():
     domain = Domain.of(CURVES["square"])
     bubbles = bubbles_of(domain)
-    rails, x = Rails(domain.boundary, bubbles), bubbles.x.copy()
-    x[bubbles.sliding] += 100 * rails.tangents
-    x, _ = rails.settled(x, np.zeros_like(x))
-    np.testing.assert_array_equal(rails.s, domain.boundary.lengths[bubbles.piece])
+    sliding, x = Sliding(domain.boundary, bubbles), bubbles.x.copy()
+    x[bubbles.sliding] += 100 * sliding.tangents
+    x, _ = sliding.advance(x, np.zeros_like(x))
+    np.testing.assert_array_equal(sliding.s, domain.boundary.lengths[bubbles.piece])
     np.testing.assert_array_equal(x[bubbles.sliding], domain.boundary.corners[domain.boundary.end[bubbles.piece]])
 
 
 def test_force_keeps_what_the_boundary_does_not_take_up():
     domain = Domain.of(CURVES["square"])
     bubbles = bubbles_of(domain)
-    rails = Rails(domain.boundary, bubbles)
-    force = rails.holding(lambda x: np.tile([1.0, 2.0], (len(x), 1)))(bubbles.x)
+    sliding = Sliding(domain.boundary, bubbles)
+    force = sliding.projecting(lambda x: np.tile([1.0, 2.0], (len(x), 1)))(bubbles.x)
     assert (force[: bubbles.corners] == 0).all()
     on_bottom = np.abs(bubbles.x[bubbles.sliding, 1] + 1) < 1e-12
     on_right = np.abs(bubbles.x[bubbles.sliding, 0] - 1) < 1e-12
@@ -88,12 +88,12 @@ def test_crossing_bubbles_are_put_back_inside_and_at_rest(curve):
     bubbles = bubbles_of(domain)
     inside = bubbles.x[bubbles.interior]
     d = np.full(len(inside), 0.2)
-    clearance = Clearance(domain, inside)
+    confinement = Confinement(domain, inside)
     near = domain.signed_distance(inside) < 0.25
     x, v = inside.copy(), np.ones_like(inside)
     foot = domain.nearest(inside[near]).foot
     x[near] = foot + 0.1 * (foot - inside[near])  # a little beyond the boundary
-    clearance.kept_inside(x, v, d)
+    confinement.put_back(x, v, d)
     assert near.any()
     distance = domain.signed_distance(x[near])
     assert (distance > 0.05).all()
@@ -106,9 +106,9 @@ def test_crossing_bubbles_are_put_back_inside_and_at_rest(curve):
 def test_bubbles_may_come_near_the_boundary():
     domain = Domain.of(CURVES["circle"])
     x = np.array([[0.3, -0.2]])
-    clearance = Clearance(domain, x)
+    confinement = Confinement(domain, x)
     moved, v = np.array([[1.29, -0.2]]), np.ones((1, 2))
-    clearance.kept_inside(moved, v, np.ones(1))
+    confinement.put_back(moved, v, np.ones(1))
     assert moved.tolist() == [[1.29, -0.2]]
     assert (v == 1).all()
 
@@ -116,8 +116,8 @@ def test_bubbles_may_come_near_the_boundary():
 def test_ended_gives_the_bubbles_where_they_are():
     domain = Domain.of(CURVES["ellipse"])
     bubbles = bubbles_of(domain)
-    rails, x, _ = jolted(domain, bubbles)
-    ended = rails.ended(x, np.full(len(x), 0.3))
+    sliding, x, _ = jolted(domain, bubbles)
+    ended = sliding.bubbles_at(x, np.full(len(x), 0.3))
     np.testing.assert_array_equal(ended.x, x)
-    np.testing.assert_array_equal(ended.s, rails.s)
+    np.testing.assert_array_equal(ended.s, sliding.s)
     assert (ended.d == 0.3).all()

@@ -8,7 +8,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
-from bubblemesh.packing.net import connected
+from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.grid.leaves import leaves
@@ -104,7 +104,7 @@ def test_coarse_spacing_is_between_the_wanted_one_and_its_double(example):
     *coarse, finest = scheme(problem.domain, problem.spacing, 300)
     assert len(coarse) >= 3
     assert finest is problem.spacing
-    points = np.vstack([inside(problem.domain), problem.domain.polyline.points])
+    points = np.vstack([inside(problem.domain), problem.domain.polygonal_copy.points])
     wanted = problem.spacing(points)
     for number, spacing in enumerate(reversed(coarse), start=1):
         d = spacing(points)
@@ -147,13 +147,13 @@ def test_spacing_that_exists_in_the_domain_only_has_coarse_levels():
     assert len(coarse) >= 2
     for level in coarse:
         start = ErrorDiffusion()(domain, level, 100_000)
-        assert len(connected(start, domain).triangles) > len(start)
+        assert len(connect(start, domain).triangles) > len(start)
 
 
 @pytest.mark.parametrize("side", [2, 5])
 def test_refined_perfect_lattice_is_the_lattice_of_half_the_spacing(side):
     domain, _, bubbles = packed_hexagon(side)
-    fine = refined(connected(bubbles, domain), domain, uniform(0.5))
+    fine = refined(connect(bubbles, domain), domain, uniform(0.5))
     expected = hexagon(2 * side) / 2
     assert len(fine) == len(expected)
     assert sorted(map(tuple, fine.x.round(9) + 0.0)) == sorted(map(tuple, expected.round(9) + 0.0))
@@ -164,7 +164,7 @@ def test_refined_perfect_lattice_is_the_lattice_of_half_the_spacing(side):
 
 def test_short_edges_are_not_halved():
     domain, _, bubbles = packed_hexagon(5)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     for d, halved in ((1.02 / SPLIT, False), (0.98 / SPLIT, True)):  # of edges of unit length
         inner = refined(net, domain, uniform(d))
         assert (len(inner) - inner.boundary_count > len(bubbles)) is halved
@@ -174,7 +174,7 @@ def test_refined_bubbles_keep_away_from_the_finer_boundary():
     domain = Domain.of(rings.circle((0, 0), 2), [rings.circle((0.3, 0), 0.8)])
     coarse = ErrorDiffusion()(domain, uniform(0.4), 10_000)
     fine_spacing = Spacing(lambda x, y: 0.17 + 0.01 * x)
-    net = connected(coarse, domain)
+    net = connect(coarse, domain)
     fine = refined(net, domain, fine_spacing)
     at = fine.boundary_count
     distance = domain.signed_distance(fine.x)
@@ -192,7 +192,7 @@ def test_refined_bubbles_keep_away_from_the_finer_boundary():
 
 def test_refined_bubbles_are_in_the_order_of_the_hilbert_curve():
     domain, _, bubbles = packed_hexagon(4)
-    fine = refined(connected(bubbles, domain), domain, uniform(0.5))
+    fine = refined(connect(bubbles, domain), domain, uniform(0.5))
     steps = np.hypot(*np.diff(fine.x[fine.interior], axis=0).T)
     np.random.default_rng(0).shuffle(shuffled := fine.x[fine.interior].copy())
     assert np.median(steps) < 0.8

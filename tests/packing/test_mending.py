@@ -7,10 +7,10 @@ from lattices import DAMPED, packed_hexagon
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
-from bubblemesh.packing.net import connected, enmeshed
+from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
-from bubblemesh.packing.smoothing import ShapeSteps, eta
+from bubblemesh.packing.smoothing import Smoothing, eta
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAINS = {
@@ -34,19 +34,20 @@ def polished_net(name, seed=0, steps=60):
     start = ErrorDiffusion()(domain, spacing, 10_000)
     x = start.x.copy()
     x[start.interior] += 0.01 * np.random.default_rng(seed).standard_normal(x[start.interior].shape)
-    net = connected(replace(start, x=x), domain)
+    net = connect(replace(start, x=x), domain)
     bubbles = Connected()(net, domain, spacing, DAMPED, steps).bubbles
-    return domain, spacing, ShapeSteps()(enmeshed(bubbles, domain, spacing), domain, spacing)
+    return domain, spacing, Smoothing()(connect_inside(bubbles, domain, spacing), domain, spacing)
 
 
 def mended(domain, spacing, net, seed=0, scheme=None):
-    return (scheme or Mending())(net, domain, spacing, ShapeSteps(), np.random.default_rng(seed))
+    return (scheme or Mending())(net, domain, spacing, Smoothing(), np.random.default_rng(seed))
 
 
 def worst(net):
     return eta(net.bubbles.x, net.triangles).max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", DOMAINS)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("steps", [5, 60])
@@ -97,7 +98,7 @@ def test_corners_stay_and_sliding_bubbles_stay_on_their_curve(name):
 
 def test_net_without_bad_triangles_is_left_alone():
     domain, spacing, bubbles = packed_hexagon(4)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     assert mended(domain, spacing, net) is net
     domain, spacing, net = polished_net("square")
     assert mended(domain, spacing, net, scheme=Mending(mend_worse=100.0)) is net
@@ -109,7 +110,7 @@ def test_bubbles_on_the_boundary_are_not_displaced(name):
     domain, spacing, net = polished_net(name)
     seen = []
 
-    class Recording(ShapeSteps):
+    class Recording(Smoothing):
         def moved(self, net, domain, free):
             seen.append(net.bubbles)
             return net.bubbles
@@ -122,7 +123,7 @@ def test_bubbles_on_the_boundary_are_not_displaced(name):
 
 
 def test_attempts_that_make_it_worse_are_not_kept():
-    class Spoiling(ShapeSteps):
+    class Spoiling(Smoothing):
         def moved(self, net, domain, free):
             x = net.bubbles.x.copy()
             inside = free & (np.arange(len(free)) >= net.bubbles.boundary_count)
@@ -192,7 +193,7 @@ def test_bad_triangles_are_the_worst_ones_first():
     measure = eta(net.bubbles.x, net.triangles)
     tried = []
 
-    class Recording(ShapeSteps):
+    class Recording(Smoothing):
         def moved(self, net, domain, free):
             tried.append(net.bubbles.x[free])
             return net.bubbles

@@ -51,6 +51,7 @@ def fine():
     return run_of(FINE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("example", BARE)
 def test_examples_reach_their_quality(example, seed):
@@ -100,7 +101,7 @@ def test_only_the_last_round_has_a_reason_to_stop(fine):
 def test_opening_round_has_the_most_steps_but_for_the_shaking(fine):
     problem, _, _, done = fine
     method = problem.method
-    shaken = [one for one in done if one.iterations >= 20 * method.shaking.shake_steps]
+    shaken = [one for one in done if one.iterations >= 20 * method.annealing.shake_steps]
     assert done[0].iterations == method.termination.opening_iterations
     assert len(shaken) >= 1
     assert all(one.iterations == method.termination.iterations for one in done[1:] if one not in shaken)
@@ -124,6 +125,7 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_another_mesh(example):
     assert one.points.tobytes() != other.points.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("example", ["1", "3"])
 def test_more_effort_gives_better_meshes(example):
     means = {
@@ -135,6 +137,7 @@ def test_more_effort_gives_better_meshes(example):
     assert means["best"] > means["fast"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("left_out", ["shaking", "polish", "mending", "levels"])
 def test_each_part_can_be_left_out_and_is_worth_having(left_out):
     name = {"levels": "single"}.get(left_out, "none")
@@ -144,6 +147,7 @@ def test_each_part_can_be_left_out_and_is_worth_having(left_out):
     assert less["nodes"] == pytest.approx(whole["nodes"], rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "override",
     [
@@ -160,6 +164,7 @@ def test_schemes_of_the_published_methods_fit_in(override):
     assert report["quality"]["mean"] > 0.95
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["bpm", "accelerated"])
 @pytest.mark.parametrize(
     "override",
@@ -185,6 +190,7 @@ def test_the_table_has_the_method_with_all_its_schemes():
     assert all(getattr(METHODS["accelerated"], part) is None for part in ("shaking", "polish", "mending"))
 
 
+@pytest.mark.long
 def test_processes_with_other_threads_and_hashes_write_the_same_bytes(tmp_path):
     (tmp_path / "case.yaml").write_text(BARE["4"])
     folders = []

@@ -8,7 +8,7 @@ from lattices import packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.net import connected, enmeshed, reconnected
+from bubblemesh.packing.net import connect, connect_inside, reconnect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.spacing.spacing import Spacing
 
@@ -29,7 +29,7 @@ def net_of(name):
     bubbles = ErrorDiffusion()(domain, uniform(d), 10_000)
     x = bubbles.x.copy()
     x[bubbles.interior] += 0.02 * d * np.random.default_rng(0).standard_normal(x[bubbles.interior].shape)
-    return connected(replace(bubbles, x=x), domain)
+    return connect(replace(bubbles, x=x), domain)
 
 
 @pytest.fixture(scope="module", params=DOMAINS)
@@ -104,7 +104,7 @@ def test_narrow_domain_has_inner_edges_between_boundary_bubbles():
 def test_joined_are_the_marked_and_their_neighbours(net, share):
     marked = random_marks(net, share)
     before = marked.copy()
-    assert set(np.flatnonzero(net.joined(marked)).tolist()) == ball(neighbours_of(net), np.flatnonzero(marked), 1)
+    assert set(np.flatnonzero(net.dilated(marked)).tolist()) == ball(neighbours_of(net), np.flatnonzero(marked), 1)
     np.testing.assert_array_equal(marked, before)
 
 
@@ -156,7 +156,7 @@ def test_part_of_all_is_the_net(net):
 def test_reconnected_part_fills_the_same_region(net):
     marked = net.within(np.array([len(net.bubbles) - 1]), 3)
     _, part = net.part(marked)
-    again = reconnected(part, part.bubbles)
+    again = reconnect(part, part.bubbles)
     assert {frozenset(edge) for edge in again.edges.tolist()} == {frozenset(edge) for edge in part.edges.tolist()}
     np.testing.assert_array_equal(again.facets, part.facets)
     np.testing.assert_array_equal(again.facet_piece, part.facet_piece)
@@ -164,11 +164,11 @@ def test_reconnected_part_fills_the_same_region(net):
 
 def test_reconnected_bubbles_have_the_edges_of_their_new_places():
     domain, _, bubbles = packed_hexagon(4)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     x = bubbles.x.copy()
     x[bubbles.interior] += np.random.default_rng(0).uniform(-0.3, 0.3, x[bubbles.interior].shape)
     moved = replace(bubbles, x=x)
-    found, expected = reconnected(net, moved), connected(moved, domain)
+    found, expected = reconnect(net, moved), connect(moved, domain)
     assert found.bubbles is moved
     np.testing.assert_array_equal(found.edges, expected.edges)
     np.testing.assert_array_equal(found.triangles, expected.triangles)
@@ -183,12 +183,12 @@ def test_enmeshed_bubbles_are_those_inside_with_the_spacing_of_their_places(name
     x = net.bubbles.x.copy()
     away = net.bubbles.boundary_count + np.array([0, 4, 9])
     x[away] = [[-5.0, 0.0], [9.0, 9.0], [50.0, 60.0]]
-    found = enmeshed(replace(net.bubbles, x=x), domain, spacing)
+    found = connect_inside(replace(net.bubbles, x=x), domain, spacing)
     rest = np.delete(np.arange(len(x)), away)
     np.testing.assert_array_equal(found.bubbles.x, x[rest])
     np.testing.assert_array_equal(found.bubbles.d, spacing(x[rest]))
     assert found.bubbles.boundary_count == net.bubbles.boundary_count
-    expected = connected(found.bubbles, domain)
+    expected = connect(found.bubbles, domain)
     for one in ("facets", "facet_piece"):
         np.testing.assert_array_equal(getattr(found, one), getattr(expected, one))
     assert {frozenset(t) for t in found.triangles.tolist()} == {frozenset(t) for t in expected.triangles.tolist()}
@@ -207,13 +207,13 @@ def test_enmeshed_bubbles_in_a_hole_are_lost_and_the_spacing_is_not_asked_for_th
     net = net_of("ring")
     x = net.bubbles.x.copy()
     x[-2:] = [[0.2, 0.1], [0.1, 0.0]]
-    found = enmeshed(replace(net.bubbles, x=x), domain, Spacing(function))
+    found = connect_inside(replace(net.bubbles, x=x), domain, Spacing(function))
     assert len(found.bubbles) == len(x) - 2
 
 
 def test_enmeshed_bubbles_all_inside_stay():
     domain, spacing, bubbles = packed_hexagon(4)
-    net = enmeshed(replace(bubbles, d=np.zeros(len(bubbles))), domain, spacing)
+    net = connect_inside(replace(bubbles, d=np.zeros(len(bubbles))), domain, spacing)
     np.testing.assert_array_equal(net.bubbles.x, bubbles.x)
     np.testing.assert_array_equal(net.bubbles.d, 1)
 
@@ -222,6 +222,6 @@ def test_connected_bubbles_outside_belong_to_no_triangle():
     domain, _, bubbles = packed_hexagon(4)
     x = bubbles.x.copy()
     x[-1] = [9.0, 9.0]
-    net = connected(replace(bubbles, x=x), domain)
+    net = connect(replace(bubbles, x=x), domain)
     assert net.valence[-1] == 0
     assert (net.valence[:-1] > 0).all()

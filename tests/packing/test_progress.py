@@ -60,9 +60,9 @@ def test_multilevel_tells_its_progress_evenly():
     assert np.diff(watch.told).max() < 0.3
 
 
-def test_stages_begin_with_the_coarsest_level_and_close_once():
+def test_stages_begin_with_the_coarsest_level_and_finish_once():
     stages = stages_of(METHODS["multilevel"], 3, 200)
-    assert [(stage.level, stage.shaking, stage.closing) for stage in stages] == [
+    assert [(stage.level, stage.annealing, stage.finishing) for stage in stages] == [
         (0, False, False),
         (0, True, False),
         (1, False, False),
@@ -71,11 +71,14 @@ def test_stages_begin_with_the_coarsest_level_and_close_once():
     ]
     assert all(stage.work > 0 for stage in stages)
     (alone,) = stages_of(METHODS["fnpbs"], 1, 200)
-    assert (alone.shaking, alone.closing) == (False, True)
+    assert (alone.annealing, alone.finishing) == (False, True)
 
 
-def test_single_level_is_shaken_and_closed():
-    assert [(s.shaking, s.closing) for s in stages_of(METHODS["multilevel"], 1, 200)] == [(False, False), (True, True)]
+def test_single_level_is_annealed_and_finished():
+    assert [(s.annealing, s.finishing) for s in stages_of(METHODS["multilevel"], 1, 200)] == [
+        (False, False),
+        (True, True),
+    ]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.6])
@@ -103,7 +106,7 @@ def test_later_end_gives_better_triangles():
     assert cut["quality"]["mean"] < whole["quality"]["mean"]
 
 
-def test_end_in_the_polish_keeps_the_passes_before():
+def test_end_in_the_smoothing_keeps_the_passes_before():
     problem = problem_of(CASE)
     watch = Stopwatch()
     packed(problem, watch)

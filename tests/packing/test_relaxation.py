@@ -11,8 +11,8 @@ from bubblemesh.packing import relaxation
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import VanDerWaals, pair_force
 from bubblemesh.packing.motion import ClassicalRungeKutta, SecondOrderEuler, SemiImplicitEuler
-from bubblemesh.packing.net import connected
-from bubblemesh.packing.placement.diffusion import ErrorDiffusion, on_boundary
+from bubblemesh.packing.net import connect
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles
 from bubblemesh.packing.relaxation import MOST_MOVE, Connected, Dynamics, Nearby, Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -40,7 +40,7 @@ class Drift:
 
 def relaxed(relax, domain, spacing, bubbles, steps, motion=None, damping=constant):
     motion = motion or SecondOrderEuler()
-    return relax(connected(bubbles, domain), domain, spacing, Dynamics(VanDerWaals(), motion, damping), steps)
+    return relax(connect(bubbles, domain), domain, spacing, Dynamics(VanDerWaals(), motion, damping), steps)
 
 
 def disturbed(bubbles, amplitude=0.1):
@@ -139,7 +139,7 @@ def test_nearby_boundary_bubbles_slide_and_corners_stay():
 def test_connected_step_is_that_of_the_forces_along_the_edges():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     start = disturbed(bubbles, 0.25)
-    net = connected(start, domain)
+    net = connect(start, domain)
     expected = start.x.copy()
     for i, j in net.edges.tolist():
         delta = start.x[i] - start.x[j]
@@ -175,10 +175,10 @@ def test_connected_bubbles_are_triangulated_anew_between_the_steps(refresh, step
 
     def spied(*arguments):
         called.append(arguments)
-        return enmeshed(*arguments)
+        return connect_inside(*arguments)
 
-    enmeshed = relaxation.enmeshed
-    monkeypatch.setattr(relaxation, "enmeshed", spied)
+    connect_inside = relaxation.connect_inside
+    monkeypatch.setattr(relaxation, "connect_inside", spied)
     result = relaxed(Connected(refresh=refresh), domain, spacing, bubbles, steps)
     assert len(called) == times
     assert result.speeds.shape == (steps,)
@@ -205,11 +205,11 @@ def test_connected_bubbles_go_by_the_spacing_where_they_are(monkeypatch):
 def test_connected_bubbles_do_not_act_through_a_wall_and_those_near_by_do():
     wall = rings.rectangle(-0.05, -2.5, 0.05, 2.5)
     domain, spacing = Domain.of(rings.rectangle(-3, -3, 3, 3), [wall]), uniform(1.0)
-    shell = on_boundary(domain, spacing)
+    shell = boundary_bubbles(domain, spacing)
     pair = np.array([[-0.6, 0.0], [0.6, 0.0]])
     none = np.zeros(0, np.int64)
-    bubbles = shell.joined_by(pair, np.ones(2), none, np.zeros(0))
-    alone = shell.joined_by(pair[:1], np.ones(1), none, np.zeros(0))
+    bubbles = shell.append(pair, np.ones(2), none, np.zeros(0))
+    alone = shell.append(pair[:1], np.ones(1), none, np.zeros(0))
     for relax, independent in ((Connected(), True), (Nearby(), False)):
         both, one = (relaxed(relax, domain, spacing, start, 1).bubbles for start in (bubbles, alone))
         at = one.boundary_count

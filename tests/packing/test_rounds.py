@@ -11,6 +11,7 @@ from lattices import hexagon, packed_hexagon, uniform
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import NoAnnealing
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.relaxation import Relaxed
@@ -83,7 +84,7 @@ def test_only_the_last_round_has_a_reason_to_stop(run):
     assert [one.stop_reason is None for one in done] == [True] * (len(done) - 1) + [False]
 
 
-def test_last_round_closes_with_a_relaxation(run):
+def test_last_round_finishes_with_a_relaxation(run):
     _, done, method = run
     steps = method.termination.iterations
     assert [one.iterations for one in done[:-1]] == [steps] * (len(done) - 1)
@@ -93,7 +94,7 @@ def test_last_round_closes_with_a_relaxation(run):
 
 
 @pytest.mark.parametrize(("lost", "relaxations"), [([0, 0], 2), ([0, 1, 0], 3), ([0, 2, 1, 0], 4), ([0] + [1] * 9, 5)])
-def test_closing_relaxation_is_repeated_while_bubbles_are_lost(lost, relaxations):
+def test_last_relaxation_is_repeated_while_bubbles_are_lost(lost, relaxations):
     domain, spacing, bubbles = packed_hexagon(4)
     calls = iter(lost)
 
@@ -122,25 +123,25 @@ class Recorded:
         return getattr(self.scheme, name)
 
 
-def test_polish_takes_turns_with_population_control_and_mending_ends():
+def test_smoothing_takes_turns_with_population_control_and_mending_ends():
     domain, spacing, bubbles = packed_hexagon(4)
-    order, method = [], replace(METHODS["multilevel"], shaking=None)
-    parts = ("population", "polish", "mending")
+    order, method = [], replace(METHODS["multilevel"], annealing=NoAnnealing())
+    parts = ("population", "smoothing", "mending")
     method = replace(method, **{part: Recorded(part, getattr(method, part), order) for part in parts})
     *_, last = rounds(bubbles, domain, [spacing], method)
-    assert order[-6:] == ["polish", "population", "polish", "population", "polish", "mending"]
+    assert order[-6:] == ["smoothing", "population", "smoothing", "population", "smoothing", "mending"]
     assert set(order[:-6]) == {"population"}
     assert last.stop_reason is not None
 
 
-def test_every_level_but_the_last_of_several_is_shaken_once():
+def test_every_level_but_the_last_of_several_is_annealed_once():
     domain, spacing, bubbles = packed_hexagon(4)
-    for levels, shaken in ([spacing], 1), ([spacing, uniform(0.5)], 1), ([spacing, uniform(0.5), uniform(0.25)], 2):
+    for levels, annealed in ([spacing], 1), ([spacing, uniform(0.5)], 1), ([spacing, uniform(0.5), uniform(0.25)], 2):
         order = []
         method = METHODS["multilevel"]
-        shaking = Recorded("shaking", replace(method.shaking, effort="fast"), order)
-        done = list(rounds(bubbles, domain, levels, replace(method, shaking=shaking)))
-        assert len(order) == shaken
+        annealing = Recorded("annealing", replace(method.annealing, effort="fast"), order)
+        done = list(rounds(bubbles, domain, levels, replace(method, annealing=annealing)))
+        assert len(order) == annealed
         assert len(done[-1].bubbles) == len(hexagon(4 * 2 ** (len(levels) - 1)))
 
 

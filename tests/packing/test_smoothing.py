@@ -7,10 +7,10 @@ from lattices import DAMPED, hexagonal, packed_hexagon, uniform
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.packing.net import connected
+from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
-from bubblemesh.packing.smoothing import FLATTEST, MOST_MOVE, WORST, ShapeSteps, eta, shape_gradient, spacing_gradient
+from bubblemesh.packing.smoothing import FLATTEST, MOST_MOVE, WORST, Smoothing, eta, shape_gradient, spacing_gradient
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Domain.of(
@@ -24,16 +24,16 @@ def relaxed_net(seed=0, domain=DOMAIN, spacing=SPACING):
     start = ErrorDiffusion()(domain, spacing, 10_000)
     x = start.x.copy()
     x[start.interior] += 0.01 * np.random.default_rng(seed).standard_normal(x[start.interior].shape)
-    net = connected(replace(start, x=x), domain)
+    net = connect(replace(start, x=x), domain)
     bubbles = Connected()(net, domain, spacing, DAMPED, 60).bubbles
-    return connected(replace(bubbles, d=spacing(bubbles.x)), domain)
+    return connect(replace(bubbles, d=spacing(bubbles.x)), domain)
 
 
 def jittered(side=5, amplitude=0.2):
     domain, spacing, bubbles = packed_hexagon(side)
     x = bubbles.x.copy()
     x[bubbles.interior] += np.random.default_rng(0).uniform(-amplitude, amplitude, x[bubbles.interior].shape)
-    return domain, spacing, connected(replace(bubbles, x=x), domain)
+    return domain, spacing, connect(replace(bubbles, x=x), domain)
 
 
 def looped_eta(a, b, c):
@@ -118,11 +118,11 @@ def test_coinciding_bubbles_have_a_finite_gradient():
 
 def test_perfect_lattice_is_a_stationary_point():
     domain, spacing, bubbles = packed_hexagon(5)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     gradient = shape_gradient(bubbles.x, net.triangles.T, bubbles.d)
     np.testing.assert_allclose(gradient[bubbles.interior], 0, atol=1e-12)
     np.testing.assert_allclose(spacing_gradient(bubbles.x, net.edges.T, np.ones(len(net.edges))), 0, atol=1e-12)
-    polished = ShapeSteps()(net, domain, spacing)
+    polished = Smoothing()(net, domain, spacing)
     np.testing.assert_allclose(polished.bubbles.x, bubbles.x, atol=1e-12)
 
 
@@ -131,7 +131,7 @@ def test_jittered_lattice_gets_better_and_becomes_perfect():
     _, _, perfect = packed_hexagon(5)
     worst = [eta(net.bubbles.x, net.triangles).max()]
     for _ in range(6):
-        net = ShapeSteps()(net, domain, spacing)
+        net = Smoothing()(net, domain, spacing)
         worst.append(eta(net.bubbles.x, net.triangles).max())
     assert worst[0] > 1.2
     assert worst[1] < 1 + 0.2 * (worst[0] - 1)
@@ -142,7 +142,7 @@ def test_jittered_lattice_gets_better_and_becomes_perfect():
 @pytest.mark.parametrize("seed", range(3))
 def test_polish_improves_shapes_and_lengths(seed):
     net = relaxed_net(seed)
-    polished = ShapeSteps()(net, DOMAIN, SPACING)
+    polished = Smoothing()(net, DOMAIN, SPACING)
     before, after = (radius_ratios(one.bubbles.x, one.triangles) for one in (net, polished))
     assert after.mean() > before.mean() + 0.005
     assert len(polished.bubbles) == len(net.bubbles)
@@ -160,7 +160,7 @@ def test_weight_trades_shape_for_spacing():
     net = relaxed_net()
     spreads = []
     for weight in (0.0, 20.0):
-        polished = ShapeSteps(spacing_weight=weight, shape_steps=40)(net, DOMAIN, SPACING)
+        polished = Smoothing(spacing_weight=weight, shape_steps=40)(net, DOMAIN, SPACING)
         i, j = polished.edges.T
         x, d = polished.bubbles.x, polished.bubbles.d
         spreads.append((np.hypot(*(x[i] - x[j]).T) / ((d[i] + d[j]) / 2)).std())
@@ -169,7 +169,7 @@ def test_weight_trades_shape_for_spacing():
 
 def test_corners_stay_and_sliding_bubbles_stay_on_their_curve():
     net = relaxed_net()
-    before, after = net.bubbles, ShapeSteps()(net, DOMAIN, SPACING).bubbles
+    before, after = net.bubbles, Smoothing()(net, DOMAIN, SPACING).bubbles
     assert (after.corners, after.boundary_count) == (before.corners, before.boundary_count)
     np.testing.assert_array_equal(after.x[: after.corners], DOMAIN.boundary.corners)
     np.testing.assert_array_equal(after.piece, before.piece)
@@ -181,7 +181,7 @@ def test_corners_stay_and_sliding_bubbles_stay_on_their_curve():
 def test_bubbles_that_are_not_free_stay_where_they_are():
     net = relaxed_net()
     free = np.random.default_rng(0).random(len(net.bubbles)) < 0.5
-    moved = ShapeSteps().moved(net, DOMAIN, free)
+    moved = Smoothing().moved(net, DOMAIN, free)
     still = (moved.x == net.bubbles.x).all(axis=1)
     assert still[~free].all()
     assert not still[free & (np.arange(len(free)) >= net.bubbles.boundary_count)].any()
@@ -189,7 +189,7 @@ def test_bubbles_that_are_not_free_stay_where_they_are():
 
 def test_no_bubble_moves_too_far_in_a_step():
     domain, _, net = jittered(amplitude=0.45)
-    moved = ShapeSteps(shape_steps=1, shape_step=0.1).moved(net, domain, np.ones(len(net.bubbles), bool))
+    moved = Smoothing(shape_steps=1, shape_step=0.1).moved(net, domain, np.ones(len(net.bubbles), bool))
     way = np.hypot(*(moved.x - net.bubbles.x).T)
     assert way.max() == pytest.approx(MOST_MOVE)
 
@@ -198,7 +198,7 @@ def test_no_bubble_moves_too_far_in_a_step():
 def test_polish_that_spoils_triangles_is_not_kept(held_too):
     domain, spacing, net = jittered()
 
-    class Spoiling(ShapeSteps):
+    class Spoiling(Smoothing):
         """Puts a sliding bubble next to another one, if it may, or an interior one."""
 
         def moved(self, net, domain, free):
@@ -225,7 +225,7 @@ def test_polish_that_spoils_triangles_is_not_kept(held_too):
 def test_bubbles_given_stay_as_they_are():
     domain, spacing, net = jittered()
     before = net.bubbles.x.copy()
-    ShapeSteps()(net, domain, spacing)
+    Smoothing()(net, domain, spacing)
     np.testing.assert_array_equal(net.bubbles.x, before)
 
 
@@ -235,9 +235,9 @@ def test_polish_does_not_depend_on_the_unit_of_length(scale):
     domain, spacing = Domain.of(rings.polygon(3 * scale * hexagon_corners())), uniform(scale)
     bubbles = net.bubbles
     large = replace(bubbles, x=bubbles.x * scale, d=bubbles.d * scale, s=bubbles.s * scale)
-    found = ShapeSteps()(connected(large, domain), domain, spacing)
+    found = Smoothing()(connect(large, domain), domain, spacing)
     domain, spacing, net = jittered(3)
-    np.testing.assert_allclose(found.bubbles.x / scale, ShapeSteps()(net, domain, spacing).bubbles.x, atol=1e-9)
+    np.testing.assert_allclose(found.bubbles.x / scale, Smoothing()(net, domain, spacing).bubbles.x, atol=1e-9)
 
 
 def hexagon_corners():
@@ -248,9 +248,9 @@ def hexagon_corners():
 @pytest.mark.parametrize("width", [0.03, 0.005])
 def test_boundary_edges_beside_a_thin_wall_do_not_come_to_cross(width):
     domain, spacing = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 1 - width)]), uniform(0.5)
-    net = connected(ErrorDiffusion()(domain, spacing, 10_000), domain)
+    net = connect(ErrorDiffusion()(domain, spacing, 10_000), domain)
     before = eta(net.bubbles.x, net.triangles).max()
     for _ in range(4):
-        net = ShapeSteps()(net, domain, spacing)
+        net = Smoothing()(net, domain, spacing)
         assert eta(net.bubbles.x, net.triangles).max() <= max(before, WORST)
     assert len(net.triangles) == len(net.facets)

@@ -2,10 +2,8 @@ import json
 import re
 
 import pytest
-from batches import batch, stream
+from batches import Begun, Finished, batch, follow
 from batches import rows_of as rows_of_batch
-
-from bubblemesh.batch import Finished
 
 CASE = "domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {}\n"
 
@@ -22,6 +20,7 @@ def rows_of(folder):
     return [json.loads(line) for line in (folder / "out/summary.jsonl").read_text().splitlines()]
 
 
+@pytest.mark.long
 def test_index_links_to_the_page_of_each_case_that_has_one(folder):
     assert batch("cases", "-o", "out", "--report", folder=folder).returncode == 2
     text = (folder / "out/index.html").read_text()
@@ -31,6 +30,7 @@ def test_index_links_to_the_page_of_each_case_that_has_one(folder):
     assert "greater than 0" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("options", "pages"), [([], ["a.html"]), (["--no-report"], [])])
 def test_without_the_option_there_are_the_pages_of_cases_that_ask_for_one(options, pages, folder):
     (folder / "cases/a.yaml").write_text(CASE.format(0.3) + "output: {report: true}\n")
@@ -62,9 +62,16 @@ def test_index_has_all_rows_of_the_summary(folder, monkeypatch):
 
 def test_index_of_an_interrupted_batch_has_the_rows_until_then(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    events = stream("cases", folder="out", page=True)
-    done = [next(event.row.case for event in events if isinstance(event, Finished)) for _ in range(2)]
-    events.close()
+    done = []
+
+    def interrupt(event):
+        if isinstance(event, Finished):
+            done.append(event.row.case)
+        if len(done) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        follow(interrupt, "cases", folder="out", page=True)
     assert sorted(index_of(folder / "out")[0]) == sorted(done)
 
 
@@ -80,11 +87,14 @@ def test_index_links_to_pages_wherever_they_are_and_only_to_those(folder, monkey
 
 def test_what_ends_a_batch_is_told_even_if_the_index_cannot_be_written(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    events = stream("cases", folder="out", page=True)
-    next(events)
-    (folder / "out/index.html").mkdir()
+
+    def end(event):
+        assert isinstance(event, Begun)
+        (folder / "out/index.html").mkdir()
+        raise ZeroDivisionError
+
     with pytest.raises(ZeroDivisionError):
-        events.throw(ZeroDivisionError())
+        follow(end, "cases", folder="out", page=True)
     assert (folder / "out/summary.jsonl").exists()
 
 
@@ -97,6 +107,7 @@ def test_time_limit_of_a_case_is_its_row(folder):
     assert (folder / "out/a.msh").exists()
 
 
+@pytest.mark.long
 def test_data_of_a_spacing_are_inputs_that_resume_looks_at(folder):
     (folder / "cases/a.yaml").write_text(CASE.format("{scattered: {file: sizes.csv}}"))
     (folder / "cases/sizes.csv").write_text("0,0,0.2\n1,0,0.2\n0,1,0.3\n")

@@ -16,11 +16,12 @@ from typer.testing import CliRunner
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.meshfiles import FORMATS, write_file
-from bubblemesh.meshfiles.foreign import read_foreign
-from bubblemesh.meshfiles.read import read_triangles
+from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.read import read_mesh, read_triangles
+from bubblemesh.meshfiles.writing import write_file
 from bubblemesh.pictures.colours import BARE, INK
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
+from bubblemesh.pictures.styles import PlotOptionError
 
 ENDINGS = ["png", "svg", "pdf"]
 MM = 72 / 25.4  # points
@@ -73,6 +74,7 @@ def run(*arguments):
 # Files
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_the_same_mesh_gives_the_same_picture(mesh, tmp_path, ending):
     for name in "ab":
@@ -301,6 +303,12 @@ def test_what_cannot_be_drawn_is_refused(mesh, data, options, message):
         mesh_figure(mesh, PlotOptions(**options), known)
 
 
+def test_the_error_of_an_option_names_it(mesh):
+    with pytest.raises(PlotOptionError) as refused:
+        mesh_figure(mesh, PlotOptions(limits=(1, 1)))
+    assert (refused.value.option, str(refused.value)[:7]) == ("range", "range: ")
+
+
 def test_a_mesh_without_labels_regions_or_area(mesh):
     bare = dataclasses.replace(mesh, facets=mesh.facets[:0], facet_labels=mesh.facet_labels[:0], labels=(), regions=())
     for color, what in (("label", "no labelled edges"), ("material", "no regions")):
@@ -324,9 +332,9 @@ def test_labels_regions_and_data_of_all_formats_are_found(name, mesh, data, tmp_
     fields = {"quality": radius_ratios(mesh.points, mesh.triangles), "target_spacing": data.cells["target_spacing"]}
     path = tmp_path / f"a{FORMATS[name].files[0]}"
     write_file(mesh, fields, {}, path)
-    read, points, triangles = read_foreign(path), *read_triangles(path)[:2]
-    assert np.array_equal(read.mesh.points, points)
-    assert np.array_equal(read.mesh.triangles, triangles)
+    read, file = read_mesh(path), read_triangles(path)
+    assert np.array_equal(read.mesh.points, file.points)
+    assert np.array_equal(read.mesh.triangles, file.triangles)
     if name != "su2":  # which leaves regions out
         counts = dict(zip(read.mesh.regions, np.bincount(read.mesh.triangle_regions).tolist(), strict=True))
         wanted = np.bincount(mesh.triangle_regions).tolist()
@@ -347,7 +355,7 @@ def test_of_overlapping_sets_of_cells_the_smallest_counts(tmp_path):
     cells = [("triangle", [(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 2)])]
     sets = {"all but one": [[0, 1, 2]], "first": [[0]], "second": [[1]]}
     meshio.Mesh(points, cells, cell_sets=sets).write(tmp_path / "a.inp")
-    read = read_foreign(tmp_path / "a.inp").mesh
+    read = read_mesh(tmp_path / "a.inp").mesh
     names = [read.regions[k] for k in read.triangle_regions]
     assert names == ["first", "second", "all but one", "no region"]
 
@@ -357,12 +365,12 @@ def test_damaged_edges_and_those_beside_the_triangles(tmp_path):
     tags = {"gmsh:physical": [np.array([3, 4]), np.array([9])], "gmsh:geometrical": [np.array([1, 1]), np.array([1])]}
     good = meshio.Mesh(points, [("line", [(0, 1), (0, 3)]), ("triangle", [(0, 1, 2)])], cell_data=tags)
     good.write(tmp_path / "good.msh", file_format="gmsh22", binary=False)
-    read = read_foreign(tmp_path / "good.msh").mesh
+    read = read_mesh(tmp_path / "good.msh").mesh
     assert (read.labels, len(read.facets)) == (("label 3",), 1)
     text = (tmp_path / "good.msh").read_text().replace("1 1 2 3 1 1 2", "1 1 2 3 1 1 9")
     (tmp_path / "bad.msh").write_text(text)
     with pytest.raises(FileError, match=r"bad\.msh: .*damaged|bad\.msh: is no mesh"):
-        read_foreign(tmp_path / "bad.msh")
+        read_mesh(tmp_path / "bad.msh")
 
 
 # The command

@@ -79,6 +79,7 @@ def test_colours_tell_the_spacing(text, norm):
     np.testing.assert_allclose(pixels[row, column, :3], 1)  # the hole
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("low", [1.1e-6, 0.0013, 0.02, 70])
 @pytest.mark.parametrize("ratio", [4.5, 9.9, 11, 80, 990, 1100, 1e6, 1e12])
 @pytest.mark.parametrize("turn", [1, -1])
@@ -98,6 +99,7 @@ def test_numbers_at_a_long_scale_keep_apart(low, ratio, turn):
     assert all(one[1] < other[0] for one, other in pairwise(boxes))
 
 
+@pytest.mark.long
 def test_extremes_are_marked_where_they_are():
     problem = problem_of(WIDE)
     axes = figure_of(problem, "A title").axes[0]
@@ -114,6 +116,7 @@ def test_a_uniform_spacing_has_one_colour_and_no_marks():
     assert axes.collections[-1].norm.vmin < 0.1 < axes.collections[-1].norm.vmax
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_same_problem_same_bytes(tmp_path, ending):
     shown = previewed(problem_of(WIDE))
@@ -123,6 +126,7 @@ def test_same_problem_same_bytes(tmp_path, ending):
     assert (tmp_path / "a" / f"d.{ending}").read_bytes() == (tmp_path / "b" / f"d.{ending}").read_bytes()
 
 
+@pytest.mark.long
 def test_an_estimate_tells_what_the_rules_changed_and_the_scale():
     found = estimate(problem_of(STEEP))
     assert found["budget"]["nodes"] == 700
@@ -156,6 +160,7 @@ def command(*arguments, folder):
     return done
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("start", [["check", "wide.yaml"], ["run", "wide.yaml", "--dry-run"]], ids=["check", "dry run"])
 def test_the_picture_is_drawn_and_told(folder, start):
     done = command(*start, "--plot", "pictures/d.svg", "--json", folder=folder)

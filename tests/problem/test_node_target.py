@@ -16,7 +16,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.node_target import Scales, Scaling, next_aim, scaled_to
+from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.spacing import Spacing
 
@@ -49,6 +49,7 @@ def with_nodes(text, nodes, *overrides):
     return report_of(text, f"spacing.nodes={nodes}", *overrides)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "nodes"), [*((name, 150) for name in DOMAINS if name != "ruled"), ("ruled", 900), ("dense", 3000)]
 )
@@ -60,6 +61,7 @@ def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
     assert not any("asked for" in warning for warning in report["warnings"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["bpm", "accelerated"])
 def test_published_methods_have_them_too(method):
     report = with_nodes(BARE["1"], 200, f"method={method}", "schedule.iterations=100", "schedule.rounds=5")
@@ -201,13 +203,13 @@ class TestSearch:
 
     def test_a_number_out_of_reach_is_an_error_unless_the_nearest_will_do(self):
         with pytest.raises(LimitError, match="at least about 700"):
-            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, asked="nodes")
+            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, key="nodes")
         scale = scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2)
         assert scale > 50
 
     def test_a_number_always_too_large_to_count_is_an_error(self):
         with pytest.raises(LimitError, match="need far more"):
-            scaled_to(500, self.scales, lambda s: np.inf, asked="nodes")
+            scaled_to(500, self.scales, lambda s: np.inf, key="nodes")
 
     def test_a_jump_across_the_number_ends_the_search(self):
         scale = scaled_to(1000, self.scales, lambda s: 800.0 if s > 3 else 1300.0)
@@ -221,7 +223,7 @@ class TestSearch:
 
 
 def test_rough_numbers_fall_with_the_scale():
-    scales = Scaling(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x))).scales()
+    scales = Scales.of(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x)))
     fewest, most = scales.ends
     assert fewest == pytest.approx(np.log(3), rel=1e-2)
     assert most > 60

@@ -136,6 +136,7 @@ def test_report_says_what_was_run(plate):
     assert parameters["schedule"]["c_out"] == 0.2
 
 
+@pytest.mark.long
 def test_figures_agree_with_a_recomputation_by_loops(example):
     name, result = example
     mesh, report = result.mesh, result.report

@@ -7,11 +7,10 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.boundary import Boundary, Polyline
+from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 
-TOUCHING = 1e-9  # of the domain's size
-ROUNDINGS = 4  # of coordinates far from the origin, by which places that are meant to be one may differ
-CONTACT_LENGTH = 1e5  # curves of radius R touch over a length of sqrt(8 R tolerance), not in a point
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
 MOST_SPLITS = 4  # of two rings: both at two points. Such rings bound no domain, least of all if a curve is common
@@ -26,9 +25,9 @@ class Contact(NamedTuple):
     rings: frozenset[int]
 
 
-def joined(boundary: Boundary) -> Boundary:
+def split_at_contacts(boundary: Boundary) -> Boundary:
     """The boundary with a corner wherever a ring touches another one between its corners."""
-    points = boundary.polyline().points
+    points = PolygonalCopy.of(boundary).points
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
     splits: Counter[frozenset[int]] = Counter()
@@ -43,7 +42,7 @@ def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[in
 
     Only one of each two rings, and of several in one place: the next ones have to know that corner.
     """
-    line, found = boundary.polyline(), list[Contact]()
+    line, found = PolygonalCopy.of(boundary), list[Contact]()
     for probe, chord in _candidates(boundary, line, tolerance):
         rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
         if splits[rings] >= MOST_SPLITS or any(rings == other.rings for other in found):
@@ -58,7 +57,7 @@ def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[in
     return found
 
 
-def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tuple[int, int]]:
+def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> list[tuple[int, int]]:
     """Points of the polyline, and chords of other rings, where curves may touch: the nearest of each two pieces."""
     start, end = line.points, line.points[line.successor]
     length = np.hypot(*(end - start).T)
@@ -75,7 +74,7 @@ def _candidates(boundary: Boundary, line: Polyline, tolerance: float) -> list[tu
     return list(zip(probe[nearest].tolist(), chord[nearest].tolist(), strict=True))
 
 
-def _near(line: Polyline, reach: Floats) -> tuple[Integers, Integers]:
+def _near(line: PolygonalCopy, reach: Floats) -> tuple[Integers, Integers]:
     """Points (k,) and chords (k,) of other rings that are within the reach (m,) of either, in order."""
     points = shapely.points(line.points)
     chords = shapely.linestrings(np.stack(line.chords[3:], axis=1))
@@ -87,7 +86,7 @@ def _near(line: Polyline, reach: Floats) -> tuple[Integers, Integers]:
     return np.divmod(np.unique(probe[apart] * len(points) + chord[apart]), len(points))
 
 
-def _to_shared_corner(boundary: Boundary, line: Polyline, probe: Integers, chord: Integers) -> Floats:
+def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
     """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
     corners_of = [set(boundary.start[boundary.ring == ring].tolist()) - {-1} for ring in range(boundary.ring.max() + 1)]
     distance = np.full(len(probe), np.inf)
@@ -102,7 +101,7 @@ def _to_shared_corner(boundary: Boundary, line: Polyline, probe: Integers, chord
     return distance
 
 
-def _closest(boundary: Boundary, line: Polyline, probe: int, chord: int) -> Floats:
+def _closest(boundary: Boundary, line: PolygonalCopy, probe: int, chord: int) -> Floats:
     """The point next to ``probe`` on its own piece that is nearest to the curve of ``chord``."""
     from scipy.optimize import minimize_scalar  # takes longer to load than most cases take to mesh
 
@@ -120,13 +119,11 @@ def _closest(boundary: Boundary, line: Polyline, probe: int, chord: int) -> Floa
     return point(minimize_scalar(gap, bounds=(s - step, s + step), method="bounded", options={"xatol": 0.0}).x)
 
 
-def _feet(boundary: Boundary, line: Polyline, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
+def _feet(boundary: Boundary, line: PolygonalCopy, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
     """Arc lengths (m,) and places (m, 2) of the points next to ``points`` (m, 2) on the curves of the chords (m,)."""
     piece, start = line.piece[chord], line.points[chord]
     along = line.points[line.successor[chord]] - start
     share = np.einsum("ij,ij->i", points - start, along) / np.einsum("ij,ij->i", along, along)
     s = line.s[chord] + np.clip(share, 0, 1) * line.step[chord]
-    for _ in range(4):  # the curves are next to each other
-        ahead = np.einsum("ij,ij->i", points - boundary.points(piece, s), boundary.tangents(piece, s))
-        s = boundary.wrapped(piece, s + ahead)
+    s = boundary.foot(points, piece, s, steps=4)
     return s, boundary.points(piece, s)

@@ -7,16 +7,16 @@ import numpy as np
 import shapely
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.arrangement.cuts import TOUCHING
+from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.rings import Ring, Strand
+from bubblemesh.geometry.paths import OpenPath, Ring
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.messages import place
 
 ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
-ROUNDINGS = 4  # of coordinates, by which places that are meant to be one may differ
 COARSEST = 1e-6  # of the domain's size: rounding that regions and lines bear
 NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
 
@@ -44,14 +44,14 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     size = _size(polygon)
     outlines = [region.polygon for region in parts.regions]
     _require_inside(parts, outlines, polygon)
-    strands = [*parts.strands, *(Strand.around(region.ring, region.label) for region in parts.regions)]
-    whole = boundary.joined_by(strands, [point for point, _ in parts.points])
+    paths = [*parts.lines, *(OpenPath.around(region.ring, region.label) for region in parts.regions)]
+    whole = boundary.with_inner(paths, [point for point, _ in parts.points])
     whole = noded(whole, size, fixed=len(boundary.corners))
-    areas = areas_of(whole, len(parts.strands), outlines)
-    require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.strands), outlines, size))
+    areas = areas_of(whole, len(parts.lines), outlines)
+    require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.lines), outlines, size))
     whole = _without_doubles(whole, TOUCHING * size)
     whole = _clipped(whole, parts.points, TOUCHING * size)
-    _require_lines(whole, parts.strands)
+    _require_lines(whole, parts.lines)
     whole = _sided(whole, areas)
     _require_seen(whole, parts.regions)
     return replace(whole, ring=np.maximum(whole.ring, -1))
@@ -106,10 +106,7 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
     GeometryError
         If an embedded point is outside, or where another one is.
     """
-    line = boundary.polyline()
-    rings = [line.points[line.ring == number] for number in range(int(line.ring.max()) + 1)]
-    domain = shapely.Polygon(rings[0], rings[1:])
-    shapely.prepare(domain)
+    domain = PolygonalCopy.of(boundary).polygon()
     middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
     kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
     open_ = ~kept.closed
@@ -130,14 +127,14 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
     return replace(kept, start=ends[0], end=ends[1], corners=kept.corners[used])
 
 
-def _require_lines(boundary: Boundary, strands: Sequence[Strand]) -> None:
+def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
     left = set(boundary.ring.tolist())
-    for number, strand in enumerate(strands, start=1):
+    for number, path in enumerate(paths, start=1):
         if -number not in left:
-            curve = Boundary.of([Ring(strand.sides, strand.vertices[:-1])])
+            curve = Boundary.of([Ring(path.sides, path.vertices[:-1])])
             where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
             raise GeometryError(
-                f"the line {strand.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
+                f"the line {path.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
                 "move or remove it"
             )
 
@@ -145,7 +142,7 @@ def _require_lines(boundary: Boundary, strands: Sequence[Strand]) -> None:
 def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
     """The boundary with the numbers of the regions on both sides of its pieces."""
     numbers = np.arange(len(boundary.kind))
-    piece, s, step = boundary.panels()
+    piece, s, step = boundary.stations()
     # The middle of a chord is in the middle between the corners of the regions' polygons.
     first = np.searchsorted(piece, numbers)
     chord = first + np.bincount(piece) // 2

@@ -8,7 +8,7 @@ import shapely
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.arrangement.cuts import NEARLY
+from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 
@@ -29,7 +29,7 @@ def areas_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon]
 
 def slack_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon], size: float) -> Floats:
     """Area (r,) that the polygon of each region may be off along its rim."""
-    piece, _, step = boundary.panels()
+    piece, _, step = boundary.stations()
     off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
     number = -boundary.ring[piece] - lines
     total = np.bincount(np.maximum(number, 0), off, minlength=len(outlines) + 1)

@@ -1,4 +1,4 @@
-"""What a domain holds beside its rings: regions, embedded lines and points, sides that match."""
+"""Inner parts of a domain: regions, embedded lines and points, sides that match."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,9 +7,9 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Integers
-from bubblemesh.geometry.arrangement.cuts import TOUCHING
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.rings import Line, Ring, Strand
+from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.paths import Line, OpenPath, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
@@ -43,7 +43,7 @@ class Region:
 
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """Both; the rim of a curved region is as wide as its chords are off."""
+        """Core and reach; the rim of a curved region is as wide as its chords are off."""
         straight = all(isinstance(side.curve, Line) for side in self.ring.sides)
         x0, y0, x1, y1 = self.polygon.bounds
         width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
@@ -55,7 +55,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Parts:
-    """What a domain holds beside its rings.
+    """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Parts:
         may have one name.
     rest : str
         Name of region 0.
-    strands : tuple of Strand
+    lines : tuple of OpenPath
         Embedded lines.
     points : tuple of ((x, y), label)
         Embedded points.
@@ -74,18 +74,18 @@ class Parts:
 
     regions: tuple[Region, ...] = ()
     rest: str = "domain"
-    strands: tuple[Strand, ...] = ()
+    lines: tuple[OpenPath, ...] = ()
     points: tuple[tuple[tuple[float, float], str], ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed on reading."""
-        inside = (*(region.ring.notes for region in self.regions), *(strand.notes for strand in self.strands))
+        """Notes on what was changed on reading."""
+        inside = (*(region.ring.notes for region in self.regions), *(path.notes for path in self.lines))
         return tuple(note for some in inside for note in some)
 
     def __bool__(self) -> bool:
-        return bool(self.regions or self.strands or self.points)
+        return bool(self.regions or self.lines or self.points)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -93,7 +93,7 @@ class Parts:
         return tuple(dict.fromkeys((self.rest, *(region.name for region in self.regions))))
 
     @property
-    def named(self) -> Integers:
+    def name_indices(self) -> Integers:
         """Index (r + 1,) into ``names`` for region 0 and the others."""
         number = {name: k for k, name in enumerate(self.names)}
         return np.array([0, *(number[region.name] for region in self.regions)])

@@ -15,7 +15,7 @@ ANYWHERE = -2.0  # below the cosine of any angle
 
 
 @dataclass(frozen=True)
-class Direct:
+class ClosedForm:
     """Distance from the nearest of some lines and arcs.
 
     Attributes
@@ -38,7 +38,7 @@ class Direct:
     costly = False
 
     @classmethod
-    def of(cls, boundary: Boundary, pieces: Integers, points: Sequence[Sequence[float]] = ()) -> "Direct | None":
+    def of(cls, boundary: Boundary, pieces: Integers, points: Sequence[Sequence[float]] = ()) -> "ClosedForm | None":
         """Distance from some pieces (p,) of a boundary and from points, if these are few, and no other curves."""
         kinds = [type(boundary.families[k]) for k in boundary.kind[pieces]]
         if len(kinds) + len(points) > MOST or not set(kinds) <= {Lines, Arcs}:
@@ -56,7 +56,7 @@ class Direct:
         return cls(start, end, center, middle, radius, np.where(closed, ANYWHERE, np.cos(half / radius)))
 
     @classmethod
-    def through(cls, points: Sequence[tuple[float, float]]) -> "Direct | None":
+    def through(cls, points: Sequence[tuple[float, float]]) -> "ClosedForm | None":
         """Distance from the straight lines between consecutive points, or from a single one, if these are few."""
         places = np.array(points, float)
         if len(places) > MOST:

@@ -1,1 +1,63 @@
-"""Placement: where the first bubbles are."""
+"""Placement: where the first bubbles are, and how chance moves them."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Protocol
+
+import numpy as np
+from annotated_types import Ge, Le
+from typing_extensions import Doc
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.errors import LimitError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.spacing.spacing import Spacing
+
+CLIPPED_AT = 2.0  # standard deviations: no displacement is so long that a bubble would be lost
+
+
+class Placement(Protocol):
+    """Where the first bubbles are."""
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        """Bubbles of a domain before any motion.
+
+        Raises
+        ------
+        LimitError
+            If there would be many more than ``max_nodes`` of them.
+        """
+
+
+def require_at_most(max_nodes: int, count: int) -> None:
+    """Stop a placement that runs away."""
+    if count > 4 * max_nodes:
+        raise LimitError(
+            f"limits.max_nodes: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit"
+        )
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """Small displacement of the interior bubbles, so that no run rests on a symmetry of its start."""
+
+    seed: Annotated[int, Ge(0), Doc("seed of the random numbers")] = 0
+    jitter: Annotated[float, Ge(0), Le(0.1), Doc("standard deviation of the initial displacement, in spacings")] = 0.01
+
+    def generator(self) -> np.random.Generator:
+        """Generator of the random numbers of a run."""
+        return np.random.default_rng(self.seed)
+
+    def __call__(self, bubbles: Bubbles, spacing: Spacing, random: np.random.Generator) -> Bubbles:
+        """The bubbles after the displacement."""
+        moved = displaced(bubbles, bubbles.interior, self.jitter, random)
+        return replace(moved, d=spacing(moved.x))
+
+
+def displaced(
+    bubbles: Bubbles, which: slice | Booleans, amplitude: Floats | float, random: np.random.Generator
+) -> Bubbles:
+    """The bubbles with k of them moved at random: standard deviations ``amplitude`` (k,) in units of their spacing."""
+    x, scale = bubbles.x.copy(), amplitude * bubbles.d[which]
+    x[which] += scale[:, None] * random.standard_normal((len(scale), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+    return replace(bubbles, x=x)

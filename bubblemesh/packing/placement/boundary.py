@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import GAUSS, Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.periodic import finer_of_both_sides
-from bubblemesh.spacing.rules.sources import panels
+from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 FEWEST_ON_A_CLOSED_CURVE = 3
-GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
 def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]:
@@ -19,7 +18,7 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     A piece gets as many intervals as the integral says, to the nearest whole number and at least one.
     """
     boundary = domain.boundary
-    piece, begin, length = panels(domain, spacing)
+    piece, begin, length = short_intervals(domain, spacing)
     weight = length / 2 * sum(1 / finer_of_both_sides(domain, spacing, piece, begin + t * length) for t in GAUSS)
     total = np.bincount(piece, weight, minlength=len(boundary.lengths))
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
@@ -29,11 +28,11 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     owner, rank = members(count)
     rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
-    wanted = before[owner] + total[owner] * rank / intervals[owner]
+    target = before[owner] + total[owner] * rank / intervals[owner]
     reached = np.cumsum(weight)
     last = np.searchsorted(piece, np.arange(len(count)), side="right") - 1
-    panel = np.minimum(np.searchsorted(reached, wanted, side="right"), last[owner])
-    share = (wanted - (reached - weight)[panel]) / weight[panel]
+    panel = np.minimum(np.searchsorted(reached, target, side="right"), last[owner])
+    share = (target - (reached - weight)[panel]) / weight[panel]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
     return _mirrored(domain, owner, boundary.wrapped(owner, s))

@@ -6,15 +6,16 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.placement import require_at_most
 from bubblemesh.packing.placement.boundary import equidistributed
-from bubblemesh.packing.placement.subdivision import require_at_most
 from bubblemesh.spacing.grid.leaves import leaves
 from bubblemesh.spacing.spacing import Spacing
 
@@ -24,42 +25,31 @@ HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain b
 
 @dataclass(frozen=True)
 class ErrorDiffusion:
-    """Bubbles on a walk through small cells, wherever the cells passed add up to the area of one more.
+    """As many bubbles as the spacing asks for, by error diffusion.
 
-    The walk follows a Hilbert curve over the leaves of a quadtree, so that no error of the sum is carried far.
-
-    Attributes
-    ----------
-    leaf : float
-        Largest side of a leaf, in units of spacing.
+    A walk through small cells places one wherever the cells passed add up to the area of one more. It follows a Hilbert
+    curve over the leaves of a quadtree, so that no error of the sum is carried far.
 
     References
     ----------
     R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial greyscale", Proc. SID 17 (1976), for the principle.
     """
 
-    leaf: Annotated[float, Ge(0.1), Le(0.5)] = 0.35
+    leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("largest side of the cells, in spacings")] = 0.35
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of the domain before any motion.
-
-        Raises
-        ------
-        LimitError
-            If there would be more than ``max_nodes`` of them.
-        """
-        shell = on_boundary(domain, spacing)
-        x = missing(domain, spacing, shell, self.leaf)
+        shell = boundary_bubbles(domain, spacing)
+        x = diffused_points(domain, spacing, shell, self.leaf)
         require_at_most(max_nodes, len(shell) + len(x))
-        return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+        return shell.append(x, spacing(x))
 
 
 def everything(x: Floats, d: Floats) -> Floats:
-    """All bubbles (n,) of sizes d (n,) at x (n, 2)."""
+    """Part (n,) of the bubbles of sizes d (n,) at x (n, 2) that a domain without any lacks: one."""
     return np.ones(len(x))
 
 
-def missing(
+def diffused_points(
     domain: Domain,
     spacing: Spacing,
     shell: Bubbles,
@@ -78,13 +68,13 @@ def missing(
     return cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
 
 
-def on_boundary(domain: Domain, spacing: Spacing) -> Bubbles:
+def boundary_bubbles(domain: Domain, spacing: Spacing) -> Bubbles:
     """The bubbles on the boundary alone, equidistributed."""
     boundary = domain.boundary
     piece, s = equidistributed(domain, spacing)
     x = np.vstack([boundary.corners, boundary.points(piece, s)])
     shell = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
-    return parted(shell, domain, spacing)
+    return split_cutting_edges(shell, domain, spacing)
 
 
 def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:

@@ -1,17 +1,18 @@
 """Initial bubbles by hierarchical spatial subdivision (section 2.3 of the paper)."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Gt, Le
 from numpy.typing import NDArray
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.placement import require_at_most
 from bubblemesh.spacing.spacing import Spacing
 
 TIE = 1e-9  # relative: lengths that equal the spacing must not depend on rounding
@@ -20,45 +21,22 @@ SQRT3 = np.sqrt(3.0)
 SIDES = np.array([[0, 0, 1, 0], [1, 0, 1, 1], [0, 1, 1, 1], [0, 0, 0, 1]])  # of a rhombus, in its two axes
 
 
-class Placement(Protocol):
-    """Where the first bubbles are."""
-
-    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of the domain before any motion."""
-
-
 @dataclass(frozen=True)
 class HierarchicalSubdivision:
-    """Bisection of the boundary, and of an oblique quadtree over the interior, down to the spacing.
+    """Bisection of the boundary, and of an oblique quadtree over the interior, down to the spacing."""
 
-    Attributes
-    ----------
-    w1, w2 : float
-        A boundary interval (the side of a rhombus) is split while w1 (w2) times its length is at least the mean
-        spacing of its ends; small values start with few bubbles.
-    clearance : float
-        Interior bubbles keep this distance from the boundary, in units of their spacing.
-    """
-
-    w1: Annotated[float, Gt(0), Le(4)] = 1.0
-    w2: Annotated[float, Gt(0), Le(2)] = 1.0
-    clearance: Annotated[float, Gt(0), Le(1)] = 0.3
+    w1: Annotated[float, Gt(0), Le(4), Doc("a boundary interval with w1 * length >= spacing is split")] = 1.0
+    w2: Annotated[float, Gt(0), Le(2), Doc("the same for sides of the quadtree's rhombi; if small, few bubbles")] = 1.0
+    clearance: Annotated[float, Gt(0), Le(1), Doc("distance of first bubbles from the boundary, in spacings")] = 0.3
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of the domain before any motion.
-
-        Raises
-        ------
-        LimitError
-            If there would be more than ``max_nodes`` of them.
-        """
         boundary = domain.boundary
         piece, s = bisected(domain, spacing, self.w1, max_nodes)
         on_boundary = np.vstack([boundary.corners, boundary.points(piece, s)])
         inside = self._interior(domain, spacing, max_nodes)
         x = np.vstack([on_boundary, inside])
         placed = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
-        return parted(placed, domain, spacing)
+        return split_cutting_edges(placed, domain, spacing)
 
     def _interior(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Floats:
         """Corners (k, 2) of the quadtree's rhombi that are far enough from the boundary."""
@@ -76,7 +54,7 @@ class HierarchicalSubdivision:
                 break
         points = lattice.points(_distinct(np.vstack(corners)), DEEPEST)
         points = points[domain.contains(points)]
-        return points[domain.clear(points, self.clearance * spacing(points))]
+        return points[domain.surely_inside(points, self.clearance * spacing(points))]
 
     def _to_split(self, lattice: "Lattice", cells: Integers, level: int, spacing: Spacing) -> Booleans:
         """Rhombi (k,) with a side that is too long for the spacing at its ends."""
@@ -126,14 +104,6 @@ def bisected(domain: Domain, spacing: Spacing, w1: float, max_nodes: int) -> tup
     return pieces[order], arc_lengths[order]
 
 
-def require_at_most(max_nodes: int, count: int) -> None:
-    """Stop a subdivision that runs away."""
-    if count > 4 * max_nodes:
-        raise LimitError(
-            f"limits.max_nodes: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit"
-        )
-
-
 def _corners(cells: Integers) -> Integers:
     """The four corners (4 k, 2) of each rhombus (k, 2), by (row, column) of the two axes."""
     return (cells[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])).reshape(-1, 2)
@@ -155,4 +125,4 @@ def _meets(domain: Domain, lattice: Lattice, cells: Integers, level: int) -> Boo
     """Rhombi (k,) that may reach into the domain: the others need no bubbles."""
     centers = lattice.points(cells + 0.5, level)
     reach = lattice.side / 2**level * SQRT3 / 2
-    return ~domain.astray(centers, np.full(len(centers), reach))
+    return ~domain.surely_outside(centers, np.full(len(centers), reach))

@@ -1,4 +1,4 @@
-"""A start from the nodes of a present mesh: they stay where the spacing has not changed."""
+"""Warm start: the nodes of a previous mesh stay where the spacing has not changed."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -6,16 +6,14 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
-from bubblemesh.packing.annealing import Shaking
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.net import Net
-from bubblemesh.packing.placement.diffusion import distance_to_facets, missing, on_boundary
-from bubblemesh.packing.placement.subdivision import require_at_most
+from bubblemesh.packing.placement import require_at_most
+from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
 from bubblemesh.spacing.spacing import Spacing
 
 SAME = 0.03  # relative difference of sizes that is none
@@ -25,8 +23,8 @@ LEAF = 0.35  # spacings
 
 
 @dataclass(frozen=True)
-class Present:
-    """Nodes of a mesh inside a domain.
+class PreviousNodes:
+    """Nodes of an earlier mesh, from which the next one starts.
 
     Attributes
     ----------
@@ -48,6 +46,10 @@ class Present:
             return np.full(len(points), np.inf)
         return self.sizes[self._tree.query(points)[1]]
 
+    def calm(self, bubbles: Bubbles) -> Booleans:
+        """Which bubbles (n,) have the size that the mesh has there."""
+        return np.abs(self.at(bubbles.x) / bubbles.d - 1) <= CALM
+
     def share_kept(self, domain: Domain, spacing: Spacing) -> float:
         """Part of the nodes that lie where the spacing is their own size."""
         inside = domain.contains(self.points)
@@ -56,37 +58,26 @@ class Present:
 
 
 @dataclass(frozen=True)
-class FromNodes:
-    """Present nodes, thinned out where the spacing is larger than their size, and new ones where it is smaller.
+class WarmStart:
+    """Nodes of a mesh, thinned out where the spacing is larger than their size, and new ones where it is smaller.
 
     Both by error diffusion along a Hilbert curve, so that the number of bubbles is right everywhere.
-
-    Attributes
-    ----------
-    present : Present
     """
 
-    present: Present
+    previous: PreviousNodes
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of the domain before any motion.
-
-        Raises
-        ------
-        LimitError
-            If there would be more than ``max_nodes`` of them.
-        """
-        shell = on_boundary(domain, spacing)
+        shell = boundary_bubbles(domain, spacing)
         kept = self._kept(domain, spacing, shell)
-        new = missing(domain, spacing, shell, LEAF, self._lacking)
+        new = diffused_points(domain, spacing, shell, LEAF, self._lacking)
         x = np.vstack([kept, new])
         require_at_most(max_nodes, len(shell) + len(x))
-        return shell.joined_by(x, spacing(x), np.zeros(0, np.int64), np.zeros(0))
+        return shell.append(x, spacing(x))
 
     def _kept(self, domain: Domain, spacing: Spacing, shell: Bubbles) -> Floats:
         """Points (k, 2) of the nodes that stay."""
-        order = along_hilbert_curve(self.present.points)
-        x, size = self.present.points[order], self.present.sizes[order]
+        order = along_hilbert_curve(self.previous.points)
+        x, size = self.previous.points[order], self.previous.sizes[order]
         inside = domain.contains(x)
         x, size = x[inside], size[inside]
         d = spacing(x)
@@ -96,31 +87,12 @@ class FromNodes:
         return x[np.diff(np.floor(np.cumsum(stay) + 0.5), prepend=0) > 0]
 
     def _lacking(self, x: Floats, d: Floats) -> Floats:
-        """What part (n,) of the bubbles of sizes d (n,) at x (n, 2) the nodes lack."""
-        ratio = d / self.present.at(x)
+        """Part (n,) of the bubbles of sizes d (n,) at x (n, 2) that the nodes lack."""
+        ratio = d / self.previous.at(x)
         return np.where(ratio < 1 - SAME, 1 - ratio**2, 0.0)
 
 
-@dataclass(frozen=True)
-class SparingShaking(Shaking):
-    """Shaking that leaves those bubbles alone whose sizes are as in the present mesh.
-
-    Attributes
-    ----------
-    present : Present
-    """
-
-    present: Present = Present(np.zeros((0, 2)), np.zeros(0))
-
-    def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
-        """The bubbles after a displacement by this share of the first one."""
-        bubbles = net.bubbles
-        calm = np.abs(self.present.at(bubbles.x) / bubbles.d - 1) <= CALM
-        shaken = super()._displaced(net, share, random)
-        return replace(shaken, x=np.where(calm[:, None], bubbles.x, shaken.x))
-
-
-def starting_from(method: Method, present: Present) -> Method:
-    """The method with the present nodes in place of its own start, on the finest level only."""
-    shaking = method.shaking and SparingShaking(**vars(method.shaking), present=present)
-    return replace(method, levels=SingleLevel(), placement=FromNodes(present), shaking=shaking)
+def warm_started(method: Method, previous: PreviousNodes) -> Method:
+    """The method with a start from the nodes of a previous mesh, on the finest level only."""
+    annealing = method.annealing.sparing(previous.calm)
+    return replace(method, levels=SingleLevel(), placement=WarmStart(previous), annealing=annealing)

@@ -5,12 +5,15 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.neighbours import independent
+from bubblemesh.meshes.quality import edge_ratios
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.population.thresholds import Change
+from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
 
 FEWEST_NEIGHBOURS = 4
@@ -26,52 +29,41 @@ TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none come
 class Defects:
     """Deletion and insertion where the triangulation shows that bubbles are too many or missing.
 
-    Attributes
-    ----------
-    delete_shorter : float
-        An interior bubble goes from an edge shorter than this, in units of spacing, or if it has four neighbours
-        or fewer. So does one on a straight wall that is crowded and has two triangles only.
-    insert_longer : float
-        A bubble comes to the middle of an edge longer than this.
-    insert_longer_at_crowd : float
-        The same for edges at a bubble with eight neighbours or more.
+    An interior bubble goes from an edge that is too short, or if it has four neighbours or fewer. So does one on a
+    straight wall that is crowded and has two triangles only. A bubble comes to the middle of an edge that is too long.
     """
 
-    delete_shorter: Annotated[float, Gt(0), Le(1)] = 0.72
-    insert_longer: Annotated[float, Ge(1), Le(2)] = 1.38
-    insert_longer_at_crowd: Annotated[float, Ge(1), Le(2)] = 1.12
+    delete_shorter: Annotated[float, Gt(0), Le(1), Doc("a bubble goes from an edge shorter than this, in spacings")] = (
+        0.72
+    )
+    insert_longer: Annotated[float, Ge(1), Le(2), Doc("a bubble comes to an edge longer than this, in spacings")] = 1.38
+    insert_longer_at_crowd: Annotated[float, Ge(1), Le(2), Doc("the same beside a bubble with eight neighbours")] = 1.12
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
-        """One control of the whole population."""
         bubbles = net.bubbles
-        ratio = edge_ratios(net)
+        ratio = relative_lengths(bubbles, net.edges)
         gone = self._crowded(net, ratio, crowded_on_walls(net, domain))
         halved = self._too_long(net, ratio, gone)
         x = bubbles.x[halved].mean(axis=1)
         touched = np.zeros(len(bubbles), bool)
         touched[net.edges[gone[net.edges].any(axis=1)]] = True
         touched[halved] = True
-        rest = replace(bubbles, touched=touched).kept(np.flatnonzero(~gone))
-        none = np.zeros(0, np.int64)
-        grown = rest.joined_by(x, spacing.extended(x), none, np.zeros(0))
-        return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(x))
+        rest = replace(bubbles, touched=touched).select(np.flatnonzero(~gone))
+        return Change(rest.append(x, spacing.extended(x)), deleted=len(bubbles) - len(rest), inserted=len(x))
 
     def _crowded(self, net: Net, ratio: Floats, on_walls: Booleans) -> Booleans:
         """Bubbles (n,) to delete, no two of them connected: those given, and interior ones."""
         valence = net.valence
         interior = np.arange(len(valence)) >= net.bubbles.boundary_count
-        wanted = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
+        chosen = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
         # What lies in a corner's angle cannot give way: it takes more to be too near.
         at_corner = (net.edges < net.bubbles.corners).any(axis=1)
         i, j = net.edges[ratio < np.where(at_corner, TOO_NEAR_CORNER, self.delete_shorter)].T
         # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
         second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
         loser = np.where(second, j, i)
-        wanted[loser[interior[loser]]] = True
-        number = np.cumsum(wanted) - 1
-        conflicts = number[net.edges[wanted[net.edges].all(axis=1)]]
-        wanted[wanted] = independent(conflicts, np.arange(int(wanted.sum())))
-        return wanted
+        chosen[loser[interior[loser]]] = True
+        return maximal_independent_set(chosen, net.edges, np.arange(len(chosen)))
 
     def _too_long(self, net: Net, ratio: Floats, gone: Booleans) -> Integers:
         """Edges (k, 2) with room for one more bubble, no two of them at the same bubble."""
@@ -86,11 +78,9 @@ class Defects:
         return edges[(first[edges] == rank[:, None]).all(axis=1)]
 
 
-def edge_ratios(net: Net) -> Floats:
-    """Lengths (m,) of the edges over the mean spacing of their ends."""
-    i, j = net.edges.T
-    x, d = net.bubbles.x, net.bubbles.d
-    return np.hypot(*(x.take(i, axis=0) - x.take(j, axis=0)).T) / ((d[i] + d[j]) / 2)
+def relative_lengths(bubbles: Bubbles, edges: Integers) -> Floats:
+    """Lengths (m,) of edges (m, 2) over the mean spacing of their ends."""
+    return edge_ratios(bubbles.x, edges, bubbles.d[edges].mean(axis=1))
 
 
 def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
@@ -99,11 +89,11 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     Beside a perfect packing they have three. On a curve every bubble serves the shape of the boundary.
     """
     bubbles, n = net.bubbles, len(net.bubbles)
-    ends = bubbles.x[net.facets]
-    ratio = np.hypot(*(ends[:, 1] - ends[:, 0]).T) / bubbles.d[net.facets].mean(axis=1)
+    ratio = relative_lengths(bubbles, net.facets)
     crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
     straight = np.zeros(n, bool)
-    straight[bubbles.sliding] = ~(domain.boundary.curved | domain.boundary.inner | domain.tied)[bubbles.piece]
+    bound = domain.boundary.curved | domain.boundary.inner | domain.on_periodic_side
+    straight[bubbles.sliding] = ~bound[bubbles.piece]
     return straight & crowded & (net.valence == FEWEST_ON_A_WALL)
 
 

@@ -1,19 +1,21 @@
 """Population control: bubbles go where they overlap too much and come where there is a gap."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, NamedTuple, Protocol
+from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
-from bubblemesh.packing.boundary_edges import parted
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
-from bubblemesh.packing.neighbours import Neighbours, independent, pairs_within
-from bubblemesh.packing.net import Net, connected
+from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to, pairs_within
+from bubblemesh.packing.net import Net, connect
+from bubblemesh.packing.population import Change
 from bubblemesh.spacing.spacing import Spacing
 
 REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j is the farthest: below two l0 for any two radii
@@ -45,59 +47,37 @@ def boundary_overlaps(bubbles: Bubbles, domain: Domain) -> Floats:
     return alpha
 
 
-class Change(NamedTuple):
-    """Bubbles after population control, which marks those it touched."""
-
-    bubbles: Bubbles
-    deleted: int
-    inserted: int
-
-
-class Population(Protocol):
-    """Which bubbles go, and where new ones come."""
-
-    def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
-        """One control of the whole population."""
-
-
 @dataclass(frozen=True)
 class Thresholds:
     """Deletion and insertion by thresholds of the overlap ratio.
 
-    Attributes
-    ----------
-    delete_above, delete_above_boundary : float
-        Overlap ratios, in the plane and along a curve, above which a bubble goes. The paper gives none; these lead to
-        its final numbers of bubbles.
-    delete_apart : float
-        Two deletions in one round are at least this far apart, in units of spacing.
-    delete_order : {"placed", "random", "worst"}
-        Who goes first of two that are nearer: "placed" follows the rows of the placement, boundary first, and thins
-        out the most; "worst" sorts by overlap ratio.
-    insert_below : float
-        A bubble may come next to one whose overlap ratio is below this.
-    insert_apart : float
-        It keeps this distance from all others, in units of spacing.
+    The paper gives no thresholds of deletion; these lead to its final numbers of bubbles.
     """
 
-    delete_above: Annotated[float, Gt(0)] = 7.8
-    delete_above_boundary: Annotated[float, Gt(0)] = 3.5
-    delete_apart: Annotated[float, Gt(0)] = 1.2
-    delete_order: Literal["placed", "random", "worst"] = "placed"
-    insert_below: Annotated[float, Gt(0)] = 4.5
-    insert_apart: Annotated[float, Ge(0.5), Le(2)] = 0.85
+    delete_above: Annotated[float, Gt(0), Doc("overlap ratio above which an interior bubble goes; 6 is perfect")] = 7.8
+    delete_above_boundary: Annotated[float, Gt(0), Doc("the same along the boundary; 2 is perfect")] = 3.5
+    delete_apart: Annotated[float, Gt(0), Doc("least distance between deletions of one round, in spacings")] = 1.2
+    delete_order: Annotated[
+        Literal["placed", "random", "worst"],
+        Doc("which of two crowded ones goes: the `worst` by overlap ratio, a `random` one, or the one `placed` first"),
+    ] = "placed"
+    insert_below: Annotated[float, Gt(0), Doc("overlap ratio below which a bubble may get a new neighbour")] = 4.5
+    insert_apart: Annotated[float, Ge(0.5), Le(2), Doc("least distance of a new bubble from others, in spacings")] = (
+        0.85
+    )
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
-        """One control of the whole population."""
         bubbles = net.bubbles
         near = Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP)
         alpha = overlaps(near)
         crowded = alpha > self.delete_above
         crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
         crowded[: bubbles.corners] = False
-        gone = spread(crowded, near, self.delete_apart, self.rank(alpha, random))
-        rest = replace(bubbles, touched=next_to(near, gone)).kept(np.flatnonzero(~gone))
-        grown = self._filled(parted(rest, domain, spacing), domain, spacing)
+        close = near.pairs[near.distances < self.delete_apart * near.contact]
+        gone = maximal_independent_set(crowded, close, self.rank(alpha, random))
+        acting = near.pairs[near.distances < CUTOFF * near.contact]
+        rest = replace(bubbles, touched=next_to(acting, gone)).select(np.flatnonzero(~gone))
+        grown = self._filled(split_cutting_edges(rest, domain, spacing), domain, spacing)
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
 
     def rank(self, alpha: Floats, random: np.random.Generator) -> Integers:
@@ -112,20 +92,20 @@ class Thresholds:
     def _filled(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles and more in the gaps between them."""
         alpha = overlaps(Neighbours.of(bubbles.x, bubbles.d, REACH_OF_OVERLAP))
-        net = connected(bubbles, domain)
+        net = connect(bubbles, domain)
         room, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, self.insert_apart)
         triangles = sorted_triangles(net.triangles)
         loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
         hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
         x = np.vstack([domain.boundary.points(piece, s), center])
         d = spacing(x)
-        come = independent(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        come = maximal_independent_set(np.ones(len(x), bool), pairs_within(x, d, self.insert_apart), np.arange(len(x)))
         on_boundary, inside = come[: len(room)], come[len(room) :]
         touched = bubbles.touched.copy()
         touched[room[on_boundary]] = True
         touched[hollow[inside]] = True
         grown = replace(bubbles, touched=touched)
-        return grown.joined_by(x[come], d[come], piece[on_boundary], s[on_boundary])
+        return grown.append(x[come], d[come], piece[on_boundary], s[on_boundary])
 
 
 def boundary_gaps(
@@ -141,32 +121,12 @@ def boundary_gaps(
 def interior_gaps(
     bubbles: Bubbles, domain: Domain, spacing: Spacing, triangles: Integers, apart: float
 ) -> tuple[Integers, Floats]:
-    """Those of the triangles (k, 3) whose empty circumcircle has room for one more bubble, and the centres (k, 2)."""
+    """Triangles (k, 3) whose empty circumcircle has room for one more bubble, and the circles' centres (k, 2)."""
     center, radius = circumcircles(bubbles.x, triangles)
     inside = np.flatnonzero(np.isfinite(radius))
     inside = inside[domain.contains(center[inside])]
     d = spacing(center[inside])
     wide = radius[inside] > apart * d
     inside, d = inside[wide], d[wide]
-    gap = inside[domain.clear(center[inside], apart / 2 * d)]
+    gap = inside[domain.surely_inside(center[inside], apart / 2 * d)]
     return triangles[gap], center[gap]
-
-
-def spread(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
-    """Those of the ``wanted`` (n,) that keep a distance of ``apart`` spacings from each other, by rank."""
-    i, j = near.pairs.T
-    conflict = wanted[i] & wanted[j]
-    close = near.distances < apart * near.contact
-    number = np.cumsum(wanted) - 1
-    result = np.zeros(len(wanted), bool)
-    result[wanted] = independent(number[near.pairs[conflict & close]], rank[wanted])
-    return result
-
-
-def next_to(near: Neighbours, marked: Booleans) -> Booleans:
-    """Bubbles (n,) that a marked one acts on."""
-    i, j = near.pairs[near.distances < CUTOFF * near.contact].T
-    result = np.zeros(len(marked), bool)
-    result[j[marked[i]]] = True
-    result[i[marked[j]]] = True
-    return result

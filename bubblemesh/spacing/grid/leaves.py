@@ -7,10 +7,8 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import hilbert_index
+from bubblemesh.spacing.grid.quadtree import CORNERS, DEEPEST
 from bubblemesh.spacing.spacing import Spacing
-
-DEEPEST = 30
-QUARTERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,11 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
         going_on = np.flatnonzero(~small)
         outside = going_on[~inside[going_on]]
         # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
-        away = outside[domain.astray(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))]
+        away = outside[domain.surely_outside(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))]
         cells = cells[np.setdiff1d(going_on, away, assume_unique=True)]
         if len(cells) == 0:
             break
-        cells = (2 * cells[:, None] + QUARTERS).reshape(-1, 2)
+        cells = (2 * cells[:, None] + CORNERS).reshape(-1, 2)
     key, centers, sides, d = (np.concatenate(column) for column in zip(*found, strict=True))
     order = np.argsort(key, kind="stable")
     return Leaves(centers[order], sides[order], d[order])

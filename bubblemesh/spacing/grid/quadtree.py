@@ -73,7 +73,7 @@ class Quadtree:
 
     @cached_property
     def divisible(self) -> Booleans:
-        """Which cells (n,) are not of the deepest level."""
+        """Whether each of the cells (n,) is above the deepest level."""
         return self.level < DEEPEST
 
     @cached_property
@@ -83,8 +83,12 @@ class Quadtree:
 
     def corners(self, cells: Integers) -> Floats:
         """Corners (k, 4, 2) of some cells, to the last bit the same for all cells that share them."""
+        return self._points(self._corners(cells))
+
+    def _corners(self, cells: Integers | slice) -> Integers:
+        """Columns and rows (k, 4, 2) of the corners of some cells."""
         width = 1 << (DEEPEST - self.level[cells])
-        return self._points(self.column_row[cells, None] + CORNERS * width[:, None, None])
+        return self.column_row[cells][:, None] + CORNERS * width[:, None, None]
 
     @cached_property
     def _key(self) -> Integers:
@@ -102,7 +106,7 @@ class Quadtree:
         return np.searchsorted(self._key, _interleaved(column_row), side="right") - 1
 
     def covers(self, points: Floats) -> Booleans:
-        """Which of the points (m, 2) lie in the square."""
+        """Whether each of the points (m, 2) lies in the square."""
         x, y = (points - self.low).T
         return (x >= 0) & (x <= self.size) & (y >= 0) & (y <= self.size)
 
@@ -131,8 +135,7 @@ class Quadtree:
     @cached_property
     def vertices(self) -> Vertices:
         """The corners of all cells, each once."""
-        width = 1 << (DEEPEST - self.level)
-        all_corners = self.column_row[:, None] + CORNERS * width[:, None, None]
+        all_corners = self._corners(slice(None))
         key, corners = np.unique(_packed(all_corners.reshape(-1, 2)), return_inverse=True)
         points = self._points(np.column_stack([key >> (DEEPEST + 1), key & (2 ** (DEEPEST + 1) - 1)]))
         corners = corners.reshape(-1, 4)
@@ -145,12 +148,8 @@ class Quadtree:
         found = np.concatenate(hanging)
         return Vertices(key, points, corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
 
-    def interpolated(self, values: Floats, points: Floats, cells: Integers) -> Floats:
-        """Bilinear interpolation (m,) of values (v,) at the vertices, at ``points`` (m, 2) in ``cells`` (m,)."""
-        return self.bilinear(values[self.vertices.corners[cells]], points, cells)
-
     def bilinear(self, corners: Floats, points: Floats, cells: Integers) -> Floats:
-        """The same from values (m, 4) at the corners of these cells."""
+        """Bilinear interpolation (m,) of values (m, 4) at the corners of ``cells`` (m,), at points (m, 2) in these."""
         at = (points - self._points(self.column_row[cells])) / self.sides[cells, None]
         s, t = np.clip(at, 0, 1).T
         a, b, c, d = corners.T

@@ -7,7 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.grid.quadtree import DEEPEST, Quadtree
-from bubblemesh.spacing.grid.sampled import reaching
+from bubblemesh.spacing.grid.samples import Samples
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
@@ -53,45 +53,6 @@ class Table:
         return values
 
 
-@dataclass(frozen=True)
-class Samples:
-    """A grid, which of its cells reach into the domain (n,), and the spacing at nine places of each cell (n, 9)."""
-
-    grid: Quadtree
-    inside: Booleans
-    d: Floats
-
-    @classmethod
-    def of(cls, domain: Domain, function: Term) -> "Samples":
-        """One cell around the domain."""
-        grid = Quadtree.around(domain.bounds)
-        return cls(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
-
-    def error(self) -> Floats:
-        """Largest relative error (n,) of the values that the corners lead to, infinite where a value is none."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            error = np.abs(self.d[:, CORNERS] @ BETWEEN.T / self.d[:, OTHERS] - 1).max(axis=1)
-        return np.where(np.isfinite(self.d).all(axis=1) & (self.d > 0).all(axis=1), error, np.inf)
-
-    def coarse(self, coarsest: float) -> Booleans:
-        """Which cells (n,) have to be split."""
-        sides = self.grid.sides
-        finest = np.where(self.d > 0, self.d, np.inf).min(axis=1)
-        large = (sides > LARGEST * finest) | (sides > coarsest)
-        large |= (self.error() > TOLERANCE) & (sides > SMALLEST * finest)
-        return self.inside & self.grid.divisible & large
-
-    def split(self, cells: Booleans, domain: Domain, function: Term) -> "Samples":
-        """The samples with some cells in four."""
-        grid, origin, fresh = self.grid.split(cells)
-        d, inside, mine = self.d[origin], self.inside[origin], np.flatnonzero(fresh)
-        # Quarters follow each other in the order of corners.
-        d[mine[:, None], CORNERS] = d[mine[:, None], np.tile(QUARTERS, (len(mine) // 4, 1))]
-        d[mine[:, None], OTHERS] = _values(function, grid, mine, PLACES[OTHERS])
-        inside[mine] = reaching(domain, grid.centers[mine], grid.sides[mine])
-        return Samples(grid, inside, d)
-
-
 def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
     """The spacing from a table if it is costly, else itself.
 
@@ -100,14 +61,34 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
     """
     if not spacing.costly:
         return spacing
-    samples = Samples.of(domain, spacing.function)
-    for _ in range(DEEPEST):
-        coarse = samples.coarse(COARSEST * domain.size)
-        if not coarse.any():
-            break
-        samples = samples.split(coarse, domain, spacing.function)
-    table = Table(spacing.function, samples.grid, samples.d[:, CORNERS], samples.inside & (samples.error() <= ROUGH))
+    function, grid = spacing.function, Quadtree.around(domain.bounds)
+
+    def values(grid: Quadtree, cells: Integers, d: Floats) -> Floats:
+        row = np.arange(len(d))[:, None]
+        d[row, CORNERS] = d[row, np.tile(QUARTERS, (len(d) // 4, 1))]
+        d[:, OTHERS] = _values(function, grid, cells, PLACES[OTHERS])
+        return d
+
+    start = Samples.of_one_cell(grid, _values(function, grid, np.zeros(1, np.int64), PLACES))
+    samples = start.refined(domain, lambda samples: _coarse(samples, COARSEST * domain.size), values, DEEPEST)
+    table = Table(function, samples.grid, samples.d[:, CORNERS], samples.inside & (_error(samples.d) <= ROUGH))
     return Spacing(table, spacing.floor)
+
+
+def _coarse(samples: Samples, coarsest: float) -> Booleans:
+    """Whether each of the cells (n,) has to be split."""
+    sides, d = samples.grid.sides, samples.d
+    finest = np.where(d > 0, d, np.inf).min(axis=1)
+    large = (sides > LARGEST * finest) | (sides > coarsest)
+    large |= (_error(d) > TOLERANCE) & (sides > SMALLEST * finest)
+    return samples.inside & samples.grid.divisible & large
+
+
+def _error(d: Floats) -> Floats:
+    """Largest relative error (n,) of the values that samples (n, 9) at corners lead to, infinite where one is none."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        error = np.abs(d[:, CORNERS] @ BETWEEN.T / d[:, OTHERS] - 1).max(axis=1)
+    return np.where(np.isfinite(d).all(axis=1) & (d > 0).all(axis=1), error, np.inf)
 
 
 def _values(function: Term, grid: Quadtree, cells: Integers, places: Floats) -> Floats:

@@ -9,9 +9,9 @@ from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Gaps, Walls, ahead, tips
+from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import place
-from bubblemesh.spacing.rules.sources import Sources, panels
+from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
@@ -51,9 +51,9 @@ class GapSources:
         LimitError
             If they need more than ``max_nodes`` nodes, with the narrowest place.
         """
-        walls, corner = Walls(domain), tips(domain)
+        walls, corner = Walls(domain), reentrant_corners(domain)
         d = spacing(domain.boundary.corners[corner.corner])
-        found, size = self._narrow(ahead(walls, corner, self.across * d), d)
+        found, size = self._narrow(walls.facing_corners(corner, self.across * d), d)
         done = [self._sources(found, size, 1.0)]
         piece, begin, length = _probes(domain, spacing)
         waiting, sizes = NO_GAPS, np.zeros(0)
@@ -72,8 +72,7 @@ class GapSources:
             if len(long) == 0:
                 break
             waiting = waiting._replace(number=number)
-            piece, begin, length = piece[long], begin[long], length[long] / 2
-            piece, begin, length = np.tile(piece, 2), np.append(begin, begin + length), np.tile(length, 2)
+            piece, begin, length = halved(piece[long], begin[long], length[long])
         return Sources.all_of(done)
 
     def _narrow(self, found: Gaps, d: Floats) -> tuple[Gaps, Floats]:
@@ -113,8 +112,8 @@ class GapSources:
 def _probes(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
     """Piece, begin and length (k,) of parts of all lines that are short beside the spacing, and hardly bent."""
     boundary = domain.boundary
-    piece, begin, _ = panels(domain, spacing)
-    chord_piece, s, step = boundary.panels()
+    piece, begin, _ = short_intervals(domain, spacing)
+    chord_piece, s, step = boundary.stations()
     turn = np.abs(turning(boundary.tangents(chord_piece, s), boundary.tangents(chord_piece, s + step)))
     turns = np.diff(np.floor(np.cumsum(turn) / LARGEST_TURN), prepend=0) > 0
     piece, begin = np.append(piece, chord_piece[turns]), np.append(begin, s[turns])

@@ -1,31 +1,22 @@
-"""LimitedSpacing spacing: it grows away from where it is fine by no more than a given rate."""
+"""Grading: a spacing that grows away from where it is fine by no more than a given rate."""
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.grid.sampled import CELL, PAIRS, Sampled, places, resolved, whole
+from bubblemesh.spacing.grid.samples import Samples
 from bubblemesh.spacing.rules.eikonal import limited_values
-from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, panels
+from bubblemesh.spacing.rules.resolution import CELL, SteepestPlace, resolved, steepest, too_steep, unresolved
+from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, short_intervals
 from bubblemesh.spacing.rules.thin_walls import thin_walls
 from bubblemesh.spacing.spacing import Spacing
 
 GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 ROUNDS = 60
 LOWERED = 1e-3  # relative change of the spacing that counts
-TOLERANCE = 1e-3  # relative excess of the growth that does not
-
-
-class SteepestPlace(NamedTuple):
-    """Place (x, y) where a spacing grows fastest, the spacing on its fine side, and the growth per length."""
-
-    at: tuple[float, float]
-    size: float
-    growth: float
 
 
 @dataclass(frozen=True)
@@ -69,7 +60,8 @@ class Limit:
         cells = self.grid.located(points)
         found = np.flatnonzero(self.active[cells])
         limit = np.full(len(points), np.inf)
-        limit[found] = self.grid.interpolated(self.values, points[found], cells[found])
+        corners = self.grid.vertices.corners[cells[found]]
+        limit[found] = self.grid.bilinear(self.values[corners], points[found], cells[found])
         return limit
 
 
@@ -84,29 +76,28 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     Computers 22 (2006).
     """
     fine = sources.joined(_spots(domain, spacing))
-    sampled = resolved(whole(domain), domain, spacing, fine, np.inf)
-    if len(sources) == 0 and _steepest(sampled, domain, growth) is None:
+    samples = resolved(unresolved(domain), domain, spacing, fine)
+    if len(sources) == 0 and steepest(samples, domain, growth) is None:
         return LimitedSpacing(spacing, growth=growth)
     # The vertices beside the boundary may all lie outside.
-    rim = _on_boundary(domain, spacing)
+    along = _on_boundary(domain, spacing)
     walls, sides = thin_walls(domain, spacing)
     small = fine.joined(Sources(walls, np.full(len(walls), np.inf), sides))
-    sampled = resolved(sampled, domain, spacing, small, np.inf)
-    grid, values = sampled.grid, np.full(len(sampled.grid.vertices.key), np.inf)
+    samples = resolved(samples, domain, spacing, small)
+    grid, values = samples.grid, np.full(len(samples.grid.vertices.key), np.inf)
     for _ in range(ROUNDS):
-        before, grid = (grid, values), sampled.grid
-        wanted = _wanted(grid, domain, spacing)
-        start = _at(grid, _beside(grid, wanted, rim, growth), fine, growth)
-        start = np.minimum(start, _carried(*before, grid))
-        values = limited_values(grid, start, growth, sampled.inside)
-        largest = _largest(sampled, domain, growth, wanted, values)
+        coarser, grid = (grid, values), samples.grid
+        given = _at_vertices(grid, domain, spacing)
+        start = _at(grid, _beside(grid, given, along, growth), fine, growth)
+        values = limited_values(grid, np.minimum(start, _carried(*coarser, grid)), growth, samples.inside)
+        largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
             break
-        sampled = resolved(sampled, domain, spacing, small, largest)
-    lowered = values < wanted * (1 - LOWERED)
+        samples = resolved(samples, domain, spacing, small, largest)
+    lowered = values < given * (1 - LOWERED)
     active: Booleans = np.asarray(lowered[grid.vertices.corners].any(axis=1))
-    limited = _limited(spacing, Limit(grid, values, active))
-    return LimitedSpacing(limited, _steepest(sampled, domain, growth), *_change(sampled, wanted, values), growth)
+    limited = _below(spacing, Limit(grid, values, active))
+    return LimitedSpacing(limited, steepest(samples, domain, growth), *_change(samples, given, values), growth)
 
 
 def limited_for_packing(domain: Domain, before: LimitedSpacing, sources: Sources) -> LimitedSpacing:
@@ -127,50 +118,35 @@ def _spots(domain: Domain, spacing: Spacing) -> Sources:
 
 def _on_boundary(domain: Domain, spacing: Spacing) -> Sources:
     """The spacing along the boundary."""
-    piece, begin, _ = panels(domain, spacing)
+    piece, begin, _ = short_intervals(domain, spacing)
     points = domain.boundary.points(piece, begin)
     return Sources(points, spacing(points))
 
 
-def _largest(sampled: Sampled, domain: Domain, growth: float, wanted: Floats, values: Floats) -> Floats:
-    """Largest sides (n,) of the cells for values (v,) at the vertices in place of the wanted ones.
+def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Floats, values: Floats) -> Floats:
+    """Largest sides (n,) of the cells for values (v,) at the vertices in place of the ``given`` ones (v,).
 
     Where the spacing leaves the limit, its place decides on all that is farther off.
     """
-    grid, inside = sampled.grid, sampled.inside
+    grid, inside = samples.grid, samples.inside
     mine = values[grid.vertices.corners]
     largest = np.where(inside, CELL * mine.min(axis=1), np.inf)
-    steep = np.flatnonzero(inside & (sampled.slopes() > growth * (1 + TOLERANCE)).any(axis=1))
-    kept = (values >= wanted * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)
-    kept |= (sampled.d[steep, 0] < mine[steep].mean(axis=1)) & domain.contains(grid.centers[steep])
+    steep = np.flatnonzero(inside & too_steep(samples, growth).any(axis=1))
+    kept = (values >= given * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)
+    kept |= (samples.d[steep, 0] < mine[steep].mean(axis=1)) & domain.contains(grid.centers[steep])
     leaving = steep[kept]
-    finest = SOURCE_CELL * np.minimum(sampled.d[leaving].min(axis=1), mine[leaving].min(axis=1))
+    finest = SOURCE_CELL * np.minimum(samples.d[leaving].min(axis=1), mine[leaving].min(axis=1))
     largest[leaving] = np.minimum(largest[leaving], np.maximum(finest, grid.sides[leaving] / 2))
     return np.where(grid.divisible, np.minimum(largest, grid.sides), grid.sides)
 
 
-def _steepest(sampled: Sampled, domain: Domain, growth: float) -> SteepestPlace | None:
-    """Where the spacing grows fastest between samples of a cell that lie in the domain, if faster than ``growth``."""
-    slopes = sampled.slopes() * sampled.inside[:, None]
-    cell, pair = np.nonzero(slopes > growth * (1 + TOLERANCE))
-    ends = places(sampled.grid, cell)[np.arange(len(cell))[:, None], PAIRS[pair]]
-    real = domain.contains(ends[:, 0]) & domain.contains(ends[:, 1])
-    cell, pair, ends = cell[real], pair[real], ends[real]
-    if len(cell) == 0:
-        return None
-    k = slopes[cell, pair].argmax()
-    d = sampled.d[cell[k], PAIRS[pair[k]]]
-    x, y = ends[k, d.argmin()].tolist()
-    return SteepestPlace((x, y), float(d.min()), float(slopes[cell[k], pair[k]]))
-
-
-def _wanted(grid: Quadtree, domain: Domain, spacing: Spacing) -> Floats:
+def _at_vertices(grid: Quadtree, domain: Domain, spacing: Spacing) -> Floats:
     """Spacing (v,) at the vertices in the domain, infinite at the others."""
     points = grid.vertices.points
     inside = np.flatnonzero(domain.contains(points))
-    wanted = np.full(len(points), np.inf)
-    wanted[inside] = spacing.extended(points[inside])
-    return wanted
+    d = np.full(len(points), np.inf)
+    d[inside] = spacing.extended(points[inside])
+    return d
 
 
 def _carried(coarse: Quadtree, values: Floats, grid: Quadtree) -> Floats:
@@ -210,20 +186,22 @@ def _away(grid: Quadtree, vertices: Integers, sources: Sources) -> Floats:
     return np.hypot(away[..., 0], away[..., 1])
 
 
-def _limited(spacing: Spacing, limit: Limit) -> Spacing:
+def _below(spacing: Spacing, limit: Limit) -> Spacing:
+    """The spacing where it is below a limit, else the limit."""
+
     def function(x: Floats, y: Floats) -> Floats:
-        wanted = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
-        return np.minimum(wanted, limit(np.column_stack([x, y])))  # no number stays none
+        d = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
+        return np.minimum(d, limit(np.column_stack([x, y])))  # no number stays none
 
     return replace(spacing, function=function, floor=min(spacing.floor, float(limit.values.min()) / 2))
 
 
-def _change(sampled: Sampled, wanted: Floats, values: Floats) -> tuple[float, float, tuple[float, float] | None]:
-    """Share of the area where values (v,) at the vertices are below the wanted ones, the largest ratio, its place."""
-    ratio = np.where(np.isfinite(wanted), wanted / values, 1.0)
-    corners = sampled.grid.vertices.corners[sampled.inside]
-    area = sampled.grid.sides[sampled.inside] ** 2
+def _change(samples: Samples, given: Floats, values: Floats) -> tuple[float, float, tuple[float, float] | None]:
+    """Share of the area where values (v,) at the vertices are below the given ones, the largest ratio, its place."""
+    ratio = np.where(np.isfinite(given), given / values, 1.0)
+    corners = samples.grid.vertices.corners[samples.inside]
+    area = samples.grid.sides[samples.inside] ** 2
     lower = (ratio > 1 / (1 - LOWERED))[corners].mean(axis=1)
     most = ratio.argmax()
-    x, y = sampled.grid.vertices.points[most].tolist()
+    x, y = samples.grid.vertices.points[most].tolist()
     return float((area * lower).sum() / area.sum()), float(ratio[most]), (x, y) if ratio[most] > 1 else None

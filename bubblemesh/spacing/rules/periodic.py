@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
-from bubblemesh.spacing.rules.sources import Sources, panels
+from bubblemesh.spacing.rules.sources import Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 ALIKE = 0.1  # relative difference of the spacings of both sides that is none: grading is no more exact
@@ -64,7 +64,7 @@ def _finer_opposite(domain: Domain, spacing: Spacing) -> Sources:
     """The spacings of periodic sides, at their counterparts where these are coarser."""
     if len(domain.periodic) == 0:
         return Sources.none()
-    piece, begin, length = panels(domain, spacing)
+    piece, begin, length = short_intervals(domain, spacing)
     s = begin + length / 2
     mine, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
     d, opposite = spacing(domain.boundary.points(piece[mine], s[mine])), domain.boundary.points(other, at)

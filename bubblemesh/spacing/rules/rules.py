@@ -1,4 +1,4 @@
-"""Rules that a wanted spacing follows beyond its values at points: what the boundary needs, and how fast it grows."""
+"""Rules that a spacing follows beyond its values at points: what the boundary needs, and how fast it grows."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,13 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing, gradient_limited
-from bubblemesh.spacing.rules.sources import Sources, Turning, coarse_curves, short_pieces
+from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What a spacing has to respect.
+    """Rules that a spacing follows.
 
     Attributes
     ----------
@@ -48,11 +48,12 @@ class Rules:
             # What the boundary makes fine in any case would otherwise grow faster from there.
             sources = short_pieces(domain, spacing).joined(coarse_curves(domain, spacing))
         if self.per_circle is not None:
-            sources = sources.joined(Turning(self.per_circle, growth, self.minimum, max_nodes)(domain, spacing))
+            curves = curvature_sources(domain, spacing, self.per_circle, growth, self.minimum, max_nodes)
+            sources = sources.joined(curves)
         sources = sources.not_below(self.minimum)
         if self.across is not None:
-            filling = GapSources(self.across, min(growth, GROWTH), self._least, max_nodes)
-            sources = sources.joined(filling(domain, spacing))
+            gaps = GapSources(self.across, min(growth, GROWTH), self._least, max_nodes)
+            sources = sources.joined(gaps(domain, spacing))
         return gradient_limited(domain, spacing, growth, sources)
 
     def _least(self, points: Floats) -> Floats:

@@ -14,31 +14,8 @@ from bubblemesh.geometry.gaps import Walls
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import Spacing
 
-LONGEST = 0.5  # spacings
+LONGEST = 0.5  # spacings: length of an interval
 HALVINGS = 60
-
-
-def panels(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
-    """Piece, begin and length (k,) of panels that are short beside the spacing at their ends and middles."""
-    boundary = domain.boundary
-    piece = np.arange(len(boundary.lengths))
-    begin, length = np.zeros(len(piece)), np.asarray(boundary.lengths, float)
-    done = []
-    for _ in range(HALVINGS):
-        places = np.concatenate([begin, begin + length / 2, begin + length])
-        d = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1).min(axis=0)
-        short = length <= LONGEST * d
-        done.append((piece[short], begin[short], length[short]))
-        piece, begin, length = piece[~short], begin[~short], length[~short] / 2
-        piece, begin, length = np.tile(piece, 2), np.append(begin, begin + length), np.tile(length, 2)
-        if len(piece) == 0:
-            break
-    done.append((piece, begin, length))
-    piece, begin, length = (np.concatenate(column) for column in zip(*done, strict=True))
-    order = np.lexsort((begin, piece))
-    return piece[order], begin[order], length[order]
-
-
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
 APART = 0.25  # distance of sources on a curve, in terms of their sizes
 SOURCE_CELL = 0.25  # of the size: largest side of a cell from which a limit starts
@@ -56,7 +33,7 @@ class Sources:
 
     points: Floats
     sizes: Floats
-    given: Floats | None = None
+    largest_cells: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -64,7 +41,7 @@ class Sources:
     @property
     def cells(self) -> Floats:
         """Largest sides (k,)."""
-        return SOURCE_CELL * self.sizes if self.given is None else self.given
+        return SOURCE_CELL * self.sizes if self.largest_cells is None else self.largest_cells
 
     @classmethod
     def none(cls) -> "Sources":
@@ -73,18 +50,43 @@ class Sources:
 
     @classmethod
     def all_of(cls, some: Sequence["Sources"]) -> "Sources":
-        """Several sets together."""
+        """Sources of several sets."""
         return cls(
             *(np.concatenate(column) for column in zip(*((s.points, s.sizes, s.cells) for s in some), strict=True))
         )
 
     def not_below(self, minimum: float) -> "Sources":
-        """The same places with sizes of at least ``minimum``."""
+        """Sources at the same places, with sizes of at least ``minimum``."""
         return replace(self, sizes=np.maximum(self.sizes, minimum))
 
     def joined(self, other: "Sources") -> "Sources":
-        """Both sets together."""
+        """Sources of both sets."""
         return Sources.all_of([self, other])
+
+
+def short_intervals(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
+    """Piece, begin and length (k,) of boundary intervals, short beside the spacing at their ends and middles."""
+    boundary = domain.boundary
+    piece = np.arange(len(boundary.lengths))
+    left = piece, np.zeros(len(piece)), np.asarray(boundary.lengths, float)
+    done = []
+    for _ in range(HALVINGS):
+        piece, begin, length = left
+        places = np.concatenate([begin, begin + length / 2, begin + length])
+        d = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1).min(axis=0)
+        short = length <= LONGEST * d
+        done.append((piece[short], begin[short], length[short]))
+        left = halved(piece[~short], begin[~short], length[~short])
+        if len(left[0]) == 0:
+            break
+    piece, begin, length = (np.concatenate(column) for column in zip(*done, left, strict=True))
+    order = np.lexsort((begin, piece))
+    return piece[order], begin[order], length[order]
+
+
+def halved(piece: Integers, begin: Floats, length: Floats) -> tuple[Integers, Floats, Floats]:
+    """Halves (2 k,) of boundary intervals (k,), all first halves first."""
+    return np.tile(piece, 2), np.append(begin, begin + length / 2), np.tile(length / 2, 2)
 
 
 def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
@@ -102,56 +104,35 @@ def coarse_curves(domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_
     return _along(domain, _tight(domain, spacing, widest_turn))
 
 
-@dataclass(frozen=True)
-class Turning:
-    """Sources on curves for a number of nodes on a full turn.
+def curvature_sources(
+    domain: Domain,
+    spacing: Spacing,
+    per_circle: float,
+    growth: float,
+    least: float = 0.0,
+    max_nodes: float = np.inf,
+) -> Sources:
+    """Sources on curves where the spacing is too coarse for ``per_circle`` nodes on a full turn.
 
-    Attributes
-    ----------
-    per_circle : float
-    growth : float
-        What the spacing grows by from the sources, per length.
-    least : float
-        The finest size that is of use.
-    max_nodes : float
+    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use.
+
+    Raises
+    ------
+    LimitError
+        If they need more than ``max_nodes`` nodes, with the tightest place.
     """
-
-    per_circle: float
-    growth: float
-    least: float = 0.0
-    max_nodes: float = np.inf
-
-    def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
-        """Sources where the spacing is too coarse.
-
-        Raises
-        ------
-        LimitError
-            If they need more than ``max_nodes`` nodes, with the tightest place.
-        """
-        tight = _tight(domain, spacing, 2 * np.pi / self.per_circle)
-        radius = tight.size * self.per_circle / (2 * np.pi)
-        tight = tight._replace(size=np.maximum(tight.size, self.least))
-        if self._nodes_beside(domain, tight, radius) > self.max_nodes:
-            at = tight.size.argmin()
-            where = place(domain.boundary.points(tight.piece[at : at + 1], tight.s[at : at + 1])[0])
-            raise LimitError(
-                f"limits.max_nodes: spacing.per_circle asks for more than the limit of {self.max_nodes} nodes, for a "
-                f"spacing of {tight.size[at]:.3g} on the curve at {where}: ask for fewer on a turn, set "
-                "spacing.minimum, or raise the limit"
-            )
-        return _along(domain, tight)
-
-    def _nodes_beside(self, domain: Domain, tight: "TightChords", radius: Floats) -> float:
-        """Nodes that the spacing leads to at least, on curves and up to half the way to what is beside them."""
-        along = tight.step / tight.size
-        if along.sum() < MANY * self.max_nodes:
-            return 0.0
-        deep = radius / 4  # up to there a curve gets shorter by a quarter, if it does
-        room = Walls(domain).facing(tight.piece, tight.s + tight.step / 2, 2 * deep, deep)
-        np.minimum.at(deep, room.number, room.widths / 2)
-        beside = 0.75 * deep / (tight.size + self.growth * deep)
-        return float((along * (1 / 2 + 2 / np.sqrt(3) * beside)).sum())
+    tight = _tight(domain, spacing, 2 * np.pi / per_circle)
+    radius = tight.size * per_circle / (2 * np.pi)
+    tight = tight._replace(size=np.maximum(tight.size, least))
+    if _nodes_beside(domain, tight, radius, growth, max_nodes) > max_nodes:
+        at = tight.size.argmin()
+        where = place(domain.boundary.points(tight.piece[at : at + 1], tight.s[at : at + 1])[0])
+        raise LimitError(
+            f"limits.max_nodes: spacing.per_circle asks for more than the limit of {max_nodes} nodes, for a "
+            f"spacing of {tight.size[at]:.3g} on the curve at {where}: ask for fewer on a turn, set "
+            "spacing.minimum, or raise the limit"
+        )
+    return _along(domain, tight)
 
 
 class TightChords(NamedTuple):
@@ -166,7 +147,7 @@ class TightChords(NamedTuple):
 def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
     boundary = domain.boundary
-    piece, s, step = boundary.panels()
+    piece, s, step = boundary.stations()
     curved = boundary.approximated[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
@@ -180,3 +161,15 @@ def _along(domain: Domain, tight: TightChords) -> Sources:
     chord, part = members(parts)
     s = tight.s[chord] + part * (tight.step / parts)[chord]
     return Sources(domain.boundary.points(tight.piece[chord], s), tight.size[chord])
+
+
+def _nodes_beside(domain: Domain, tight: TightChords, radius: Floats, growth: float, max_nodes: float) -> float:
+    """Nodes that the spacing leads to at least, on curves and up to half the way to what is beside them."""
+    along = tight.step / tight.size
+    if along.sum() < MANY * max_nodes:
+        return 0.0
+    deep = radius / 4  # up to there a curve gets shorter by a quarter, if it does
+    room = Walls(domain).facing(tight.piece, tight.s + tight.step / 2, 2 * deep, deep)
+    np.minimum.at(deep, room.number, room.widths / 2)
+    beside = 0.75 * deep / (tight.size + growth * deep)
+    return float((along * (1 / 2 + 2 / np.sqrt(3) * beside)).sum())

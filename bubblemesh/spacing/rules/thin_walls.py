@@ -4,7 +4,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, members
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.rules.sources import panels
+from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 WIDEST = 4.0  # spacings: radius of the discs outside that a coarse cell cannot overlook
@@ -20,7 +20,7 @@ def thin_walls(domain: Domain, spacing: Spacing) -> tuple[Floats, Floats]:
     A wall is as thick as the largest disc that touches the boundary from outside.
     """
     boundary = domain.boundary
-    piece, begin, length = panels(domain, spacing)
+    piece, begin, length = short_intervals(domain, spacing)
     outer = ~boundary.inner[piece]
     piece, begin, length = piece[outer], begin[outer], length[outer]
     points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)

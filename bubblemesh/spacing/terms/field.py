@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.triangulation import doubled_areas
 from bubblemesh.messages import place
 from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
-from bubblemesh.spacing.terms.samples import require_positive, spots
+from bubblemesh.spacing.terms.values import require_positive, spots
 
 FLAT = 1e-13  # height in terms of the longest side
 

@@ -1,4 +1,4 @@
-"""Which triangle of a mesh a point lies in, and the nearest place on the rim for those outside."""
+"""Triangle locator: the triangle of a mesh that holds a point, and the nearest place on the rim for points outside."""
 
 from dataclasses import dataclass
 
@@ -163,7 +163,7 @@ def _candidates(corners: Floats, maps: Floats) -> tuple[Quadtree, Integers, Inte
 
 
 def _meeting(grid: Quadtree, cell: Integers, boxes: Floats, maps: Floats) -> Booleans:
-    """Which cells (k,) meet the triangles with ``boxes`` and ``maps`` beside them: no side of either parts the two."""
+    """Whether cells (k,) meet triangles with ``boxes`` and ``maps`` beside them: no side of either parts the two."""
     centers, half = grid.centers[cell], grid.sides[cell] / 2 * (1 + SLACK)
     meeting = np.abs(centers[:, 0] - boxes[:, 0]) <= half + boxes[:, 2]
     meeting &= np.abs(centers[:, 1] - boxes[:, 1]) <= half + boxes[:, 3]

@@ -6,7 +6,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
 from bubblemesh.spacing.terms.field import Field
-from bubblemesh.spacing.terms.samples import require_positive
+from bubblemesh.spacing.terms.values import require_positive
 
 THINNEST = 1e-9  # width of the points' hull in terms of its length
 

@@ -37,6 +37,7 @@ def lengths(domain):
     return {name: pytest.approx(length, abs=1e-8) for name, length in result.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("turn", ["left", "right"])
 @pytest.mark.parametrize("count", [2, 3, 7])
 @pytest.mark.parametrize("start", [0.0, 0.4, 3.0])

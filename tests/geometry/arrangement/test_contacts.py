@@ -71,7 +71,7 @@ CONTACTS = {
 
 def edges_of(domain):
     """Boundary edges between the points of the polygonal copy, and the coordinates of these."""
-    boundary, line = domain.boundary, domain.polyline
+    boundary, line = domain.boundary, domain.polygonal_copy
     node = boundary.closed[line.piece] | (line.s > 0)
     return np.vstack([boundary.corners, line.points[node]]), boundary.edges(line.piece[node], line.s[node])[0]
 

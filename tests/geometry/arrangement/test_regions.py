@@ -61,12 +61,14 @@ spacing: 0.05
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("text", [COMPOSITE, TILES, CRACKS, TOUCHING], ids=["composite", "tiles", "cracks", "touching"])
 def test_every_region_is_meshed_once_and_lines_are_edges(text, method):
     check_net(*packed(text, method))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_areas_of_regions(method):
     areas = areas_of(*packed(COMPOSITE, method))
@@ -77,6 +79,7 @@ def test_areas_of_regions(method):
     assert areas["b"] == pytest.approx(2, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_an_embedded_point_is_a_node(method):
     _, net = packed(COMPOSITE, method)
@@ -108,6 +111,7 @@ spacing: 0.3
     assert spacing_of(text, (0.5, 0.5), (0.3, 0.3), (0.1, 0.1), (0.4, 0.5), (0.2, 0.5)) == [0.2, 0.1, 0.3, 0.1, 0.1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", BLOCKS)
 def test_the_page_s_cases_run(text):
     check_net(*packed(text))

@@ -121,7 +121,7 @@ def test_distances_travel_to_worker_processes():
 @pytest.mark.parametrize("label", ["bore", "slot", "core-rim", "cap", "roof"])
 def test_points_beyond_the_ends_of_chords_are_no_exception(label):
     boundary, number = DOMAIN.boundary, DOMAIN.boundary.labels.index(label)
-    piece, s, _ = boundary.panels()
+    piece, s, _ = boundary.stations()
     mine = boundary.label[piece] == number
     piece, s = piece[mine], s[mine]
     tx, ty = boundary.tangents(piece, s).T
@@ -153,7 +153,7 @@ domain:
 
 @pytest.mark.parametrize("label", ["base", "bay", "dome", "core-rim", "ball-rim", "wire"])
 def test_formulas_of_arcs_and_lines_agree_with_looking_for_the_nearest_piece(label):
-    points = np.vstack([RANDOM.uniform([-1, -1], [3, 2.5], (3000, 2)), CUT.polyline.points, [[1, 0], [2, 0.5]]])
+    points = np.vstack([RANDOM.uniform([-1, -1], [3, 2.5], (3000, 2)), CUT.polygonal_copy.points, [[1, 0], [2, 0.5]]])
     distance = distance_to(CUT, [label])
     assert not distance.costly
     np.testing.assert_allclose(distance(points[-300:]), brute_force([label], points[-300:], CUT), atol=1e-7)

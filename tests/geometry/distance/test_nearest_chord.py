@@ -64,6 +64,7 @@ def clouds(start):
     return np.vstack([rng.uniform(-1.3, 1.3, (400, 2)), near, start[::20], cluster, middle, [[0, 0], [50, -80]]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [1, 1e-70, 1e60])
 @pytest.mark.parametrize(("start", "end"), CHORDS.values(), ids=CHORDS)
 def test_no_chord_is_nearer(start, end, scale):

@@ -44,6 +44,7 @@ def placed(domain, piece, s):
         yield k, np.append(mine, mine[:1] + length) if boundary.closed[k] else np.concatenate([[0.0], mine, [length]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spacing", SPACINGS)
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_intervals_are_equal_parts_of_the_integral(domain, spacing):

@@ -10,7 +10,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.placement.boundary import equidistributed
-from bubblemesh.packing.placement.diffusion import ErrorDiffusion, distance_to_lines, on_boundary
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles, distance_to_lines
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
@@ -116,7 +116,7 @@ def test_spacing_larger_than_the_domain_leaves_the_corners():
 
 def test_boundary_bubbles_are_the_corners_and_those_in_between():
     spacing = Spacing(SPACINGS["linear"])
-    shell = on_boundary(SQUARE, spacing)
+    shell = boundary_bubbles(SQUARE, spacing)
     piece, s = equidistributed(SQUARE, spacing)
     assert shell.corners == 4
     assert len(shell) == shell.boundary_count == 4 + len(s)
@@ -128,7 +128,7 @@ def test_boundary_bubbles_are_the_corners_and_those_in_between():
 def test_chords_of_the_boundary_bubbles_do_not_cut_the_boundary_next_to_them():
     domain = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 0.985)])
     few, _ = equidistributed(domain, uniform(0.5))
-    shell = on_boundary(domain, uniform(0.5))
+    shell = boundary_bubbles(domain, uniform(0.5))
     assert len(shell) > len(few)
     edges, piece = domain.boundary.edges(shell.piece, shell.s)
     lines = shapely.linestrings(shell.x[edges])

@@ -8,8 +8,8 @@ from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.packing.boundary_edges import parted
-from bubblemesh.packing.net import connected
+from bubblemesh.packing.boundary_edges import split_cutting_edges
+from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 from bubblemesh.problem.problem import prepared
 from bubblemesh.spacing.spacing import Spacing
@@ -37,7 +37,7 @@ def test_boundary_weight_gives_the_counts_of_the_paper(w1, nodes):
 def test_initial_triangulation_is_that_of_the_paper():
     bubbles = placed(SQUARE, RING_SPACING)
     assert bubbles.boundary_count == 80
-    triangles = connected(bubbles, SQUARE).triangles
+    triangles = connect(bubbles, SQUARE).triangles
     assert len(triangles) == 2758
     q = radius_ratios(bubbles.x, triangles)
     assert q.mean() == pytest.approx(0.974, abs=5e-4)
@@ -103,7 +103,7 @@ def test_closed_curve_is_divided_evenly(curve):
 def test_chords_of_a_coarse_curve_do_not_cut_the_boundary_next_to_it():
     domain = Domain.of(rings.circle((0, 0), 1), [rings.circle((0, 0), 0.985)])
     bubbles = placed(domain, uniform(0.5))
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     assert len(bubbles) == bubbles.boundary_count
     assert len(net.triangles) == len(net.facets)
 
@@ -113,7 +113,7 @@ def test_chords_of_a_coarse_curve_do_not_cut_off_a_hole():
         rings.circle((0, 0), 1), [rings.circle((0.995 * np.cos(np.pi / 16), 0.995 * np.sin(np.pi / 16)), 0.002)]
     )
     bubbles = placed(domain, uniform(0.5))
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     edges, edge_piece = net.facets, net.facet_piece
     outer = bubbles.x[edges[domain.boundary.ring[edge_piece] == 0]]
     middle = outer.mean(axis=1)
@@ -129,9 +129,9 @@ def test_chords_do_not_cut_a_curve_that_touches():
     fine = placed(domain, uniform(0.1))
     outer = domain.boundary.ring[fine.piece] == 0
     slides = np.flatnonzero(~outer | (np.arange(len(outer)) % 8 == 0))
-    coarse = fine.kept(np.concatenate([np.arange(fine.corners), fine.corners + slides]))
+    coarse = fine.select(np.concatenate([np.arange(fine.corners), fine.corners + slides]))
     with pytest.raises(GeometryError, match="ntersecting constraint edges"):
-        connected(coarse, domain)
-    whole = parted(coarse, domain, uniform(0.1))
-    assert len(connected(whole, domain).triangles) > 0
+        connect(coarse, domain)
+    whole = split_cutting_edges(coarse, domain, uniform(0.1))
+    assert len(connect(whole, domain).triangles) > 0
     assert len(coarse) < len(whole) < fine.boundary_count

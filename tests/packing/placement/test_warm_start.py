@@ -10,9 +10,10 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.packing.annealing import NoAnnealing
 from bubblemesh.packing.methods import METHODS
-from bubblemesh.packing.net import connected, enmeshed
-from bubblemesh.packing.placement.warm_start import FromNodes, Present, starting_from
+from bubblemesh.packing.net import connect, connect_inside
+from bubblemesh.packing.placement.warm_start import PreviousNodes, WarmStart, warm_started
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.spacing.spacing import Spacing
@@ -27,7 +28,7 @@ PLATE = Domain.of(rings.rectangle(0, 0, 2, 1), [rings.circle((1, 0.5), 0.2)])
 def present():
     mesh = bubblemesh.mesh(PLATE, SIZE)
     inner = np.setdiff1d(np.arange(len(mesh.points)), mesh.facets)
-    return Present(mesh.points[inner], smooth_sizes(mesh.points, mesh.triangles)[inner])
+    return PreviousNodes(mesh.points[inner], smooth_sizes(mesh.points, mesh.triangles)[inner])
 
 
 def uniform(d):
@@ -50,7 +51,7 @@ def share_near(points, others, distance):
 
 
 def test_all_nodes_are_the_start_where_the_spacing_is_their_size(present):
-    start = FromNodes(present)(PLATE, uniform(SIZE), ENOUGH)
+    start = WarmStart(present)(PLATE, uniform(SIZE), ENOUGH)
     kept = share_near(present.points, start.x, 0)
     assert kept > 0.97
     assert len(start) - start.boundary_count == pytest.approx(kept * len(present.points), rel=0.02)
@@ -59,49 +60,49 @@ def test_all_nodes_are_the_start_where_the_spacing_is_their_size(present):
 @pytest.mark.parametrize("factor", [0.3, 0.6, 0.9, 1.12, 1.5, 2.2])
 def test_the_start_has_the_right_number_of_bubbles(present, factor):
     spacing = uniform(factor * SIZE)
-    start = FromNodes(present)(PLATE, spacing, ENOUGH)
+    start = WarmStart(present)(PLATE, spacing, ENOUGH)
     assert len(start) == pytest.approx(ideal_nodes(PLATE, spacing, ENOUGH, 1e-2), rel=0.04 if factor < 2 else 0.08)
 
 
 @pytest.mark.parametrize("factor", [1.2, 1.7])
 def test_a_coarser_start_has_present_nodes_only(present, factor):
-    start = FromNodes(present)(PLATE, uniform(factor * SIZE), ENOUGH)
+    start = WarmStart(present)(PLATE, uniform(factor * SIZE), ENOUGH)
     assert share_near(start.x[start.interior], present.points, 0) == 1
 
 
 def test_a_finer_start_has_all_present_nodes_away_from_the_boundary(present):
-    start = FromNodes(present)(PLATE, uniform(0.6 * SIZE), ENOUGH)
+    start = WarmStart(present)(PLATE, uniform(0.6 * SIZE), ENOUGH)
     assert share_near(present.points, start.x, 0) > 0.97
 
 
 @pytest.mark.parametrize("name", ["multilevel", "accelerated"])
 def test_nodes_stay_where_the_spacing_has_not_changed(present, name):
-    _, last = packed(starting_from(METHODS[name], present), spot(SIZE, 0.01))
+    _, last = packed(warm_started(METHODS[name], present), spot(SIZE, 0.01))
     away = np.hypot(*(present.points - [0.4, 0.4]).T) > 0.25
     assert share_near(present.points[away], last.bubbles.x, 0.25 * SIZE) > (0.9 if name == "multilevel" else 0.6)
     assert len(last.bubbles) == pytest.approx(ideal_nodes(PLATE, spot(SIZE, 0.01), ENOUGH, 1e-2), rel=0.05)
     assert radius_ratios(last.bubbles.x, last.triangles).min() > (0.7 if name == "multilevel" else 0.3)
 
 
-def test_the_shaking_spares_what_has_not_changed(present):
-    shaking = starting_from(METHODS["multilevel"], present).shaking
-    bubbles = FromNodes(present)(PLATE, spot(SIZE, 0.01), ENOUGH)
-    net = enmeshed(bubbles, PLATE, spot(SIZE, 0.01))
+def test_annealing_spares_what_has_not_changed(present):
+    annealing = warm_started(METHODS["multilevel"], present).annealing
+    bubbles = WarmStart(present)(PLATE, spot(SIZE, 0.01), ENOUGH)
+    net = connect_inside(bubbles, PLATE, spot(SIZE, 0.01))
     seen = []
 
     def relax(net, steps):
         seen.append(net.bubbles.x)
         return Relaxed.none(net.bubbles)
 
-    shaking(net, PLATE, spot(SIZE, 0.01), np.random.default_rng(0), relax)
+    annealing(net, PLATE, spot(SIZE, 0.01), np.random.default_rng(0), relax)
     moved = np.hypot(*(seen[0] - net.bubbles.x).T) > 0
     ratio = present.at(net.bubbles.x) / net.bubbles.d
     assert moved.sum() > 20
     assert not moved[np.abs(ratio - 1) < 0.04].any()
 
 
-def test_a_method_without_shaking_stays_without(present):
-    assert starting_from(METHODS["bpm"], present).shaking is None
+def test_a_method_without_annealing_stays_without(present):
+    assert warm_started(METHODS["bpm"], present).annealing == NoAnnealing()
 
 
 def test_the_share_that_stays(present):
@@ -112,12 +113,12 @@ def test_the_share_that_stays(present):
 
 
 def test_no_nodes_at_all_are_a_start_too():
-    nothing = Present(np.zeros((0, 2)), np.zeros(0))
-    start = FromNodes(nothing)(PLATE, uniform(SIZE), ENOUGH)
-    assert len(connected(start, PLATE).triangles) > 100
+    nothing = PreviousNodes(np.zeros((0, 2)), np.zeros(0))
+    start = WarmStart(nothing)(PLATE, uniform(SIZE), ENOUGH)
+    assert len(connect(start, PLATE).triangles) > 100
     assert nothing.share_kept(PLATE, uniform(SIZE)) == 0
 
 
 def test_too_many_bubbles_are_an_error(present):
     with pytest.raises(LimitError):
-        FromNodes(present)(PLATE, uniform(SIZE / 4), 100)
+        WarmStart(present)(PLATE, uniform(SIZE / 4), 100)

@@ -7,9 +7,9 @@ from lattices import DAMPED, packed_hexagon, uniform
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import connected
-from bubblemesh.packing.placement.diffusion import ErrorDiffusion, on_boundary
-from bubblemesh.packing.population.defects import Defects, edge_ratios
+from bubblemesh.packing.net import connect
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles
+from bubblemesh.packing.population.defects import Defects, relative_lengths
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.spacing.spacing import Spacing
 
@@ -18,7 +18,7 @@ NEVER = Defects(insert_longer=2.0, insert_longer_at_crowd=2.0)  # to insert
 
 
 def controlled(scheme, domain, spacing, bubbles):
-    return scheme(connected(bubbles, domain), domain, spacing, np.random.default_rng(0))
+    return scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(0))
 
 
 def with_interior(bubbles, inside):
@@ -28,9 +28,9 @@ def with_interior(bubbles, inside):
 
 def inside_shell(domain, spacing, inside):
     """Bubbles equally spaced on the boundary, and given ones inside."""
-    shell = on_boundary(domain, spacing)
+    shell = boundary_bubbles(domain, spacing)
     inside = np.array(inside, float).reshape(-1, 2)
-    return shell.joined_by(inside, spacing(inside), np.zeros(0, np.int64), np.zeros(0))
+    return shell.append(inside, spacing(inside), np.zeros(0, np.int64), np.zeros(0))
 
 
 def random_packing(seed, curved=False):
@@ -86,7 +86,7 @@ def test_vacancy_is_filled_and_relaxes_to_the_perfect_lattice(hole):
     assert np.hypot(*(change.bubbles.x[-1] - hole)) < 0.51
     assert change.bubbles.touched[-1]
     assert change.bubbles.d[-1] == 1
-    net = connected(change.bubbles, domain)
+    net = connect(change.bubbles, domain)
     end = Connected()(net, domain, spacing, DAMPED, 300).bubbles.x
     distance = np.hypot(*(end[:, None] - bubbles.x).transpose(2, 0, 1))
     assert distance.min(axis=1).max() < 1e-2
@@ -97,9 +97,9 @@ def test_bubble_with_four_neighbours_is_deleted():
     domain, _, bubbles = packed_hexagon(SIDE)
     inside = np.vstack([bubbles.x[bubbles.interior], [[0.5, 0.0]]])
     more = replace(with_interior(bubbles, inside), d=np.full(len(bubbles) + 1, 0.6))  # nothing is too near
-    net = connected(more, domain)
+    net = connect(more, domain)
     assert net.valence[-1] == 4
-    assert edge_ratios(net).min() > 0.8
+    assert relative_lengths(net.bubbles, net.edges).min() > 0.8
     change = controlled(NEVER, domain, uniform(0.6), more)
     assert (change.deleted, change.inserted) == (1, 0)
     np.testing.assert_array_equal(change.bubbles.x, bubbles.x)
@@ -109,9 +109,9 @@ def test_of_two_bubbles_too_near_the_one_with_more_neighbours_stays():
     unequal = 0
     for seed in range(5):
         domain, spacing, bubbles = random_packing(seed)
-        net = connected(bubbles, domain)
+        net = connect(bubbles, domain)
         after = rows(controlled(NEVER, domain, spacing, bubbles).bubbles.x)
-        short = net.edges[edge_ratios(net) < 0.72]
+        short = net.edges[relative_lengths(net.bubbles, net.edges) < 0.72]
         alone = (np.bincount(short.ravel(), minlength=len(bubbles)) == 1) & (net.valence > 4)
         alone[: bubbles.boundary_count] = False
         for i, j in short[alone[short].all(axis=1)]:
@@ -133,7 +133,7 @@ def test_bubble_with_eight_neighbours_gets_one_more_where_an_edge_is_rather_long
     angle = np.arange(sides) * 2 * np.pi / sides
     domain = Domain.of(rings.polygon(1.25 * np.column_stack([np.cos(angle), np.sin(angle)])))
     bubbles = inside_shell(domain, uniform(1.0), [(0, 0)])
-    assert connected(bubbles, domain).valence[-1] == sides
+    assert connect(bubbles, domain).valence[-1] == sides
     change = controlled(Defects(), domain, uniform(1.0), bubbles)
     assert (change.deleted, change.inserted) == (0, inserted)
     if inserted:
@@ -153,8 +153,8 @@ def test_edge_is_too_short_below_its_threshold(distance, deleted):
 @pytest.mark.parametrize(("length", "inserted"), [(1.36, 0), (1.4, 1)])
 def test_edge_is_too_long_above_its_threshold(length, inserted):
     domain = Domain.of(rings.polygon([(-length / 2, 0), (0, -0.75), (length / 2, 0), (0, 0.75)]))
-    shell = on_boundary(domain, uniform(1.0))
-    net = connected(shell, domain)
+    shell = boundary_bubbles(domain, uniform(1.0))
+    net = connect(shell, domain)
     assert net.inner.sum() == 1
     change = controlled(Defects(), domain, uniform(1.0), shell)
     assert change.inserted == inserted
@@ -164,8 +164,8 @@ def test_edge_is_too_long_above_its_threshold(length, inserted):
 
 def test_long_boundary_edges_are_not_halved():
     domain = Domain.of(rings.polygon([(0, 0), (1.45, 0), (0.725, 1.25)]))
-    shell = on_boundary(domain, uniform(1.0))
-    assert edge_ratios(connected(shell, domain)).max() > 1.4
+    shell = boundary_bubbles(domain, uniform(1.0))
+    assert relative_lengths(shell, connect(shell, domain).edges).max() > 1.4
     change = controlled(Defects(), domain, uniform(1.0), shell)
     assert (change.deleted, change.inserted, len(change.bubbles)) == (0, 0, 3)
 
@@ -175,7 +175,7 @@ def test_bubble_in_the_angle_of_a_corner_may_be_nearer(distance, stays):
     domain = Domain.of(rings.rectangle(0, 0, 4.4, 4.4))
     place = np.full(2, distance / np.sqrt(2))
     bubbles = inside_shell(domain, uniform(1.0), [place, (1.3, 0.75), (0.75, 1.3), (2.2, 2.2)])
-    assert connected(bubbles, domain).valence[bubbles.boundary_count] == 5
+    assert connect(bubbles, domain).valence[bubbles.boundary_count] == 5
     change = controlled(NEVER, domain, uniform(1.0), bubbles)
     assert (tuple(place) in rows(change.bubbles.x)) == stays
 
@@ -184,19 +184,19 @@ def test_right_angle_with_one_triangle_gets_a_bubble():
     domain, spacing = Domain.of(rings.rectangle(0, 0, 4, 4)), uniform(1.0)
     grid = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]), axis=-1).reshape(-1, 2)
     bubbles = inside_shell(domain, spacing, grid - 0.02 * np.sign(grid - 2))  # corner and next bubble not connected
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     assert (net.valence[:4] == 2).all()
     change = controlled(NEVER, domain, spacing, bubbles)
     assert change.inserted == 4
     assert rows(change.bubbles.x[-4:]) == {(0.5, 0.5), (3.5, 0.5), (0.5, 3.5), (3.5, 3.5)}
-    assert (connected(change.bubbles, domain).valence[:4] == 3).all()
+    assert (connect(change.bubbles, domain).valence[:4] == 3).all()
 
 
 def test_right_angle_with_two_triangles_stays():
     domain, spacing = Domain.of(rings.rectangle(0, 0, 4, 4)), uniform(1.0)
     grid = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]), axis=-1).reshape(-1, 2)
     bubbles = inside_shell(domain, spacing, grid + 0.05 * np.sign(grid - 2))
-    assert (connected(bubbles, domain).valence[:4] == 3).all()
+    assert (connect(bubbles, domain).valence[:4] == 3).all()
     assert controlled(NEVER, domain, spacing, bubbles).inserted == 0
 
 
@@ -204,14 +204,14 @@ def test_right_angle_too_small_for_a_bubble_stays():
     domain, spacing = Domain.of(rings.rectangle(0, 0, 3.2, 3.2)), uniform(1.0)  # edges of 0.8
     bubbles = inside_shell(domain, uniform(0.8), [(1.6, 1.6)])
     bubbles = replace(bubbles, d=np.ones(len(bubbles)))
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     assert np.hypot(*(net.bubbles.x[net.facets[0, 0]] - net.bubbles.x[net.facets[0, 1]])) == pytest.approx(0.8)
     assert controlled(NEVER, domain, spacing, bubbles).inserted == 0
 
 
 def test_right_angle_whose_other_side_is_the_boundary_stays():
     domain = Domain.of(rings.polygon([(0, 0), (1.5, 0), (0, 1.5)]))
-    change = controlled(Defects(), domain, uniform(5.0), on_boundary(domain, uniform(5.0)))
+    change = controlled(Defects(), domain, uniform(5.0), boundary_bubbles(domain, uniform(5.0)))
     assert (change.deleted, change.inserted, len(change.bubbles)) == (0, 0, 3)
 
 
@@ -219,7 +219,7 @@ def test_crowded_bubble_on_a_straight_wall_is_deleted():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     at = np.array([2.5])
     none = np.zeros(1, np.int64)
-    more = bubbles.joined_by(domain.boundary.points(none, at), np.ones(1), none, at)
+    more = bubbles.append(domain.boundary.points(none, at), np.ones(1), none, at)
     change = controlled(Defects(), domain, spacing, more)
     assert (change.deleted, change.inserted) == (1, 0)
     np.testing.assert_array_equal(change.bubbles.x, bubbles.x)
@@ -228,12 +228,12 @@ def test_crowded_bubble_on_a_straight_wall_is_deleted():
 
 def test_crowded_bubble_on_a_curve_stays():
     domain, spacing = Domain.of(rings.circle((0, 0), 3)), uniform(1.0)
-    shell = on_boundary(domain, spacing)
+    shell = boundary_bubbles(domain, spacing)
     at = np.array([shell.s[:2].mean()])
     zero = np.zeros(1, np.int64)
     x = domain.boundary.points(zero, at)
-    bubbles = shell.joined_by(np.vstack([x, 0.72 * x]), np.ones(2), zero, at)
-    net = connected(bubbles, domain)
+    bubbles = shell.append(np.vstack([x, 0.72 * x]), np.ones(2), zero, at)
+    net = connect(bubbles, domain)
     assert net.valence[bubbles.boundary_count - 1] == 3
     change = controlled(NEVER, domain, spacing, bubbles)
     assert change.bubbles.boundary_count == bubbles.boundary_count
@@ -254,7 +254,7 @@ def test_bubbles_on_curves_and_corners_never_change(seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_no_two_deletions_are_connected_and_no_two_insertions_share_a_bubble(seed, curved):
     domain, spacing, bubbles = random_packing(seed, curved)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     change = Defects()(net, domain, spacing, np.random.default_rng(0))
     after = rows(change.bubbles.x)
     gone = np.array([tuple(x) not in after for x in bubbles.x.tolist()])
@@ -272,7 +272,7 @@ def test_no_two_deletions_are_connected_and_no_two_insertions_share_a_bubble(see
 @pytest.mark.parametrize("seed", range(3))
 def test_touched_bubbles_are_those_next_to_a_change(seed):
     domain, spacing, bubbles = random_packing(seed)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     change = Defects()(net, domain, spacing, np.random.default_rng(0))
     after = {
         tuple(x): bool(touched) for x, touched in zip(change.bubbles.x.tolist(), change.bubbles.touched, strict=True)
@@ -294,7 +294,7 @@ def test_population_settles():
     domain, spacing, bubbles = random_packing(0)
     changes = []
     for _ in range(12):
-        net = connected(bubbles, domain)
+        net = connect(bubbles, domain)
         bubbles = Connected()(net, domain, spacing, DAMPED, 40).bubbles
         change = controlled(Defects(), domain, spacing, replace(bubbles, d=spacing(bubbles.x)))
         changes.append(change.deleted + change.inserted)
@@ -303,10 +303,10 @@ def test_population_settles():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_edge_ratios_are_lengths_over_mean_spacing(seed):
+def test_relative_lengths_are_lengths_over_mean_spacing(seed):
     domain, _, bubbles = random_packing(seed)
-    net = connected(bubbles, domain)
+    net = connect(bubbles, domain)
     expected = [
         np.hypot(*(bubbles.x[i] - bubbles.x[j])) / ((bubbles.d[i] + bubbles.d[j]) / 2) for i, j in net.edges.tolist()
     ]
-    np.testing.assert_allclose(edge_ratios(net), expected, rtol=1e-12)
+    np.testing.assert_allclose(relative_lengths(net.bubbles, net.edges), expected, rtol=1e-12)

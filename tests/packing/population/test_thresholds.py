@@ -4,7 +4,7 @@ from lattices import hexagon, hexagonal, packed_hexagon
 
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.neighbours import Neighbours
-from bubblemesh.packing.net import connected
+from bubblemesh.packing.net import connect
 from bubblemesh.packing.population.thresholds import Thresholds, boundary_overlaps, overlaps
 
 SIDE = 5
@@ -45,7 +45,7 @@ def test_boundary_overlap_ratio_is_two_when_in_place():
 
 def test_perfect_lattice_does_not_change():
     domain, spacing, bubbles = packed_hexagon(SIDE)
-    change = Thresholds()(connected(bubbles, domain), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connect(bubbles, domain), domain, spacing, np.random.default_rng(0))
     assert (change.deleted, change.inserted) == (0, 0)
     assert not change.bubbles.touched.any()
     np.testing.assert_array_equal(change.bubbles.x, bubbles.x)
@@ -54,7 +54,7 @@ def test_perfect_lattice_does_not_change():
 def test_doubled_bubble_is_deleted_and_its_neighbours_are_touched():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     doubled = with_interior(bubbles, np.vstack([bubbles.x[bubbles.interior], [[0.1, 0.05]]]))
-    change = Thresholds()(connected(doubled, domain), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connect(doubled, domain), domain, spacing, np.random.default_rng(0))
     assert (change.deleted, change.inserted) == (1, 0)
     assert len(change.bubbles) == len(bubbles)
     assert distance_to_others(change.bubbles.x).min() > 0.85
@@ -69,7 +69,7 @@ def test_vacancy_is_filled_where_the_bubble_is_missing():
     hole = inside[np.hypot(*(inside - [1.0, 0.0]).T).argmin()]
     scheme = Thresholds(insert_below=5.5)  # the neighbours of a single vacancy have 5
     start = with_interior(bubbles, inside[(inside != hole).any(axis=1)])
-    change = scheme(connected(start, domain), domain, spacing, np.random.default_rng(0))
+    change = scheme(connect(start, domain), domain, spacing, np.random.default_rng(0))
     assert (change.deleted, change.inserted) == (0, 1)
     np.testing.assert_allclose(change.bubbles.x[-1], hole, atol=1e-9)
     assert change.bubbles.touched[-1]
@@ -80,7 +80,7 @@ def test_gap_on_the_boundary_is_filled_in_its_middle():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     gone = bubbles.corners + 2
     keep = np.delete(np.arange(len(bubbles)), gone)
-    change = Thresholds()(connected(bubbles.kept(keep), domain), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connect(bubbles.select(keep), domain), domain, spacing, np.random.default_rng(0))
     assert change.inserted == 1
     assert change.bubbles.boundary_count == bubbles.boundary_count
     new = change.bubbles.boundary_count - 1
@@ -91,10 +91,10 @@ def test_gap_on_the_boundary_is_filled_in_its_middle():
 
 def test_crowded_boundary_bubble_is_deleted():
     domain, spacing, bubbles = packed_hexagon(SIDE)
-    more = bubbles.joined_by(
+    more = bubbles.append(
         domain.boundary.points(np.array([0]), np.array([2.5])), np.ones(1), np.array([0]), np.array([2.5])
     )
-    change = Thresholds()(connected(more, domain), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connect(more, domain), domain, spacing, np.random.default_rng(0))
     assert change.bubbles.boundary_count == bubbles.boundary_count
     assert change.bubbles.corners == bubbles.corners
 
@@ -106,7 +106,7 @@ def test_deletions_of_a_round_keep_their_distance():
     crowd = np.vstack([inside, inside + rng.uniform(-0.3, 0.3, inside.shape), inside + rng.uniform(-0.3, 0.3, (1, 2))])
     crowd = crowd[domain.signed_distance(crowd) > 0.3]
     before = with_interior(bubbles, crowd)
-    change = Thresholds()(connected(before, domain), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connect(before, domain), domain, spacing, np.random.default_rng(0))
     after = {tuple(x) for x in change.bubbles.x.tolist()}
     gone = np.array([x for x in before.x.tolist() if tuple(x) not in after])
     assert len(gone) == change.deleted > 3
@@ -117,7 +117,7 @@ def test_insertions_of_a_round_keep_their_distance():
     domain, spacing, bubbles = packed_hexagon(SIDE)
     inside = bubbles.x[bubbles.interior]
     start = with_interior(bubbles, inside[np.hypot(*inside.T) > 2.5])
-    change = Thresholds()(connected(start, domain), domain, spacing, np.random.default_rng(0))
+    change = Thresholds()(connect(start, domain), domain, spacing, np.random.default_rng(0))
     assert change.inserted > 3
     assert distance_to_others(change.bubbles.x).min() > 0.85 - 1e-9
 
@@ -128,7 +128,7 @@ def test_counts_add_up_whatever_the_start():
         rng = np.random.default_rng(seed)
         inside = rng.uniform(-SIDE, SIDE, (70, 2))
         start = with_interior(bubbles, inside[domain.signed_distance(inside) > 0.2])
-        change = Thresholds()(connected(start, domain), domain, spacing, np.random.default_rng(0))
+        change = Thresholds()(connect(start, domain), domain, spacing, np.random.default_rng(0))
         assert len(change.bubbles) == len(start) - change.deleted + change.inserted
         assert change.bubbles.touched.shape == (len(change.bubbles),)
 

@@ -110,6 +110,7 @@ def test_a_needle_is_resolved():
     assert spacing(np.array([[0.7, 0.0]])) == pytest.approx(1e-9, rel=ROUGH)
 
 
+@pytest.mark.long
 def test_spots_as_small_as_the_spacing_around_are_not_passed_over():
     for at in np.random.default_rng(5).uniform([0.5, -0.9], [0.9, 0.9], (4, 2)):
 
@@ -120,6 +121,7 @@ def test_spots_as_small_as_the_spacing_around_are_not_passed_over():
         assert spacing(at[None]) == pytest.approx(0.002, rel=0.1)
 
 
+@pytest.mark.long
 def test_packing_asks_for_costly_distances_a_few_times_for_each_node_only(monkeypatch):
     text = """
 domain:

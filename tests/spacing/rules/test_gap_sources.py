@@ -68,6 +68,7 @@ NARROW = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("growth", [None, 0.15])
 @pytest.mark.parametrize(("text", "places", "width"), NARROW.values(), ids=NARROW)
 def test_whatever_leaves_a_narrow_part_makes_the_spacing_fine_there(text, places, width, growth):

@@ -171,6 +171,7 @@ def test_spots_that_no_sample_sees_are_known_by_their_places(size, slope):
     assert found.steepest.growth > 0.9 * min(slope, 0.19 / size)
 
 
+@pytest.mark.long
 def test_what_grows_slowly_by_its_rules_is_graded_no_more():
     holes = [rings.circle((0.3 * i, 0.5 * j), 0.05) for i in (-2, 0, 1) for j in (-1, 0, 1)]
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), holes)

@@ -53,7 +53,7 @@ def test_thin_walls_resolve_by_themselves():
 
 def test_rules_make_the_spacing_nowhere_finer_than_the_minimum():
     spacing = Rules(per_circle=500, across=50, minimum=0.02)(PLATE, uniform(0.2)).spacing
-    points = np.vstack([PLATE.polyline.points, np.random.default_rng(0).uniform([0, 0], [4, 2], (2000, 2))])
+    points = np.vstack([PLATE.polygonal_copy.points, np.random.default_rng(0).uniform([0, 0], [4, 2], (2000, 2))])
     d = spacing(points[PLATE.contains(points)])
     assert d.min() == pytest.approx(0.02, rel=0.05)
 

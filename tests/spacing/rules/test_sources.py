@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import circle, ellipse, polygon, rectangle
-from bubblemesh.spacing.rules.sources import SHORT, WIDEST_TURN, Sources, Turning, coarse_curves, short_pieces
+from bubblemesh.spacing.rules.sources import SHORT, WIDEST_TURN, Sources, coarse_curves, curvature_sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 NOWHERE = Sources(np.zeros((0, 2)), np.zeros(0))
@@ -70,22 +70,22 @@ HOLED = Domain.of(rectangle(-4, -4, 4, 4), [circle((0, 0), 1)])
 
 @pytest.mark.parametrize("per_circle", [12, 100])
 def test_nodes_on_a_full_turn_give_the_sizes_on_curves(per_circle):
-    sources = Turning(per_circle, 0.4)(HOLED, uniform(9))
+    sources = curvature_sources(HOLED, uniform(9), per_circle, 0.4)
     assert_allclose(sources.sizes, 2 * np.pi / per_circle, rtol=1e-6)
     assert_allclose(np.hypot(*sources.points.T), 1)
-    np.testing.assert_array_equal(Turning(per_circle, 0.4, least=1.0)(HOLED, uniform(9)).sizes, 1.0)
+    np.testing.assert_array_equal(curvature_sources(HOLED, uniform(9), per_circle, 0.4, least=1.0).sizes, 1.0)
 
 
 @pytest.mark.parametrize("per_circle", [1e5, 1e7, 1e12])
 @pytest.mark.parametrize("domain", [HOLED, Domain.of(circle((0, 0), 1))], ids=["hole", "disc"])
 def test_curves_that_need_too_many_nodes_are_refused(domain, per_circle):
     with pytest.raises(LimitError, match=r"limits.max_nodes: spacing.per_circle asks for more than .* 200000 nodes"):
-        Turning(per_circle, 0.4, max_nodes=200_000)(domain, uniform(0.5))
-    assert len(Turning(per_circle, 0.4, least=0.1, max_nodes=200_000)(domain, uniform(0.5))) < 1000
+        curvature_sources(domain, uniform(0.5), per_circle, 0.4, max_nodes=200_000)
+    assert len(curvature_sources(domain, uniform(0.5), per_circle, 0.4, least=0.1, max_nodes=200_000)) < 1000
 
 
 def test_curves_that_need_fewer_nodes_are_not_refused():
     """Beside the curve are at most as many nodes as a spacing that grows from it makes in all of the plane."""
     for domain in (HOLED, Domain.of(circle((0, 0), 1)), Domain.of(circle((0, 0), 1), [circle((0, 0), 0.99)])):
         most = 10_000 * (0.5 + 2 / np.sqrt(3) / 0.4) * len(domain.boundary.kind)
-        assert len(Turning(10_000, 0.4, max_nodes=most)(domain, uniform(0.5))) > 10_000
+        assert len(curvature_sources(domain, uniform(0.5), 10_000, 0.4, max_nodes=most)) > 10_000

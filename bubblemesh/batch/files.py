@@ -1,0 +1,125 @@
+"""The folders that a batch writes into: other batches stay out, files of a case appear together, nothing is left over.
+
+Locks are those of the system, which end with the process however that happens. Where a file system has none, batches
+are not kept apart.
+"""
+
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+
+from bubblemesh.batch.plan import BatchOptions, Entry
+from bubblemesh.batch.worker import Outcome, is_full
+from bubblemesh.errors import FileError
+from bubblemesh.files import reason, unwritten
+from bubblemesh.meshfiles.transaction import transaction
+
+LOCK = ".bubblemesh-lock"
+BEGIN = 10.0  # seconds to wait for other batches that begin
+MAKE_ROOM = "the batch ends, what is done stays: make room, and run it again with --resume"
+
+
+@contextmanager
+def reserved(options: BatchOptions) -> Iterator[None]:
+    """Keep other batches out of the summary's folder, which is made if it is missing; shards are in it together.
+
+    Raises
+    ------
+    FileError
+        If another batch is in it, or it cannot be made.
+    """
+    folder = options.root
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = "it is not a folder" if folder.exists() else reason(error)
+        raise FileError(f"cannot write into {folder}: {problem}") from None
+    busy = (
+        f"{folder}: another batch is writing its summary here: wait for it, name another folder, or give both a --shard"
+    )
+    own = f"{folder}: another batch is writing the summary of this shard here: wait for it, or name another folder"
+    with ExitStack() as stack:
+        with _locked(folder / f"{LOCK}-begin", f"{folder}: other batches are beginning here: try again", BEGIN):
+            stack.enter_context(_locked(folder / f"{LOCK}{options.suffix}", own if options.suffix else busy))
+            for other in [folder / LOCK] if options.suffix else folder.glob(f"{LOCK}-*-of-*"):
+                with _locked(other, busy):  # nobody has it
+                    pass
+        yield
+
+
+@contextmanager
+def _locked(path: Path, refusal: str, seconds: float = 0.1) -> Iterator[None]:
+    """Hold the lock of a file, which is removed at the end: by then another one who waits for it tries anew."""
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(path, timeout=seconds, fallback_to_soft=False)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise FileError(refusal) from None
+    except OSError as error:
+        if error.filename is not None:  # else a file system without locks
+            raise unwritten(path, error) from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            path.unlink()
+        lock.release()
+
+
+def staging_prefix(folder: Path, options: BatchOptions) -> str:
+    """How the names begin of folders in a folder of results in which the files of a case wait until all are there.
+
+    Batches with different summaries may write into one folder at the same time. So the names tell the summary, which
+    one batch at a time has: what an earlier one has left there is of no use to anybody.
+    """
+    try:
+        way = os.path.relpath(os.path.realpath(options.root), os.path.realpath(folder))
+    except ValueError:  # another drive of Windows
+        way = os.path.realpath(options.root)
+    return f".bubblemesh-batch-{sha256(os.fsencode(way)).hexdigest()[:12]}{options.suffix}-"
+
+
+@contextmanager
+def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
+    """Remove the staging folders that a killed batch has left, and at the end those that an interrupt leaves."""
+    folders = {path.parent for entry in entries for path in entry.files}
+
+    def remove() -> None:
+        for folder in folders:
+            for leftover in folder.glob(f"{staging_prefix(folder, options)}*"):
+                shutil.rmtree(leftover, ignore_errors=True)
+
+    remove()
+    try:
+        yield
+    finally:
+        remove()
+
+
+def write_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Outcome:
+    """Write the files of a case, all or none; the outcome tells if that fails.
+
+    Raises
+    ------
+    FileError
+        If a disk is full: that of the results, or of a worker.
+    """
+    folder = entry.destination.folder if entry.destination else None
+    if outcome.files and folder is not None:
+        try:
+            with transaction(folder, staging_prefix(folder, options)) as staging:
+                for name, content in outcome.files.items():
+                    (staging / name).write_bytes(content)
+        except FileError as error:
+            problem = f"{entry.source}: {error}"
+            unwritten = Outcome(error.exit_code, problem, warnings=outcome.warnings, full=is_full(error))
+            outcome = replace(unwritten, attempts=outcome.attempts, inputs=outcome.inputs)
+    if outcome.full:
+        raise FileError(f"{outcome.error}: {MAKE_ROOM}")
+    return outcome

@@ -1,0 +1,69 @@
+"""Which cases an earlier batch has done, and which of its rows stay."""
+
+from collections.abc import Iterable, Sequence
+from hashlib import file_digest
+from pathlib import Path
+
+from bubblemesh.batch.plan import Entry
+from bubblemesh.batch.row import Row
+from bubblemesh.errors import BubblemeshError, RequirementError
+from bubblemesh.meshfiles.history import HISTORY_FILES
+from bubblemesh.meshfiles.writing import PAGE_FILE
+
+EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
+DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
+
+
+def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
+    """Rows, by the numbers of their entries, whose inputs are the same now and whose files are all as written."""
+    known = {entry.key: entry for entry in entries if entry.case is not None}
+    digests: dict[int, str | None] = {}
+    found: dict[int, Row] = {}
+    for row in rows:
+        entry = known.get(row.key)
+        if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
+            continue
+        if entry.number not in digests:
+            digests[entry.number] = _digest(entry)
+        if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
+            found[entry.number] = row
+    return found
+
+
+def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
+    """Rows of cases outside the batch."""
+    keys = {entry.key for entry in entries}
+    sources = {entry.source for entry in entries}
+    unreadable = {entry.source for entry in entries if entry.case is None}
+
+    def is_of_others(row: Row) -> bool:
+        if row.folder is None:  # its file could not be read: nobody knows which cases it stands for
+            return row.source not in sources
+        return row.key not in keys and row.source not in unreadable
+
+    return [row for row in rows if is_of_others(row)]
+
+
+def _has_extras(row: Row, entry: Entry) -> bool:
+    """Whether the row has a mesh, and the page and the tables that the case wants beside it."""
+    extras = {path.name for path in entry.files if path.name.endswith(EXTRAS)}
+    return bool(row.files) and extras <= row.files.keys()
+
+
+def _digest(entry: Entry) -> str | None:
+    try:
+        return entry.job().digest()
+    except BubblemeshError:
+        return None
+
+
+def _intact(row: Row, root: Path) -> bool:
+    folder = root / str(row.folder)
+    try:
+        for name, digest in row.files.items():
+            with (folder / name).open("rb") as file:
+                if file_digest(file, "sha256").hexdigest() != digest:
+                    return False
+    except (OSError, ValueError):  # no name of a file
+        return False
+    return True

@@ -1,0 +1,151 @@
+"""The rows of a batch's summary, as JSON and as CSV."""
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from bubblemesh.meshfiles.report_json import json_ready
+
+# Names in the summary of what reports have.
+FIGURES: Mapping[str, tuple[str, ...]] = {
+    "method": ("method",),
+    "seed": ("seed",),
+    "nodes": ("nodes",),
+    "triangles": ("triangles",),
+    "ideal_nodes": ("ideal_nodes",),
+    "quality_mean": ("quality", "mean"),
+    "quality_p01": ("quality", "p01"),
+    "quality_min": ("quality", "min"),
+    "angle_min": ("quality", "angle_min"),
+    "irregular_fraction": ("quality", "irregular_fraction"),
+    "spacing_mean": ("spacing", "mean"),
+    "spacing_std": ("spacing", "std"),
+    "area_error": ("area_error",),
+    "force_evaluations": ("force_evaluations",),
+    "stop_reason": ("stop_reason",),
+    "seconds": ("seconds", "total"),
+    "peak_memory_mb": ("peak_memory_mb",),
+}
+# Kinds of the values in a line of JSON, in their order there.
+KINDS: Mapping[str, Any] = {
+    "case": str,
+    "source": str,
+    "sweep": dict,
+    "exit_code": int,
+    "error": str | None,
+    **dict.fromkeys(FIGURES, int | float | None),  # some meshes, and some systems, have not all of them
+    **dict.fromkeys(("method", "stop_reason"), str),
+    **dict.fromkeys(("seed", "nodes", "triangles", "force_evaluations"), int),
+    **dict.fromkeys(("quality_mean", "quality_p01", "quality_min", "seconds"), int | float),
+    "warnings": list,
+    "attempts": int,
+    "folder": str | None,
+    "version": str,
+    "inputs": str | None,
+    "files": dict,
+    "traceback": str | None,
+}
+COLUMNS = [name for name in KINDS if name not in ("inputs", "files", "traceback")]  # of the table
+
+
+def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of a report that a summary has."""
+    return {name: _value_at(report, keys) for name, keys in FIGURES.items()}
+
+
+def _value_at(report: Any, keys: tuple[str, ...]) -> Any:
+    for key in keys:
+        report = report[key]
+    return report
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one case.
+
+    Attributes
+    ----------
+    case : str
+        Its name.
+    source : str
+        Its file.
+    exit_code : int
+        What ``bubblemesh run`` would have ended with.
+    sweep : dict
+        Value of each key that its file sweeps.
+    error : str, optional
+    figures : mapping
+        Values of ``FIGURES``; empty if there is no mesh.
+    warnings : tuple of str
+    attempts : int
+        How often it was begun: more than once if worker processes died.
+    folder : str, optional
+        Where its files are, seen from the summary's folder; None if its case file could not be read.
+    version : str
+    inputs : str, optional
+        Hash of all that its results depend on.
+    files : mapping
+        SHA-256 hash of each of its files.
+    traceback : str, optional
+        Where an error of the program happened.
+    """
+
+    case: str
+    source: str
+    exit_code: int
+    sweep: Mapping[str, Any] = field(default_factory=dict)
+    error: str | None = None
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    attempts: int = 0
+    folder: str | None = None
+    version: str = ""
+    inputs: str | None = None
+    files: Mapping[str, str] = field(default_factory=dict)
+    traceback: str | None = None
+
+    @property
+    def key(self) -> tuple[str | None, str]:
+        """What no two cases of a batch share."""
+        return self.folder, self.case
+
+    @classmethod
+    def parse(cls, line: bytes) -> Self | None:
+        """Row of a line of JSON; None if the line is not whole, or not as a summary has it."""
+        try:
+            data = json.loads(line)
+            figures = FIGURES if data["nodes"] is not None else ()
+            values = {key: data[key] for key in KINDS if key in figures or key not in FIGURES}
+        except (ValueError, KeyError, TypeError):
+            return None
+        if not all(isinstance(value, KINDS[key]) for key, value in values.items()):
+            return None
+        values["warnings"] = tuple(values["warnings"])
+        return cls(figures={key: values.pop(key) for key in figures}, **values)
+
+    def data(self) -> dict[str, Any]:
+        """Values of the row's line of JSON."""
+        values = {**vars(self), **dict.fromkeys(FIGURES), **self.figures}
+        return dict(json_ready({key: values[key] for key in KINDS}))
+
+    def line(self) -> str:
+        """Line of JSON."""
+        return json.dumps(self.data(), ensure_ascii=False, allow_nan=False) + "\n"
+
+    def cells(self) -> str:
+        """Line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""
+        data = self.data()
+        data["sweep"] = json.dumps(data["sweep"], ensure_ascii=False)
+        data["error"] = "; ".join((self.error or "").splitlines())
+        data["warnings"] = len(self.warnings)
+        return csv_line([data[column] for column in COLUMNS])
+
+
+def csv_line(cells: Sequence[Any]) -> str:
+    """Line of CSV with these cells."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()

@@ -1,0 +1,105 @@
+"""The story of a batch: cases go to the workers, files and rows come back."""
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+from bubblemesh import __version__
+from bubblemesh.batch.cluster import cluster_workers, require_address
+from bubblemesh.batch.dispatch import Progress, Workers, dispatch
+from bubblemesh.batch.files import reserved, tidied, write_files
+from bubblemesh.batch.index import indexed, require_no_index
+from bubblemesh.batch.local import local_workers
+from bubblemesh.batch.plan import BatchOptions, Entry
+from bubblemesh.batch.resume import rows_of_others, unchanged
+from bubblemesh.batch.row import Row
+from bubblemesh.batch.summary import recorded, summary, totals
+from bubblemesh.batch.worker import Outcome
+from bubblemesh.errors import CaseError
+from bubblemesh.resources import available_cores
+
+Hire = Callable[[int], AbstractContextManager[Workers]]
+
+
+def workers_at(jobs: int | None, cluster: str | None) -> Hire:
+    """What gives the workers for a number of cases: so many local processes, or those of a cluster.
+
+    Raises
+    ------
+    CaseError
+        If both are given, or the cluster's address is not one.
+    """
+    if cluster is None:
+        most = jobs or available_cores()
+        return lambda cases: local_workers(min(most, cases))
+    if jobs is not None:
+        raise CaseError("--jobs counts processes of this machine, a cluster has its own: drop --jobs or --cluster")
+    require_address(cluster)
+    return lambda cases: cluster_workers(cluster)
+
+
+def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progress: Progress) -> dict[str, Any]:
+    """Mesh all cases of a plan, or of its shard, and give the rows in their order with their `totals`.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+    options : BatchOptions
+    hire : callable
+        Gives the workers for a number of cases; not called if nothing is left to do.
+    progress : Progress
+        Hears of each case as it ends.
+
+    Raises
+    ------
+    CaseError
+        If the page of a case would be that of the batch.
+    FileError
+        If the summary cannot be written, a disk is full or the workers are out of reach; all rows until then are there.
+    """
+    root, own = options.root, options.part_of(entries)
+    require_no_index(entries, options)
+    with reserved(options):
+        done = unchanged(own, recorded(root), root) if options.resume else {}
+        others = rows_of_others(own, recorded(root, options.suffix)) if options.resume else []
+        left = [entry for entry in own if entry.number not in done]
+        with (
+            tidied(own, options),
+            # Only who has workers begins a summary: an old one is not given up for nothing.
+            hire(len(left)) if left else nullcontext() as workers,
+            summary(root, options.suffix, [*others, *done.values()]) as rows,
+            indexed(lambda: _in_order(rows.rows, own), options),
+        ):
+            progress.begin(own, len(done), rows.path)
+            for number, row in done.items():
+                progress.finish(number, row, unchanged=True)
+            results = dict(done)
+            for entry, outcome in dispatch(left, workers, progress) if workers else ():
+                results[entry.number] = row = _row(entry, write_files(entry, outcome, options))
+                rows.append(row)
+                progress.finish(entry.number, row)
+    return totals([results[entry.number] for entry in own], len(done))
+
+
+def _row(entry: Entry, outcome: Outcome) -> Row:
+    return Row(
+        case=entry.name,
+        source=entry.source,
+        sweep=dict(entry.variant.values),
+        exit_code=outcome.exit_code,
+        error=outcome.error,
+        figures=outcome.figures,
+        warnings=outcome.warnings,
+        attempts=outcome.attempts,
+        folder=entry.folder,
+        version=__version__,
+        inputs=outcome.inputs,
+        files=outcome.digests,
+        traceback=outcome.traceback,
+    )
+
+
+def _in_order(rows: Iterable[Row], own: Iterable[Entry]) -> list[Row]:
+    """Rows in the order of the cases, after those of cases outside the batch."""
+    numbers = {entry.key: entry.number for entry in own}
+    return sorted(rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))
