@@ -18,8 +18,8 @@ from bubblemesh.cli.options import (
     SolverNamed,
     with_overrides,
 )
-from bubblemesh.cli.stdio import read_input, write_output
-from bubblemesh.errors import CaseError, located
+from bubblemesh.cli.stdio import output_stream, read_input, write_output
+from bubblemesh.errors import CaseError, FileError, located
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
@@ -61,7 +61,7 @@ def run(
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
     with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
         result = pipeline.mesh_case(loaded, progress.show, progress.advance)
-    hand_over(result, loaded, place, as_json, quiet)
+    hand_over(result, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
@@ -106,7 +106,7 @@ def adapt(
         present = Solution.of(read.points, read.triangles, read.values, read.name)
     with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
         result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
-    hand_over(result, loaded, place, as_json, quiet)
+    hand_over(result, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -131,18 +131,19 @@ def read_case(case: str, overrides: Overrides) -> "Case":
 
 
 def require_distinct(as_json: bool, output: str | None) -> None:
-    """Check that report and mesh do not both go to the standard output."""
+    """Check that report and mesh do not both go to the standard output, nor the mesh to a terminal."""
+    if output == "-" and output_stream().isatty():
+        raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
     if as_json and output == "-":
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
 
 
-def hand_over(result: "Result", case: "Case", place: "Destination", as_json: bool, quiet: bool) -> None:
+def hand_over(result: "Result", place: "Destination", as_json: bool, quiet: bool) -> None:
     """Write what a run has made, tell of it, and check it against what the case requires."""
     from bubblemesh import console
     from bubblemesh.meshfiles.report_json import json_text
-    from bubblemesh.run import destination as destinations
 
-    report = place.deliver(result)
+    report = place.deliver(result, output_stream() if place.folder is None else None)
     if as_json:
         write_output(json_text(report))
     if not quiet:
@@ -150,19 +151,19 @@ def hand_over(result: "Result", case: "Case", place: "Destination", as_json: boo
         if place.folder is not None:
             console.show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])
-    destinations.require_finished(report)
-    destinations.require_quality(case, report)
+    if result.verdict is not None:
+        raise result.verdict
 
 
 def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
     """What meshing the case would take, and a picture of its spacing if one is named."""
     from bubblemesh import console
     from bubblemesh.meshfiles.report_json import json_text
-    from bubblemesh.problem.problem import prepared
+    from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 
     with located(source, case.origin):
-        problem = prepared(case)
+        problem = prepare(case)
     if picture is not None:
         draw_spacing(problem, picture)
     if as_json:

@@ -51,7 +51,7 @@ def _rules(problem: "Problem") -> dict[str, str]:
 
 
 def _scale(problem: "Problem") -> str:
-    return "" if problem.budget is None else f", with the spacing times {problem.budget.scale:.4g}"
+    return "" if problem.node_target is None else f", with the spacing times {problem.node_target.scale:.4g}"
 
 
 def show_quality(figures: Mapping[str, Any]) -> None:
