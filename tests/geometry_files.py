@@ -3,7 +3,8 @@
 import json
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.readers.formats import Selection, read_area
+from bubblemesh.readers.formats import read_area
+from bubblemesh.readers.selection import Selection
 
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
 

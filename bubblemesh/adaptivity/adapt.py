@@ -25,12 +25,11 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import domain_of
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.spacing import Wanted, limits_of, nodes_of, rules_of
+from bubblemesh.problem.spacing import Wanted, nodes_of, rules_of, within_limits
 from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.combination import Combination
 from bubblemesh.spacing.terms.field import Field
 
 GROWTH = 0.3  # of the sizes per length, if the case does not say
@@ -41,7 +40,7 @@ TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True)
 class Target:
-    """What to adapt to: a relative error, or a number of nodes; without both, the number of nodes that there are."""
+    """Goal of an adaptation: a relative error, or a number of nodes; without both, as many nodes as there are."""
 
     error: float | None = None
     nodes: int | None = None
@@ -120,11 +119,7 @@ def _posed(
     field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
-    spots = field.spots
-
-    def at(scale: float | None) -> Spacing:
-        return Spacing(Combination((Spacing(field),), scale or 1.0, *limits_of(case)), spots=spots)
-
+    at = within_limits(case, (Spacing(field),), field.spots)
     task, rules = task_of(case), rules_of(case)
     rules = replace(rules, growth=rules.growth or GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
@@ -149,7 +144,7 @@ def _parts(domain: Domain, solution: Solution) -> Integers | None:
 
 
 def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[str, Any]:
-    """What is known of the solution's error; the estimate is one in terms of the solution's unit."""
+    """Figures of the solution's error for the report; the estimate is in terms of the solution's unit."""
     unit = solution.unit
     figures = {
         "field": solution.name,

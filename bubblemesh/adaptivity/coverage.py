@@ -68,7 +68,7 @@ def _require_rim(domain: Domain, points: Floats, distance: Floats, allowed: Floa
 
 
 def _on_lines(domain: Domain, points: Floats, allowed: Floats) -> Booleans:
-    """Which points (m, 2) are as near as allowed (m,) to an embedded line or an interface."""
+    """Mask (m,) of the points (m, 2) that are as near as allowed (m,) to an embedded line or an interface."""
     boundary = domain.boundary
     piece, s, step = boundary.stations()
     mine = boundary.inner[piece]

@@ -53,7 +53,7 @@ def sizes_for_error(estimate: Estimate, sizes: Floats, error: float) -> Floats:
 
 
 def sizes_for_nodes(estimate: Estimate, sizes: Floats, nodes: int) -> Floats:
-    """The same for about so many nodes, two triangles to each: t = sum of eta / 2 N."""
+    """Sizes (t,) as of `sizes_for_error`, but for about N nodes, two triangles to each: t = sum of eta / 2 N."""
     triangles = TRIANGLES_PER_NODE * nodes
     return _even(estimate, sizes, _total(estimate) / triangles, float(np.sqrt(len(sizes) / triangles)))
 

@@ -7,6 +7,7 @@ from os.path import realpath
 from pathlib import Path
 from typing import Any
 
+from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, FileError
 
@@ -14,7 +15,6 @@ from bubblemesh.errors import CaseError, FileError
 document_of = lru_cache(maxsize=4)(read_document)
 
 OWN_KEYS = ("base", "name", "sweep")  # that a case does not take over from its base
-DATA_TERMS = ("field", "raster", "image", "scattered")  # of a spacing, which may name other files
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,9 @@ def merged(layers: Sequence[Layer]) -> dict[str, Any]:
 def _at_home(key: str, value: Any, folder: Path) -> Any:
     """The value of a key of the case, with the folder before the names of files where it may have some."""
     if key == "spacing" and isinstance(value, dict):
-        return value | {name: _with_files_found(value[name], folder) for name in DATA_TERMS if name in value}
+        return value | {
+            name: _with_files_found(value[name], folder) for name in DataTerms.model_fields if name in value
+        }
     return _with_files_found(value, folder) if key == "domain" else value
 
 

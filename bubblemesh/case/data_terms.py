@@ -1,5 +1,11 @@
-"""Terms of a spacing that are given as values: on a mesh, on a grid, by a picture, at points."""
+"""Data terms of a spacing, given as values: on a mesh, on a grid, by a picture, at points.
 
+A new one is a model here with its key in `DataTerms`, a function in ``spacing/terms``, and a row in
+``problem/data_terms.py`` that makes the one of the other.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
@@ -32,25 +38,36 @@ Bounds = Annotated[
 Sample = Annotated[tuple[Number, Number, Positive], listed(3, "a point with its spacing, [x, y, d]")]
 
 
-class Tabulated(Strict):
+class DataTerm(Strict):
+    """Values of a spacing; with a key ``file`` if they may be in one."""
+
+    def files(self) -> Iterator[Path]:
+        """Files that the term names, with those that belong to them."""
+        name = getattr(self, "file", None)
+        if name is not None:
+            data = Path(name)
+            yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
+
+
+class Tabulated(DataTerm):
     """Values, and what they are multiplied by."""
 
     scale: Positive = Field(default=1.0, description="Factor from the values to the spacing.")
 
 
-class InFile(Tabulated):
+class DataFile(Tabulated):
     """Values in a file."""
 
     file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
 
 
-class FieldTerm(InFile):
+class FieldTerm(DataFile):
     """Data of a triangle mesh."""
 
     name: str | None = Field(default=None, description="Name of the data at nodes or of cells; needed if it has more.")
 
 
-class RasterTerm(InFile):
+class RasterTerm(DataFile):
     """An array over a rectangle."""
 
     name: str | None = Field(default=None, description="Name of the array in an .npz file; needed if it has more.")
@@ -62,7 +79,7 @@ class RasterTerm(InFile):
     )
 
 
-class ImageTerm(Strict):
+class ImageTerm(DataTerm):
     """A picture over a rectangle: the darker, the finer."""
 
     file: Annotated[str, Field(min_length=1)] = Field(description="Name of the picture, relative to the case file.")
@@ -99,3 +116,22 @@ def several(terms: Model | tuple[Model, ...] | None) -> tuple[Model, ...]:
     if terms is None:
         return ()
     return terms if isinstance(terms, tuple) else (terms,)
+
+
+class DataTerms(Strict):
+    """Data terms of a spacing by their keys: one of a kind, or a list of such."""
+
+    field: OneOrMore[FieldTerm] | None = Field(
+        default=None, description="Data at the nodes or of the cells of a mesh, or a list of such."
+    )
+    raster: OneOrMore[RasterTerm] | None = Field(default=None, description="An array over a rectangle, or a list.")
+    image: OneOrMore[ImageTerm] | None = Field(default=None, description="A picture over a rectangle, or a list.")
+    scattered: OneOrMore[ScatteredTerm] | None = Field(
+        default=None, description="Values at points with triangles between them, or a list of such."
+    )
+
+    @property
+    def data(self) -> dict[str, tuple[DataTerm, ...]]:
+        """The terms of each kind that there are."""
+        terms = {key: several(getattr(self, key)) for key in DataTerms.model_fields}
+        return {key: models for key, models in terms.items() if models}

@@ -2,21 +2,18 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
+from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.fields import OneLabel, Positive, Strict
 from bubblemesh.case.followed import Traced
+from bubblemesh.readers.selection import Selection, Unit
 
 if TYPE_CHECKING:
     from bubblemesh.geometry import rings
-    from bubblemesh.readers.formats import Selection
-
-
-Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
 
 
 def _one_or_more(value: Any) -> Any:
@@ -54,10 +51,8 @@ class InFile(Traced, Strict):
             raise PydanticCustomError("scale", "and units exclude each other: give one of the two")
         return value
 
-    def selection(self) -> "Selection":
+    def selection(self) -> Selection:
         """What to take of the file."""
-        from bubblemesh.readers.formats import Selection
-
         return Selection(self.layer, self.feature, self.scale or 1.0, self.units, self.join)
 
 
@@ -94,9 +89,8 @@ def named_files(model: BaseModel) -> Iterator[Path]:
 
     if isinstance(model, InFile):
         yield from files_of(Path(model.file))
-    if isinstance(model, FieldTerm | RasterTerm | ImageTerm | ScatteredTerm) and model.file is not None:
-        data = Path(model.file)
-        yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
+    if isinstance(model, DataTerm):
+        yield from model.files()
     for _, value in model:
         for part in value if isinstance(value, tuple) else [value]:
             if isinstance(part, BaseModel):

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import FieldTerm, ImageTerm, OneOrMore, RasterTerm, ScatteredTerm
+from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.fields import LARGEST, Choice, Count, Label, Point, Positive, Strict
 
 
@@ -81,8 +81,8 @@ SpacingValue = Annotated[
 ]
 
 
-class SpacingTerms(Strict):
-    """Terms of which the smallest counts, and what limits it."""
+class PlaceTerms(Strict):
+    """Terms by values at places that the case itself names."""
 
     value: SpacingValue | None = Field(default=None, description="A number, or an expression in x and y.")
     near: OneOrMore[Near] | None = Field(
@@ -92,14 +92,11 @@ class SpacingTerms(Strict):
         default={}, description="Sizes at what has the labels, growing with the distance from there."
     )
     regions: dict[Label, SpacingValue] = Field(default={}, description="Largest spacings within regions, by name.")
-    field: OneOrMore[FieldTerm] | None = Field(
-        default=None, description="Data at the nodes or of the cells of a mesh, or a list of such."
-    )
-    raster: OneOrMore[RasterTerm] | None = Field(default=None, description="An array over a rectangle, or a list.")
-    image: OneOrMore[ImageTerm] | None = Field(default=None, description="A picture over a rectangle, or a list.")
-    scattered: OneOrMore[ScatteredTerm] | None = Field(
-        default=None, description="Values at points with triangles between them, or a list of such."
-    )
+
+
+class SpacingTerms(DataTerms, PlaceTerms):
+    """Terms of which the smallest counts, and what limits it."""
+
     per_circle: Annotated[Positive, Field(ge=3)] | None = Field(
         default=None, description="Nodes that a full turn of the boundary's curves gets at least."
     )
@@ -117,8 +114,7 @@ class SpacingTerms(Strict):
     @property
     def basis(self) -> tuple[str, float | str | None]:
         """Key and value of what counts where no other term does: the maximum if there is no value and no data."""
-        data = self.field, self.raster, self.image, self.scattered
-        if self.value is None and all(term is None for term in data):
+        if self.value is None and not self.data:
             return "maximum", self.maximum
         return "value", self.value
 
@@ -126,8 +122,8 @@ class SpacingTerms(Strict):
     def _consistent(self) -> "SpacingTerms":
         if self.minimum is not None and self.maximum is not None and self.minimum > self.maximum:
             raise PydanticCustomError("spacing_range", "minimum must not be above maximum")
-        everywhere = (self.value, self.maximum, self.near, self.field, self.raster, self.image, self.scattered)
-        if all(term is None for term in everywhere) and not (self.labels or self.regions):
+        everywhere = self.value, self.maximum, self.near
+        if all(term is None for term in everywhere) and not (self.data or self.labels or self.regions):
             raise PydanticCustomError("spacing_open", "must have a value or a maximum, for where no other term counts")
         return self
 

@@ -1,7 +1,7 @@
 """Commands that look at meshes of any origin."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,9 +13,6 @@ from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
-
-
-OF_PICTURES = ("color", "colormap", "range", "view", "style", "width", "dpi")  # options that errors may name
 
 
 def quality(
@@ -30,6 +27,7 @@ def quality(
 ) -> None:
     """Report the quality of a triangle mesh, or compare two."""
     from bubblemesh import console
+    from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.quality import mesh_figures
     from bubblemesh.meshfiles.read import read_triangles
     from bubblemesh.meshfiles.report_json import json_text
@@ -49,7 +47,7 @@ def quality(
     if as_json:
         write_output(json_text(figures))
     else:
-        console.show_quality(figures)
+        show_quality(figures)
 
 
 def plot(
@@ -77,10 +75,11 @@ def plot(
 ) -> None:
     """Draw a triangle mesh as a picture."""
     from bubblemesh import console
+    from bubblemesh.console.report import show_files
     from bubblemesh.meshfiles.read import read_mesh
     from bubblemesh.pictures.colouring import MeshData
     from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
-    from bubblemesh.pictures.styles import PlotOptions
+    from bubblemesh.pictures.styles import PlotOptionError, PlotOptions
 
     path = output or Path(f"{mesh.stem}.png")
     require_picture(path)
@@ -99,10 +98,14 @@ def plot(
     )
     read = read_mesh(mesh)
     console.warn(left_out(mesh, read.left_out))
-    with options_named(mesh):
+    try:
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
+    except PlotOptionError as error:
+        raise CaseError(f"--{error.option}: {error.problem}") from None
+    except CaseError as error:
+        raise CaseError(f"{mesh}: {error}") from None
     save_figure(figure, path, shown)
-    console.show_files(str(path.parent), [path.name])
+    show_files(str(path.parent), [path.name])
 
 
 def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
@@ -141,14 +144,3 @@ def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
     count = "1 triangle turns" if len(found) == 1 else f"{len(found)} triangles turn"
     where = place(points[triangles[found[0]]].mean(axis=0))
     return [f"{mesh}: {count} the other way than the rest, the first at {where}: the mesh may lie upon itself there"]
-
-
-@contextmanager
-def options_named(mesh: Path) -> Iterator[None]:
-    """Errors of a picture name the option that they are about, or else the mesh."""
-    try:
-        yield
-    except CaseError as error:
-        option, _, _ = str(error).partition(":")
-        error.args = (f"--{error}" if option in OF_PICTURES else f"{mesh}: {error}",)
-        raise

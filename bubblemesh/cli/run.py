@@ -1,5 +1,7 @@
 """Commands that mesh one case, or tell what that would take."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from bubblemesh.case import Case
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination
-    from bubblemesh.run.pipeline import Result
+    from bubblemesh.run.pipeline import OnRound, OnShare, Result
 
 
 @with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
@@ -47,7 +49,6 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
-    from bubblemesh.console.run import PackingProgress
     from bubblemesh.run import destination as destinations
     from bubblemesh.run import pipeline
 
@@ -59,9 +60,7 @@ def run(
         return
     if picture is not None:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
-    with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
-        result = pipeline.mesh_case(loaded, progress.show, progress.advance)
-    hand_over(result, place, as_json, quiet)
+    deliver(partial(pipeline.mesh_case, loaded), loaded, case, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
@@ -92,7 +91,6 @@ def adapt(
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import Solution
-    from bubblemesh.console.run import PackingProgress
     from bubblemesh.meshfiles.read import read_nodal_field
     from bubblemesh.run import destination as destinations
 
@@ -104,9 +102,7 @@ def adapt(
     read = read_nodal_field(solution, field)
     with located(str(solution)):
         present = Solution.of(read.points, read.triangles, read.values, read.name)
-    with PackingProgress(f"packing {loaded.name}", quiet) as progress, located(case, loaded.origin):
-        result = adapting.adapted(loaded, present, target, exact, progress.show, progress.advance)
-    hand_over(result, place, as_json, quiet)
+    deliver(partial(adapting.adapted, loaded, present, target, exact), loaded, case, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -118,8 +114,7 @@ def check(
     picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    loaded = read_case(case, overrides)
-    show_estimate(loaded, case, picture, as_json, quiet)
+    show_estimate(read_case(case, overrides), case, picture, as_json, quiet)
 
 
 def read_case(case: str, overrides: Overrides) -> "Case":
@@ -138,26 +133,38 @@ def require_distinct(as_json: bool, output: str | None) -> None:
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
 
 
-def hand_over(result: "Result", place: "Destination", as_json: bool, quiet: bool) -> None:
-    """Write what a run has made, tell of it, and check it against what the case requires."""
+def deliver(
+    meshed: "Callable[[OnRound, OnShare], Result]",
+    case: "Case",
+    source: str,
+    place: "Destination",
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Mesh a case from a source, write the result, tell of it, and check it against what the case requires."""
     from bubblemesh import console
+    from bubblemesh.console.report import show_files, show_quality
+    from bubblemesh.console.run import PackingProgress
     from bubblemesh.meshfiles.report_json import json_text
 
+    with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
+        result = meshed(progress.show, progress.advance)
     report = place.deliver(result, output_stream() if place.folder is None else None)
     if as_json:
         write_output(json_text(report))
     if not quiet:
-        console.show_quality(report)
+        show_quality(report)
         if place.folder is not None:
-            console.show_files(str(place.folder), report["files"])
+            show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])
     if result.verdict is not None:
         raise result.verdict
 
 
 def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
-    """What meshing the case would take, and a picture of its spacing if one is named."""
+    """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
+    from bubblemesh.console import report
     from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
@@ -166,13 +173,14 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
         problem = prepare(case)
     if picture is not None:
         draw_spacing(problem, picture)
+    figures = estimate(problem)
     if as_json:
-        write_output(json_text(estimate(problem) | ({} if picture is None else {"plot": picture})))
+        write_output(json_text(figures | ({} if picture is None else {"plot": picture})))
     if not quiet:
-        console.show_problem(problem)
+        report.show_estimate(figures)
         if picture is not None:
-            console.show_files(str(picture.parent), [picture.name])
-    console.warn(problem.warnings)
+            report.show_files(str(picture.parent), [picture.name])
+    console.warn(figures["warnings"])
 
 
 def draw_spacing(problem: "Problem", picture: Path) -> None:

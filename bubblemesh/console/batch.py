@@ -3,28 +3,25 @@
 from collections import Counter
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
 
 from rich.console import Group
-from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
-from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
 from bubblemesh.batch import Entry, Progress, Row
 from bubblemesh.errors import BubblemeshError, RequirementError, outcome
+from bubblemesh.messages import counted
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
 
 
-class BatchProgress(Progress):
+class BatchProgress(console.Display, Progress):
     """Shows how a batch goes on."""
 
     def __init__(self, quiet: bool) -> None:
-        self.quiet = quiet
         self.summary: Path | None = None
         self.names: dict[int, str] = {}
         self.running: dict[int, tuple[int, int, float]] = {}  # finished rounds, nodes, and when the case has begun
@@ -32,19 +29,10 @@ class BatchProgress(Progress):
         self.counts: Counter[str] = Counter()
         self.bar = Bar("cases", *COLUMNS, console=console.terminal)
         self.task = self.bar.add_task("", total=None)
-        is_live = console.terminal.is_terminal and not quiet
-        self.live = Live(get_renderable=self.picture, console=console.terminal, transient=True) if is_live else None
+        super().__init__(quiet, transient=True)
 
-    def __enter__(self) -> "BatchProgress":
-        if self.live is not None:
-            self.live.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.live is not None:
-            self.live.stop()
+    def __exit__(self, *error: object) -> None:
+        super().__exit__(*error)
         if self.summary is not None and not self.quiet:
             console.terminal.print(Text(self._totals()))
 
@@ -85,11 +73,11 @@ class BatchProgress(Progress):
         left = total - len(self.over)
         parts = [f"{self.counts[kind]} {kind}" for kind in KINDS if self.counts[kind]]
         parts += [f"{left} left for --resume"] if left else []
-        return f"{console.counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {self.summary}"
+        return f"{counted(total, 'case')}: {', '.join(parts) or 'nothing to do'}; summary in {self.summary}"
 
     def picture(self) -> Group:
         """The running cases, the oldest first, above the bar."""
-        table = Table(box=None, header_style="bold", pad_edge=False)
+        table = console.new_table()
         table.add_column("case", overflow="ellipsis", no_wrap=True)
         for column in ("round", "nodes", "time"):
             table.add_column(column, justify="right", no_wrap=True)

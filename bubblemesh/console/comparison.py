@@ -23,7 +23,7 @@ def show_comparison(
     """Two meshes side by side: their figures and differences, and histograms as bars of text."""
     for letter, name in zip("AB", names, strict=True):
         console.terminal.print(Text.assemble((f"{letter:11}", "bold"), name))
-    table = Table(box=None, header_style="bold", pad_edge=False)
+    table = console.new_table()
     table.add_column("")
     for column in ("A", "B", "B - A"):
         table.add_column(column, justify="right", no_wrap=True)
@@ -44,7 +44,7 @@ def _bars(title: str, both: Sequence[Histogram | None]) -> Table:
     shares = [None if h is None else [n / h.total for n in (h.below, *h.counts, h.above)] for h in both]
     largest = max(max(column) for column in shares if column is not None)
     length = min(BAR, max((console.terminal.width - BESIDE_BARS) // 2, 0))
-    table = Table(box=None, header_style="bold", pad_edge=False)
+    table = console.new_table()
     for column, side in ((title, "left"), ("A", "right"), ("", "left"), ("B", "right"), ("", "left")):
         table.add_column(column, justify="right" if side == "right" else "left", no_wrap=True)
     for k, name in enumerate(bins):

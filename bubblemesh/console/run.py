@@ -1,13 +1,10 @@
 """A packing on the terminal: a table that grows by a line for each round, and how far it is; plain lines elsewhere."""
 
-from collections.abc import Sequence
 from math import inf
 from time import monotonic
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from rich.console import Group
-from rich.live import Live
 from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
@@ -34,31 +31,16 @@ REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and 
 TOLD_FROM = 0.02  # share of the packing before which its speed is not known
 
 
-class PackingProgress:
+class PackingProgress(console.Display):
     """Shows each round as it ends, what share of the packing is done, and about how long the rest takes."""
 
     def __init__(self, title: str, quiet: bool) -> None:
-        self.quiet = quiet
         self.rows: list[tuple[str, ...]] = []
         self.title = title
         self.told = monotonic()
         self.first = self.told, inf  # time and share when the packing began
         self.spinner = Spinner("dots", Text(title))
-        self.over = False
-        live = Live(get_renderable=self.picture, console=console.terminal, refresh_per_second=8)
-        self.live = live if console.terminal.is_terminal and not quiet else None
-
-    def __enter__(self) -> "PackingProgress":
-        if self.live is not None:
-            self.live.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.live is not None:
-            self.over = True
-            self.live.stop()
+        super().__init__(quiet, refresh_per_second=8)
 
     def show(self, row: "RoundRow") -> None:
         """Add a finished round."""
@@ -74,9 +56,9 @@ class PackingProgress:
         )
         self.rows.append(cells)
         if self.live is None and not self.quiet:
-            if len(self.rows) == 1:
-                _line(list(COLUMNS))
-            _line(cells)
+            for line in [tuple(COLUMNS), cells] if len(self.rows) == 1 else [cells]:
+                padded = (f"{cell:>{width}}" for cell, width in zip(line, COLUMNS.values(), strict=True))
+                console.terminal.print(Text(" ".join(padded)))
 
     def advance(self, share: float) -> None:
         """Tell what share of the packing is done, and about how long the rest takes."""
@@ -102,13 +84,13 @@ class PackingProgress:
 
     def picture(self) -> Group:
         """The latest rounds above the line that tells how far the packing is; at the end all rounds."""
-        most = len(self.rows) if self.over else max(console.terminal.height - 3, 1)
+        most = len(self.rows) if self.ended else max(console.terminal.height - 3, 1)
         parts = [self._table(most)] if self.rows else []
-        return Group(*parts) if self.over else Group(*parts, self.spinner)
+        return Group(*parts) if self.ended else Group(*parts, self.spinner)
 
     def _table(self, most: int) -> Table:
         names = _fitting(console.terminal.width)
-        table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1, 0, 0))
+        table = console.new_table(padding=(0, 1, 0, 0))
         for name in names:
             table.add_column(name, justify="right", no_wrap=True, min_width=COLUMNS[name])
         for cells in self.rows[-most:]:
@@ -123,9 +105,3 @@ def _fitting(width: int) -> list[str]:
         if sum(COLUMNS[kept] + 1 for kept in names) - 1 > width:
             names.remove(name)
     return names
-
-
-def _line(cells: Sequence[str]) -> None:
-    console.terminal.print(
-        Text(" ".join(f"{cell:>{width}}" for cell, width in zip(cells, COLUMNS.values(), strict=True)))
-    )

@@ -111,7 +111,7 @@ def report(first: Measured, second: Measured) -> dict[str, Any]:
 
 
 def _differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """What the second mesh has more than the first, for each figure that is a number in both."""
+    """Differences, second mesh minus first, for each figure that is a number in both."""
     found: dict[str, Any] = {}
     for key in [key for key in first if key in second]:
         a, b = first[key], second[key]

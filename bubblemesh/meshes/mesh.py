@@ -16,14 +16,6 @@ from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
 
-def _nothing() -> Integers:
-    return np.zeros(0, np.int64)
-
-
-def _no_pairs() -> Integers:
-    return np.zeros((0, 2), np.int64)
-
-
 class PeriodicSides(NamedTuple):
     """Two sides of which the second is the first one moved to the right, or else upwards.
 
@@ -83,12 +75,12 @@ class Mesh:
     facet_labels: Integers
     labels: tuple[str, ...]
     regions: tuple[str, ...] = ("domain",)
-    triangle_regions: Integers = field(default_factory=_nothing)
-    labelled_nodes: Integers = field(default_factory=_nothing)
-    node_labels: Integers = field(default_factory=_nothing)
+    triangle_regions: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    labelled_nodes: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    node_labels: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
     point_labels: tuple[str, ...] = ()
     facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
-    periodic: Integers = field(default_factory=_no_pairs)
+    periodic: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
     def __post_init__(self) -> None:
         if len(self.triangle_regions) == 0:
@@ -111,7 +103,7 @@ class Mesh:
 
     @cached_property
     def outer(self) -> Booleans:
-        """Which facets (f,) are boundary edges: those with a triangle on one side only."""
+        """Mask (f,) of the facets that are boundary edges: those with a triangle on one side only."""
         forth, back = (self._side_table.find(pairs) for pairs in (self.facets, self.facets[:, 1::-1]))
         return (forth < 0) != (back < 0)
 
@@ -238,7 +230,7 @@ class Mesh:
 
 
 def _folded(corners: Floats, middles: Floats) -> Booleans:
-    """Which curved triangles (t,) with corners (t, 3, 2) and edge nodes (t, 3, 2) do not map one to one.
+    """Mask (t,) of curved triangles, corners (t, 3, 2) and edge nodes (t, 3, 2), whose map is not one to one.
 
     The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
     """

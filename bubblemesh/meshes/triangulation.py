@@ -60,7 +60,7 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
 
 
 def sorted_triangles(triangles: Integers) -> Integers:
-    """The same triangles (t, 3), turned to begin with their lowest node and sorted: an order that makes files equal."""
+    """Triangles (t, 3) turned to begin with their lowest node, and sorted: an order that makes files equal."""
     first = triangles.argmin(axis=1)
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     return turned[np.lexsort(turned.T[::-1])]

@@ -22,6 +22,11 @@ class Group(NamedTuple):
     dimension: int
 
 
+def cell_kinds(mesh: Mesh) -> tuple[str, str]:
+    """Return what meshio calls the edges and the triangles of a mesh."""
+    return ("line", "triangle") if mesh.order == 1 else ("line3", "triangle6")
+
+
 def facet_ids(mesh: Mesh) -> Integers:
     """Return the (f,) ids of the facets' labels: 1 for the first label."""
     return mesh.facet_labels.astype(np.int64) + 1

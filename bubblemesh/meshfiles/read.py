@@ -179,7 +179,7 @@ class FieldData(NamedTuple):
 
     @property
     def at_points(self) -> bool:
-        """Whether it is data at points."""
+        """Whether the data is at points, not of cells."""
         return self.cells is None
 
 

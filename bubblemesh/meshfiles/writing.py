@@ -21,7 +21,6 @@ _REPORT = ".report.json"
 PAGE_FILE = ".html"
 Page = Callable[[Mapping[str, Any]], str]
 NO_TABLES: Mapping[str, str] = {}
-NO_PAGES: Mapping[str, Page] = {}
 
 
 def write_files(
@@ -32,7 +31,7 @@ def write_files(
     name: str,
     formats: Sequence[str],
     tables: Mapping[str, str] = NO_TABLES,
-    pages: Mapping[str, Page] = NO_PAGES,
+    page: Page | None = None,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
@@ -55,8 +54,8 @@ def write_files(
         Keys of ``FORMATS``.
     tables : mapping of str to str
         Text of more files, by the end of their names.
-    pages : mapping of str to callable
-        What makes the text of still more files from the report as written but for the time that this takes.
+    page : callable, optional
+        Makes the text of NAME.html from the report as written but for the time that this takes.
 
     Returns
     -------
@@ -73,7 +72,7 @@ def write_files(
     require_order(formats, mesh.order)
     labels = _labels(mesh, formats)
     tables = tables if labels is None else {**tables, LABELS_FILE: labels}
-    files = file_names(name, formats, (*tables, *pages))
+    files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])))
     _check_distinct(files, folder)
     begun = perf_counter()
     with transaction(folder) as staging:
@@ -82,9 +81,9 @@ def write_files(
         for end, text in tables.items():
             (staging / f"{name}{end}").write_text(text, encoding="utf-8")
         written = _completed(report, files, "writing", perf_counter() - begun)
-        for end, make in pages.items():
+        if page is not None:
             begun = perf_counter()
-            (staging / f"{name}{end}").write_text(make(written), encoding="utf-8")
+            (staging / f"{name}{PAGE_FILE}").write_text(page(written), encoding="utf-8")
             written = _completed(written, files, "page", perf_counter() - begun)
         (staging / files[-1]).write_text(json_text(written), encoding="utf-8")
     return written
@@ -97,16 +96,14 @@ def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) ->
     return [name + end for end in (*ends, *tables, _REPORT)]
 
 
-def write_file(
-    mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path, tables: Mapping[str, str] = NO_TABLES
-) -> dict[str, Any]:
+def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
     formats = formats_by_ending(path.name)
     if not formats:
         ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
         raise CaseError(f"{path}: unknown ending for a mesh file: choose one of {ends}")
     stem = path.name.removesuffix(FORMATS[formats[0]].files[0])
-    return write_files(mesh, fields, report, path.parent, stem, formats[:1], tables)
+    return write_files(mesh, fields, report, path.parent, stem, formats[:1])
 
 
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:

@@ -4,7 +4,7 @@ import base64
 import hashlib
 from collections.abc import Sequence
 
-from bubblemesh.pages.markup import Markup, filled, package_text
+from bubblemesh.pages.markup import Markup, from_template, package_text
 from bubblemesh.pictures.colours import LABELS, REGIONS
 
 
@@ -28,7 +28,7 @@ def page(title: str, body: Markup, scripts: Sequence[str], *, wide: bool = False
         "base-uri 'none'; form-action 'none'"
     )
     return str(
-        filled(
+        from_template(
             "page.html",
             title=title,
             policy=Markup(policy),

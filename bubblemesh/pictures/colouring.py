@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import CaseError
 from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import radius_ratios, spacing_ratios
 from bubblemesh.messages import meant
 from bubblemesh.pictures.colours import REGIONS
+from bubblemesh.pictures.styles import PlotOptionError
 
 OWN = ("quality", "spacing", "label", "material", "none")
 TARGET = "target_spacing"
@@ -71,12 +71,12 @@ def colouring(
 
     Raises
     ------
-    CaseError
+    PlotOptionError
         If the mesh does not have the quantity, or there is no such colour map or range.
     """
     if color in ("none", "label"):
         if color == "label" and not mesh.labels:
-            raise CaseError("color: the mesh has no labelled edges")
+            raise PlotOptionError("color", "the mesh has no labelled edges")
         return None
     if color == "material":
         return _by_region(mesh)
@@ -92,7 +92,7 @@ def colouring(
 
 def _by_region(mesh: Mesh) -> Colouring:
     if not mesh.regions:
-        raise CaseError("color: the mesh has no regions: its triangles have neither tags nor names")
+        raise PlotOptionError("color", "the mesh has no regions: its triangles have neither tags nor names")
     count = len(mesh.regions)
     colors = ListedColormap([REGIONS[k % len(REGIONS)] for k in range(count)])
     return Colouring(mesh.triangle_regions.astype(float), "material", colors, (-0.5, count - 0.5), mesh.regions)
@@ -101,9 +101,9 @@ def _by_region(mesh: Mesh) -> Colouring:
 def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
     wanted = data.cells.get(TARGET)
     if wanted is None or wanted.ndim != 1:
-        raise CaseError(f"color: the mesh has no {TARGET} for its triangles, so that spacing cannot be shown")
+        raise PlotOptionError("color", f"the mesh has no {TARGET} for its triangles, so that spacing cannot be shown")
     if not (wanted > 0).all():
-        raise CaseError(f"color: {TARGET} is not positive at some triangle")
+        raise PlotOptionError("color", f"{TARGET} is not positive at some triangle")
     return spacing_ratios(mesh.points, mesh.triangles[:, :3], wanted)
 
 
@@ -117,14 +117,14 @@ def _field(mesh: Mesh, data: MeshData, name: str) -> tuple[Floats, str]:
         known = dict.fromkeys((*OWN, *data.cells, *data.points))
         close = meant(name, known)
         hint = close if close.startswith("allowed") else f"{close} allowed: {', '.join(known)}"
-        raise CaseError(f"color: the mesh has no {name!r}: {hint}")
+        raise PlotOptionError("color", f"the mesh has no {name!r}: {hint}")
     flat = values.reshape(len(values), -1)
     lengths = flat[:, 0] if flat.shape[1] == 1 else np.sqrt((flat**2).sum(axis=1))
     title = name if flat.shape[1] == 1 else f"|{name}|"
     if name not in data.cells:
         lengths = lengths[mesh.triangles[:, :3]].mean(axis=1)
     if not np.isfinite(lengths).any():
-        raise CaseError(f"color: {name} has no finite value")
+        raise PlotOptionError("color", f"{name} has no finite value")
     return np.where(np.isfinite(lengths), lengths, np.nan), title
 
 
@@ -134,7 +134,9 @@ def _map(name: str) -> Colormap:
     try:
         return mpl.colormaps[name]
     except KeyError:
-        raise CaseError(f"colormap: {name!r} is unknown: {meant(name, (QUALITY.name, *mpl.colormaps))}") from None
+        raise PlotOptionError(
+            "colormap", f"{name!r} is unknown: {meant(name, (QUALITY.name, *mpl.colormaps))}"
+        ) from None
 
 
 def _around_one(ratios: Floats) -> tuple[float, float]:

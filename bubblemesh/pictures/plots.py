@@ -23,7 +23,7 @@ from bubblemesh.pictures.colours import BARE, INK
 from bubblemesh.pictures.legends import add_colour_bar, add_legend
 from bubblemesh.pictures.outlines import add_outlines
 from bubblemesh.pictures.sheets import is_tall, kept, sheet
-from bubblemesh.pictures.styles import PlotOptions, View
+from bubblemesh.pictures.styles import PlotOptionError, PlotOptions, View
 
 # Without a date and with fixed ids the same mesh gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -150,8 +150,8 @@ def _in_view(mesh: Mesh, view: View | None) -> Booleans:
     shown = np.asarray((high > [x0, y0]).all(axis=1) & (low < [x1, y1]).all(axis=1))
     if not shown.any():
         (left, bottom), (right, top) = mesh.points.min(axis=0), mesh.points.max(axis=0)
-        raise CaseError(
-            f"view: no triangle is there: the mesh covers [{left:.6g}, {right:.6g}] x [{bottom:.6g}, {top:.6g}]"
+        raise PlotOptionError(
+            "view", f"no triangle is there: the mesh covers [{left:.6g}, {right:.6g}] x [{bottom:.6g}, {top:.6g}]"
         )
     return shown
 

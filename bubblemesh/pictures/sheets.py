@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
 
-from bubblemesh.errors import CaseError
-from bubblemesh.pictures.styles import PlotOptions, View
+from bubblemesh.pictures.styles import PlotOptionError, PlotOptions, View
 
 MM_PER_INCH = 25.4
 MARGIN, NARROW_MARGIN = 0.12, 0.03  # inches
@@ -27,7 +26,7 @@ def sheet(box: View, options: PlotOptions) -> tuple[Figure, float]:
 
     Raises
     ------
-    CaseError
+    PlotOptionError
         If it would have too many pixels.
     """
     width, height = box[2] - box[0], box[3] - box[1]
@@ -40,7 +39,9 @@ def sheet(box: View, options: PlotOptions) -> tuple[Figure, float]:
         inches = min(asked / MM_PER_INCH / width, long_side / height)
         size = (asked / MM_PER_INCH, height * inches + 1.5)
     if max(size) * dpi > MOST_PIXELS:
-        raise CaseError(f"dpi: the picture would be {max(size) * dpi:.0f} pixels long: at most {MOST_PIXELS} are drawn")
+        raise PlotOptionError(
+            "dpi", f"the picture would be {max(size) * dpi:.0f} pixels long: at most {MOST_PIXELS} are drawn"
+        )
     pads: Any = {} if asked is None else {"w_pad": 0.01, "h_pad": 0.02}
     layout = ConstrainedLayoutEngine(**pads)
     figure = Figure(figsize=size, dpi=dpi, layout=layout)

@@ -65,6 +65,20 @@ STYLES = {
 }
 
 
+class PlotOptionError(CaseError):
+    """An option of a picture has no such value, or asks for what the mesh does not have.
+
+    Attributes
+    ----------
+    option, problem : str
+        Name of the option, as the command line has it, and what is wrong with it.
+    """
+
+    def __init__(self, option: str, problem: str) -> None:
+        super().__init__(f"{option}: {problem}")
+        self.option, self.problem = option, problem
+
+
 @dataclass(frozen=True)
 class PlotOptions:
     """What a picture shows, and how.
@@ -114,15 +128,15 @@ class PlotOptions:
         return self.width or self.look.width
 
     def check(self) -> None:
-        """Refuse values that no picture can have, by a CaseError."""
+        """Refuse values that no picture can have, by a PlotOptionError."""
         if self.style not in STYLES:
-            raise CaseError(f"style: {self.style!r} is unknown: {meant(self.style, STYLES)}")
+            raise PlotOptionError("style", f"{self.style!r} is unknown: {meant(self.style, STYLES)}")
         for name, value in (("width", self.width), ("dpi", self.dpi)):
             if value is not None and not SMALLEST <= value <= LARGEST:
-                raise CaseError(f"{name}: is {value:g}: it has to be between {SMALLEST} and {LARGEST}")
+                raise PlotOptionError(name, f"is {value:g}: it has to be between {SMALLEST} and {LARGEST}")
         if self.limits is not None and not -math.inf < self.limits[0] < self.limits[1] < math.inf:
-            raise CaseError("range: give two numbers, the first less than the second")
+            raise PlotOptionError("range", "give two numbers, the first less than the second")
         if self.view is not None:
             x0, y0, x1, y1 = self.view
             if not (-math.inf < x0 < x1 < math.inf and -math.inf < y0 < y1 < math.inf):
-                raise CaseError("view: give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")
+                raise PlotOptionError("view", "give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")

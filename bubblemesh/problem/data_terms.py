@@ -1,12 +1,13 @@
-"""Terms of a spacing whose values are in files: read, and made functions of the place."""
+"""Data terms of a spacing: their values read, and made functions of the place."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from bubblemesh.case.data_terms import FieldTerm, ImageTerm, RasterTerm, ScatteredTerm, several
+from bubblemesh.arrays import Floats
+from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.meshfiles.read import read_field
@@ -17,35 +18,41 @@ from bubblemesh.spacing.terms.field import Field
 from bubblemesh.spacing.terms.raster import Raster
 from bubblemesh.spacing.terms.scattered import scattered
 
-Sampled = Field | Raster
+
+class DataFunction(Protocol):
+    """A spacing made of data."""
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Box (x0, y0, x1, y1) of the data."""
+
+    @property
+    def spots(self) -> Floats:
+        """Places (k, 2) at which it is fine over a short distance."""
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (m,) at x (m,) and y (m,)."""
 
 
-def sampled_terms(terms: SpacingTerms) -> dict[Key, Sampled]:
-    """The terms given by values on meshes, on grids, by pictures and at points, by their keys.
+def data_functions(terms: SpacingTerms) -> dict[Key, DataFunction]:
+    """Functions of the data terms, by their keys.
 
     Raises
     ------
     CaseError, FileError
         With the key, the file and the place in it.
     """
-    made: list[tuple[str, Callable[[Any], Sampled]]] = [
-        ("field", _field),
-        ("raster", _raster),
-        ("image", _image),
-        ("scattered", _scattered),
-    ]
     found = {}
-    for key, of in made:
-        models: tuple[Any, ...] = several(getattr(terms, key))
+    for name, models in terms.data.items():
         for number, model in enumerate(models):
-            path = Key(["spacing", key, *([number] if len(models) > 1 else [])])
-            with at_key(*path):
-                found[path] = of(model)
+            key = Key(["spacing", name, *([number] if len(models) > 1 else [])])
+            with at_key(*key):
+                found[key] = FUNCTIONS[type(model)](model)
     return found
 
 
-def elsewhere(key: Key, data: Sampled, bounds: Sequence[float]) -> str | None:
-    """A warning if data lies wholly outside a domain with the bounds (x0, y0, x1, y1)."""
+def elsewhere(key: Key, data: DataFunction, bounds: Sequence[float]) -> str | None:
+    """Warning if data lies wholly outside a domain with the bounds (x0, y0, x1, y1)."""
     (x0, y0, x1, y1), (left, low, right, high) = data.bounds, bounds
     if x0 <= right and left <= x1 and y0 <= high and low <= y1:
         return None
@@ -60,7 +67,7 @@ def _box(bounds: Sequence[float]) -> str:
     return f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}]"
 
 
-def _field(term: FieldTerm) -> Sampled:
+def _field(term: FieldTerm) -> DataFunction:
     data = read_field(Path(term.file), term.name)
     with prefixed(f"{term.file}: {data.name}"):
         if data.at_points:
@@ -68,7 +75,7 @@ def _field(term: FieldTerm) -> Sampled:
         return Field.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
 
 
-def _raster(term: RasterTerm) -> Sampled:
+def _raster(term: RasterTerm) -> DataFunction:
     with prefixed(term.file):
         data = read_gridded(Path(term.file), term.name)
         with prefixed(data.name):
@@ -81,16 +88,24 @@ def _raster(term: RasterTerm) -> Sampled:
             return Raster.of(data.x, data.y, data.values).scaled(term.scale)
 
 
-def _image(term: ImageTerm) -> Sampled:
+def _image(term: ImageTerm) -> DataFunction:
     with prefixed(term.file):
         grey = read_grey(Path(term.file))
         return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
 
 
-def _scattered(term: ScatteredTerm) -> Sampled:
+def _scattered(term: ScatteredTerm) -> DataFunction:
     if term.file is None:
         samples = np.array(term.points, float)
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
     with prefixed(term.file):
         samples = read_columns(Path(term.file), ("x", "y", "d"))
         return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
+
+
+FUNCTIONS: dict[type[DataTerm], Callable[[Any], DataFunction]] = {
+    FieldTerm: _field,
+    RasterTerm: _raster,
+    ImageTerm: _image,
+    ScatteredTerm: _scattered,
+}

@@ -16,7 +16,7 @@ from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.to_labels import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.data_terms import elsewhere, sampled_terms
+from bubblemesh.problem.data_terms import data_functions, elsewhere
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
@@ -59,16 +59,23 @@ def wanted_of(case: Case, domain: Domain) -> Wanted:
         If a term names a label or a region that is not there; with the key.
     """
     terms, value = _mapping(case), _value(case, domain)
-    limits, near, sampled = _limits_within(terms, case, domain), _near(terms, domain), sampled_terms(terms)
-    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in sampled.items())
-    spots = np.vstack([*_spots(terms, domain), *(data.spots for data in sampled.values())])
-    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in sampled.items()))
+    limits, near, functions = _limits_within(terms, case, domain), _near(terms, domain), data_functions(terms)
+    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in functions.items())
+    spots = np.vstack([*_spots(terms, domain), *(data.spots for data in functions.values())])
+    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in functions.items()))
+    return Wanted(within_limits(case, found, spots, terms.scale), rules_of(case), terms.nodes, tuple(astray))
+
+
+def within_limits(
+    case: Case, terms: tuple[Spacing, ...], spots: Floats, own_scale: float = 1.0
+) -> Callable[[float | None], Spacing]:
+    """The smallest of terms at a scale, or else their own, within the case's limits; fine near spots (k, 2)."""
+    limits = _limits(case)
 
     def at(scale: float | None) -> Spacing:
-        combined = _combined(found, terms.scale if scale is None else scale, limits_of(case))
-        return replace(combined, spots=spots)
+        return replace(_combined(terms, own_scale if scale is None else scale, limits), spots=spots)
 
-    return Wanted(at, rules_of(case), terms.nodes, tuple(astray))
+    return at
 
 
 def nodes_of(case: Case) -> int | None:
@@ -76,7 +83,7 @@ def nodes_of(case: Case) -> int | None:
     return _mapping(case).nodes
 
 
-def limits_of(case: Case) -> tuple[float, float]:
+def _limits(case: Case) -> tuple[float, float]:
     """The least and the largest value of the case's spacing."""
     terms = _mapping(case)
     return terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum

@@ -1,4 +1,4 @@
-"""Strokes joined into closed rings where their ends meet."""
+"""Curves joined into closed rings where their ends meet."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,29 +9,30 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.rings import ArcTo, LineTo, Ring, SplineTo
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import place
-from bubblemesh.readers.features import Piece, Point, Stroke, end_of
+from bubblemesh.readers.features import CompoundCurve
 
 JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
 MOST_NAMED = 5
 
 
 class Link(NamedTuple):
-    """A stroke seen from one of its ends: from node ``begin`` to node ``end``, or the other way if ``back``."""
+    """A curve in a loop, from node ``begin`` to node ``end``; against its own direction if ``backward``."""
 
-    stroke: int
-    back: bool
+    curve: int
+    backward: bool
     begin: int
     end: int
 
 
-def chained(strokes: Sequence[Stroke], join: float | None) -> tuple[list[Ring], list[str]]:
-    """Rings of the strokes, and notes on gaps that were closed.
+def rings_of_curves(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[Ring], list[str]]:
+    """Rings of the curves, and notes on gaps that were closed.
 
     Parameters
     ----------
-    strokes : sequence of Stroke
+    curves : sequence of CompoundCurve
     join : float, optional
         Ends nearer to each other than this meet in their common mean; by default they may differ by rounding only.
 
@@ -40,16 +41,16 @@ def chained(strokes: Sequence[Stroke], join: float | None) -> tuple[list[Ring], 
     GeometryError
         If an end meets no other one, or more than one.
     """
-    closed = [_ring([stroke]) for stroke in strokes if stroke.start == stroke.end]
-    strokes = [stroke for stroke in strokes if stroke.start != stroke.end]
-    if not strokes:
+    closed = [_ring([curve]) for curve in curves if curve.start == curve.end]
+    curves = [curve for curve in curves if curve.start != curve.end]
+    if not curves:
         return closed, []
-    ends = np.array([[stroke.start, stroke.end] for stroke in strokes], float).reshape(-1, 2)
-    stops = np.array([stroke.start for stroke in strokes] + [end_of(piece) for s in strokes for piece in s.pieces])
+    ends = np.array([[curve.start, curve.end] for curve in curves], float).reshape(-1, 2)
+    stops = np.array([curve.start for curve in curves] + [end_of(piece) for s in curves for piece in s.pieces])
     rounding = JOIN * float(np.ptp(stops, axis=0).max())
     reach = rounding if join is None else join
     node = _clustered(ends, reach)
-    _require_pairs(strokes, ends, node)
+    _require_pairs(curves, ends, node)
     meet = np.column_stack([np.bincount(node, ends[:, k]) / np.bincount(node) for k in range(2)])
     gap = np.hypot(*(ends - meet[node]).T)
     notes = []
@@ -57,7 +58,7 @@ def chained(strokes: Sequence[Stroke], join: float | None) -> tuple[list[Ring], 
         widest = int(gap.argmax())
         gaps = len(np.unique(node[2 * gap > rounding]))
         notes.append(f"{gaps} gaps joined, the widest ({2 * gap[widest]:.3g}) at {place(ends[widest])}")
-    made = [_ring([_moved(strokes[link.stroke], link, meet) for link in loop]) for loop in _loops(node.reshape(-1, 2))]
+    made = [_ring([_moved(curves[link.curve], link, meet) for link in loop]) for loop in _loops(node.reshape(-1, 2))]
     return closed + made, notes
 
 
@@ -72,18 +73,18 @@ def _clustered(ends: Floats, reach: float) -> Integers:
     return connected_components(links, directed=False)[1].astype(np.int64)
 
 
-def _require_pairs(strokes: Sequence[Stroke], ends: Floats, node: Integers) -> None:
+def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers) -> None:
     """Every meeting place must have two ends."""
     count = np.bincount(node)[node]
     loose = np.flatnonzero(count == 1)
     if len(loose):
-        gaps = [f"{strokes[k // 2].name} at {place(ends[k])}" for k in loose[:MOST_NAMED].tolist()]
+        gaps = [f"{curves[k // 2].name} at {place(ends[k])}" for k in loose[:MOST_NAMED].tolist()]
         more = f" and {len(loose) - MOST_NAMED} more" if len(loose) > MOST_NAMED else ""
         raise GeometryError(f"open ends: {', '.join(gaps)}{more}: {_advice(ends, loose)}")
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         k = int(crowded[0])
-        names = sorted({strokes[j // 2].name for j in np.flatnonzero(node == node[k]).tolist()})
+        names = sorted({curves[j // 2].name for j in np.flatnonzero(node == node[k]).tolist()})
         raise GeometryError(
             f"{count[k]} ends meet at {place(ends[k])} ({', '.join(names[:MOST_NAMED])}): a ring passes a point once; "
             "remove double lines, or choose a layer or feature"
@@ -100,11 +101,11 @@ def _advice(ends: Floats, loose: Integers) -> str:
 
 
 def _loops(node: Integers) -> list[list[Link]]:
-    """Closed walks along strokes (m, 2), given by the nodes at their ends."""
+    """Closed walks along curves (m, 2), given by the nodes at their ends."""
     at: dict[int, list[int]] = {}
-    for stroke, (begin, end) in enumerate(node.tolist()):
-        at.setdefault(begin, []).append(stroke)
-        at.setdefault(end, []).append(stroke)
+    for curve, (begin, end) in enumerate(node.tolist()):
+        at.setdefault(begin, []).append(curve)
+        at.setdefault(end, []).append(curve)
     used = np.zeros(len(node), bool)
     loops = []
     for first in range(len(node)):
@@ -113,18 +114,18 @@ def _loops(node: Integers) -> list[list[Link]]:
         begin, end = node[first].tolist()
         loop, used[first] = [Link(first, False, begin, end)], True
         while end != begin:
-            (stroke,) = (k for k in at[end] if not used[k])
-            used[stroke] = True
-            a, b = node[stroke].tolist()
-            loop.append(Link(stroke, a != end, end, b if a == end else a))
+            (curve,) = (k for k in at[end] if not used[k])
+            used[curve] = True
+            a, b = node[curve].tolist()
+            loop.append(Link(curve, a != end, end, b if a == end else a))
             end = loop[-1].end
         loops.append(loop)
     return loops
 
 
-def _moved(stroke: Stroke, link: Link, meet: Floats) -> Stroke:
-    """The stroke run as the link tells, with its ends at the meeting places."""
-    run = _reversed(stroke) if link.back else stroke
+def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
+    """The curve run as the link tells, with its ends at the meeting places."""
+    run = _reversed(curve) if link.backward else curve
     (x0, y0), (x1, y1) = meet[link.begin].tolist(), meet[link.end].tolist()
     pieces = list(run.pieces)
     if len(pieces) == 1:
@@ -134,7 +135,7 @@ def _moved(stroke: Stroke, link: Link, meet: Floats) -> Stroke:
         pieces[0] = _between(run.start, pieces[0], (x0, y0), inner)
         before = end_of(pieces[-2])
         pieces[-1] = _between(before, pieces[-1], before, (x1, y1))
-    return Stroke((x0, y0), tuple(pieces), run.name)
+    return CompoundCurve((x0, y0), tuple(pieces), run.name)
 
 
 def _between(start: Point, piece: Piece, new_start: Point, new_end: Point) -> Piece:
@@ -156,26 +157,26 @@ def _between(start: Point, piece: Piece, new_start: Point, new_end: Point) -> Pi
     return ArcTo(new_end, (center.real, center.imag), piece.left, piece.label)
 
 
-def _reversed(stroke: Stroke) -> Stroke:
-    starts = [stroke.start, *(end_of(piece) for piece in stroke.pieces[:-1])]
+def _reversed(curve: CompoundCurve) -> CompoundCurve:
+    starts = [curve.start, *(end_of(piece) for piece in curve.pieces[:-1])]
     pieces: list[Piece] = []
-    for start, piece in zip(reversed(starts), reversed(stroke.pieces), strict=True):
+    for start, piece in zip(reversed(starts), reversed(curve.pieces), strict=True):
         if isinstance(piece, SplineTo):
             pieces.append(piece._replace(through=[*reversed(list(piece.through)[:-1]), start]))
         elif isinstance(piece, ArcTo):
             pieces.append(piece._replace(to=start, left=not piece.left))
         else:
             pieces.append(piece._replace(to=start))
-    return Stroke(stroke.end, tuple(pieces), stroke.name)
+    return CompoundCurve(curve.end, tuple(pieces), curve.name)
 
 
-def _ring(strokes: Sequence[Stroke]) -> Ring:
-    """The ring along strokes that follow each other; arcs of one circle become the whole circle."""
-    pieces = [piece for stroke in strokes for piece in stroke.pieces]
-    names = list(dict.fromkeys(stroke.name for stroke in strokes))
+def _ring(curves: Sequence[CompoundCurve]) -> Ring:
+    """The ring along curves that follow each other; arcs of one circle become the whole circle."""
+    pieces = [piece for curve in curves for piece in curve.pieces]
+    names = list(dict.fromkeys(curve.name for curve in curves))
     origin = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
     try:
-        ring = _whole_circle(pieces) or rings.path(strokes[0].start, pieces)
+        ring = _whole_circle(pieces) or rings.path(curves[0].start, pieces)
     except GeometryError as error:
         raise GeometryError(f"{origin}: {error}") from None
     return replace(ring, origin=origin)

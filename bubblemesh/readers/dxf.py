@@ -14,9 +14,16 @@ from ezdxf.math import bulge_center
 from bubblemesh.errors import CaseError
 from bubblemesh.files import unreadable
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import place, shown
-from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
+from bubblemesh.readers.features import (
+    NO_HEIGHTS,
+    CompoundCurve,
+    Feature,
+    FeatureCollection,
+    finite_points,
+    writable_label,
+)
 from bubblemesh.readers.sampling import splines
 
 FLAT = 3e-8  # bulge that is none but for rounding
@@ -26,7 +33,7 @@ DEEPEST = 16  # blocks within blocks
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 13: "um"}  # of the header's $INSUNITS
 
 
-def read_dxf(path: Path) -> Content:
+def read_dxf(path: Path) -> FeatureCollection:
     """The curves of a drawing's model space, blocks resolved; other entities are named in the notes.
 
     Raises
@@ -56,8 +63,8 @@ def read_dxf(path: Path) -> Content:
     if not features:
         raise CaseError(f"there are no curves in its model space{''.join(f'; {note}' for note in notes)}")
     if len(heights) > 1:
-        notes = (*notes, "heights (z) are not used")
-    return Content(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
+        notes = (*notes, NO_HEIGHTS)
+    return FeatureCollection(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
 
 
 def _ends(entity: Any) -> list[Any]:
@@ -103,14 +110,14 @@ def _unused(kind: str, entities: list[Any]) -> str:
 
 def _feature(entity: Any) -> Feature:
     name, layer = _name(entity), str(entity.dxf.layer)
-    label, notes = fitting(None if layer == "0" else layer, "a layer")
+    label, notes = writable_label(None if layer == "0" else layer, "a layer")
     try:
         made = CURVES[entity.dxftype()](entity, name, label)
     except (DXFError, ValueError, ZeroDivisionError) as error:
         raise CaseError(f"{name}: not a valid curve: {shown(error)}: draw it anew") from None
     properties = {"type": entity.dxftype(), "handle": entity.dxf.get("handle")}
-    if isinstance(made, Stroke):
-        return Feature(name, layer, properties, strokes=(made,), notes=notes)
+    if isinstance(made, CompoundCurve):
+        return Feature(name, layer, properties, curves=(made,), notes=notes)
     return Feature(name, layer, properties, rings=(replace(made, origin=name),), notes=notes)
 
 
@@ -119,37 +126,38 @@ def _mirrored(entity: Any) -> float:
     return -1.0 if entity.dxf.get("extrusion", (0, 0, 1))[2] < 0 else 1.0
 
 
-def _line(entity: Any, name: str, label: str | None) -> Stroke:
-    start, end = checked([entity.dxf.start, entity.dxf.end], name)
-    return Stroke(start, (LineTo(end, label),), name)
+def _line(entity: Any, name: str, label: str | None) -> CompoundCurve:
+    start, end = finite_points([entity.dxf.start, entity.dxf.end], name)
+    return CompoundCurve(start, (LineTo(end, label),), name)
 
 
-def _arc(entity: Any, name: str, label: str | None) -> Stroke:
-    start, end, center = checked([entity.start_point, entity.end_point, entity.ocs().to_wcs(entity.dxf.center)], name)
-    return Stroke(start, (ArcTo(end, center, _mirrored(entity) > 0, label),), name)
+def _arc(entity: Any, name: str, label: str | None) -> CompoundCurve:
+    center = entity.ocs().to_wcs(entity.dxf.center)
+    start, end, middle = finite_points([entity.start_point, entity.end_point, center], name)
+    return CompoundCurve(start, (ArcTo(end, middle, _mirrored(entity) > 0, label),), name)
 
 
 def _circle(entity: Any, name: str, label: str | None) -> rings.Ring:
-    center, (radius, _) = checked([entity.ocs().to_wcs(entity.dxf.center), (entity.dxf.radius, 0)], name)
+    center, (radius, _) = finite_points([entity.ocs().to_wcs(entity.dxf.center), (entity.dxf.radius, 0)], name)
     if radius <= 0:
         raise CaseError(f"{name} at {place(center)}: its radius is {radius:g}")
     return rings.circle(center, radius, label)
 
 
-def _ellipse(entity: Any, name: str, label: str | None) -> Stroke | rings.Ring:
+def _ellipse(entity: Any, name: str, label: str | None) -> CompoundCurve | rings.Ring:
     begin, sweep = entity.dxf.start_param, (entity.dxf.end_param - entity.dxf.start_param) % (2 * np.pi)
     if sweep == 0 or sweep > FULL_TURN:
-        center, (x, y) = checked([entity.dxf.center, entity.dxf.major_axis], name)
+        center, (x, y) = finite_points([entity.dxf.center, entity.dxf.major_axis], name)
         long = float(np.hypot(x, y))
         return rings.ellipse(center, (long, long * entity.dxf.ratio), float(np.degrees(np.arctan2(y, x))), label)
 
     def curve(t: Any) -> Any:
-        return np.array(checked(list(entity.vertices((begin + sweep * t).tolist())), name))
+        return np.array(finite_points(list(entity.vertices((begin + sweep * t).tolist())), name))
 
     return _sampled([curve], name, label)
 
 
-def _spline(entity: Any, name: str, label: str | None) -> Stroke:
+def _spline(entity: Any, name: str, label: str | None) -> CompoundCurve:
     """B-splines are sampled between the knots at which they may have a corner."""
     tool = entity.construction_tool()
     knots, degree = np.array(tool.knots(), float), tool.degree
@@ -157,49 +165,45 @@ def _spline(entity: Any, name: str, label: str | None) -> Stroke:
     breaks = [0.0, *inner[count >= degree].tolist(), float(tool.max_t)]
 
     def part(begin: float, end: float) -> Callable[[Any], Any]:
-        return lambda t: np.array(checked(list(tool.points((begin + (end - begin) * t).tolist())), name))
+        return lambda t: np.array(finite_points(list(tool.points((begin + (end - begin) * t).tolist())), name))
 
     return _sampled([part(begin, end) for begin, end in pairwise(breaks)], name, label)
 
 
-def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -> Stroke:
+def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -> CompoundCurve:
     parts = [[(x, y) for x, y in points.tolist()] for curve in curves for points in splines(curve)]
-    return Stroke(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)
+    return CompoundCurve(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)
 
 
-def _lwpolyline(entity: Any, name: str, label: str | None) -> Stroke:
+def _lwpolyline(entity: Any, name: str, label: str | None) -> CompoundCurve:
     return _bulged([tuple(point) for point in entity.get_points("xyb")], entity, name, label)
 
 
-def _polyline(entity: Any, name: str, label: str | None) -> Stroke:
+def _polyline(entity: Any, name: str, label: str | None) -> CompoundCurve:
     corners = [(*vertex.dxf.location.vec2, vertex.dxf.get("bulge", 0.0)) for vertex in entity.vertices]
     return _bulged(corners, entity, name, label)
 
 
-def _bulged(corners: list[tuple[float, float, float]], entity: Any, name: str, label: str | None) -> Stroke:
+def _bulged(corners: list[tuple[float, float, float]], entity: Any, name: str, label: str | None) -> CompoundCurve:
     """Polyline with arcs: a bulge is the tangent of a quarter of the arc's angle."""
     turn = _mirrored(entity)
-    points = checked([(turn * x, y) for x, y, _ in corners], name)
+    points = finite_points([(turn * x, y) for x, y, _ in corners], name)
     bulges = [turn * bulge for _, _, bulge in corners]
     if entity.is_closed:
         points, bulges = [*points, points[0]], [*bulges, 0.0]
     pieces: list[Piece] = []
     for (begin, end), bulge in zip(pairwise(points), bulges, strict=False):
-        if begin != end:
-            pieces.append(
-                LineTo(end, label) if abs(bulge) < FLAT else ArcTo(end, _center(begin, end, bulge), bulge > 0, label)
-            )
+        if begin != end and abs(bulge) < FLAT:
+            pieces.append(LineTo(end, label))
+        elif begin != end:
+            x, y = bulge_center(begin, end, bulge)
+            pieces.append(ArcTo(end, (float(x), float(y)), bulge > 0, label))
     if not pieces:
         raise CaseError(f"{name}: it has fewer than two different points")
-    return Stroke(points[0], tuple(pieces), name)
+    return CompoundCurve(points[0], tuple(pieces), name)
 
 
-def _center(begin: Point, end: Point, bulge: float) -> Point:
-    x, y = bulge_center(begin, end, bulge)
-    return float(x), float(y)
-
-
-CURVES: dict[str, Callable[[Any, str, str | None], Stroke | rings.Ring]] = {
+CURVES: dict[str, Callable[[Any, str, str | None], CompoundCurve | rings.Ring]] = {
     "LINE": _line,
     "ARC": _arc,
     "CIRCLE": _circle,

@@ -1,123 +1,72 @@
-"""A file chosen by its ending, and what a case takes of it."""
+"""A file chosen by its ending, and the rings of what a case takes of it.
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+A new format is a module beside this one, and its rows in `FORMATS`.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from glob import escape
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bubblemesh.errors import BubblemeshError, CaseError, FileError, GeometryError
+from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import local_copy, require_readable
-from bubblemesh.geometry.rings import Ring
-from bubblemesh.messages import meant
-from bubblemesh.readers.chains import chained
-from bubblemesh.readers.features import Content, Feature
-from bubblemesh.readers.nesting import nested
-
-METRES = {
-    "m": 1.0,
-    "km": 1e3,
-    "cm": 1e-2,
-    "mm": 1e-3,
-    "um": 1e-6,
-    "nm": 1e-9,
-    "in": 0.0254,
-    "ft": 0.3048,
-    "mil": 2.54e-5,
-}
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.readers.chains import rings_of_curves
+from bubblemesh.readers.features import FeatureCollection
+from bubblemesh.readers.nesting import outer_and_holes
+from bubblemesh.readers.selection import Selection
 
 
-class Reader(NamedTuple):
-    """Where the function is that reads a format, the extra that installs what it needs, and files that belong to it."""
-
-    function: str
-    extra: str | None = None
-    beside: tuple[str, ...] = ()
-
-
-READERS = {
-    ".geojson": Reader("simple_features.read_geojson"),
-    ".json": Reader("simple_features.read_geojson"),
-    ".wkt": Reader("simple_features.read_wkt"),
-    ".csv": Reader("tables.read_table"),
-    ".dat": Reader("tables.read_table"),
-    ".tsv": Reader("tables.read_table"),
-    ".txt": Reader("tables.read_table"),
-    ".xy": Reader("tables.read_table"),
-    ".poly": Reader("triangle.read_poly", beside=(".node",)),
-    ".dxf": Reader("dxf.read_dxf", "dxf"),
-    ".svg": Reader("svg.read_svg", "svg"),
-    ".shp": Reader("gis.read_gis", "gis", (".shx", ".dbf", ".prj", ".cpg")),
-    ".gpkg": Reader("gis.read_gis", "gis"),
-}
-CHOOSES_LAYER = ("gis.read_gis",)  # readers that read one layer only
-
-
-@dataclass(frozen=True)
-class Selection:
-    """What a case takes of a file.
+class Format(NamedTuple):
+    """How the files of an ending are read.
 
     Attributes
     ----------
-    layers : tuple of str
-        Only features on these layers; empty for all.
-    feature : int or mapping, optional
-        Number of the one feature, from 0, or the properties of those to take.
-    scale : float
-        By which the file's lengths are multiplied.
-    unit : str, optional
-        The file's unit of length, in place of ``scale``; the case's is the metre.
-    join : float, optional
-        Ends of curves nearer than this meet, in the file's unit.
+    read : str
+        Module and function, imported when needed, that give the `FeatureCollection` of a path.
+    extra : str, optional
+        What of the package to install for it.
+    beside : tuple of str
+        Endings of files that belong to it.
+    one_layer : bool
+        Whether the function reads one layer, which is its second argument.
     """
 
-    layers: tuple[str, ...] = ()
-    feature: int | Mapping[str, Any] | None = None
-    scale: float = 1.0
-    unit: str | None = None
-    join: float | None = None
-
-    @property
-    def factor(self) -> float:
-        """By which the file's lengths are multiplied."""
-        return self.scale if self.unit is None else METRES[self.unit]
-
-    def of(self, features: Sequence[Feature]) -> list[Feature]:
-        """The features to take.
-
-        Raises
-        ------
-        CaseError
-            If there is none of them; the text lists what there is.
-        """
-        found = list(features)
-        for layer in self.layers:
-            known = sorted({str(one.layer) for one in features if one.layer is not None})
-            if layer not in known:
-                advice = meant(layer, known) if known else "it has no layers, leave layer out"
-                raise CaseError(f"it has no layer {layer!r}: {advice}")
-        if self.layers:
-            found = [one for one in found if one.layer in self.layers]
-        if isinstance(self.feature, int):
-            if self.feature >= len(found):
-                advice = f"a number from 0 to {len(found) - 1}" if found else "another layer, this one has none"
-                raise CaseError(f"it has no feature {self.feature}: give {advice}")
-            return [found[self.feature]]
-        for key, value in (self.feature or {}).items():
-            known = sorted({name for one in found for name in one.properties})
-            if key not in known:
-                advice = meant(key, known) if known else "there are no properties, give a number"
-                raise CaseError(f"no feature has the property {key!r}: {advice}")
-            values = [one.properties.get(key) for one in found]
-            found = [one for one, has in zip(found, values, strict=True) if has == value or str(has) == str(value)]
-            if not found:
-                there = dict.fromkeys(str(has) for has in values)
-                raise CaseError(f"no feature has {key}: {value}: {meant(str(value), list(there)[:20])}")
-        return found
+    read: str
+    extra: str | None = None
+    beside: tuple[str, ...] = ()
+    one_layer: bool = False
 
 
-def read_rings(path: Path, chosen: Selection) -> list[Ring]:
+FORMATS = {
+    ".geojson": Format("simple_features.read_geojson"),
+    ".json": Format("simple_features.read_geojson"),
+    ".wkt": Format("simple_features.read_wkt"),
+    ".csv": Format("tables.read_table"),
+    ".dat": Format("tables.read_table"),
+    ".tsv": Format("tables.read_table"),
+    ".txt": Format("tables.read_table"),
+    ".xy": Format("tables.read_table"),
+    ".poly": Format("triangle.read_poly", beside=(".node",)),
+    ".dxf": Format("dxf.read_dxf", "dxf"),
+    ".svg": Format("svg.read_svg", "svg"),
+    ".shp": Format("gis.read_gis", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True),
+    ".gpkg": Format("gis.read_gis", "gis", one_layer=True),
+}
+
+
+class Chosen(NamedTuple):
+    """What a case takes of a file: areas with their holes, rings that may nest, points in holes, notes on all."""
+
+    areas: list[tuple[Ring, ...]]
+    loose: list[Ring]
+    hole_points: Sequence[Point] | None
+    notes: list[str]
+
+
+def read_rings(path: Path, selection: Selection) -> list[Ring]:
     """Closed rings of a file, however they nest; the first has the notes on the whole file.
 
     Raises
@@ -125,19 +74,17 @@ def read_rings(path: Path, chosen: Selection) -> list[Ring]:
     FileError, CaseError, GeometryError
         With the file and the feature, point or line.
     """
-
-    def rings_of(areas: list[tuple[Ring, ...]], loose: list[Ring], content: Content) -> list[Ring]:
-        holed = next((area for area in areas if len(area) > 1), None)
+    with prefixed(path):
+        chosen = _chosen(path, selection)
+        holed = next((area for area in chosen.areas if len(area) > 1), None)
         if holed is not None:
             raise GeometryError(
                 f"an area with {len(holed) - 1} holes is no ring: give it as domain: {{file: {path.name}}}"
             )
-        return [*(area[0] for area in areas), *loose]
-
-    return _read(path, chosen, rings_of)
+    return _finished(path, selection, [*(area[0] for area in chosen.areas), *chosen.loose], chosen.notes)
 
 
-def read_area(path: Path, chosen: Selection) -> list[Ring]:
+def read_area(path: Path, selection: Selection) -> list[Ring]:
     """Outer ring and holes of the one area of a file; the first has the notes on the whole file.
 
     Raises
@@ -145,73 +92,65 @@ def read_area(path: Path, chosen: Selection) -> list[Ring]:
     FileError, CaseError, GeometryError
         With the file and the feature, point or line.
     """
-
-    def rings_of(areas: list[tuple[Ring, ...]], loose: list[Ring], content: Content) -> list[Ring]:
-        if len(areas) == 1 and not loose:
-            return list(areas[0])
-        outer, holes = nested([*(ring for area in areas for ring in area), *loose], content.holes)
-        return [outer, *holes]
-
-    return _read(path, chosen, rings_of)
+    with prefixed(path):
+        chosen = _chosen(path, selection)
+        rings = [*(ring for area in chosen.areas for ring in area), *chosen.loose]
+        if len(chosen.areas) != 1 or chosen.loose:
+            rings = outer_and_holes(rings, chosen.hole_points)
+    return _finished(path, selection, rings, chosen.notes)
 
 
 def files_of(path: Path) -> list[Path]:
     """The file, and those that belong to it: the parts of a shapefile, the nodes of a ``.poly`` file."""
-    reader = READERS.get(path.suffix.lower())
-    beside = () if reader is None else reader.beside
+    known = FORMATS.get(path.suffix.lower())
+    beside = () if known is None else known.beside
     others = path.parent.glob(f"{escape(path.stem)}.*") if beside else ()
     return [path, *sorted(other for other in others if other.suffix.lower() in beside and other.stem == path.stem)]
 
 
-def _read(
-    path: Path, chosen: Selection, rings_of: Callable[[list[tuple[Ring, ...]], list[Ring], Content], list[Ring]]
-) -> list[Ring]:
-    try:
-        content = _content(path, chosen)
-        features = chosen.of(content.features)
-        joined, gaps = chained([stroke for one in features for stroke in one.strokes], chosen.join)
-        areas = [area for one in features for area in one.areas]
-        loose = [*(ring for one in features for ring in one.rings), *joined]
-        if not areas and not loose:
-            raise CaseError("there is no ring in it: give closed curves, or lines that meet")
-        rings = rings_of(areas, loose, content)
-    except BubblemeshError as error:
-        raise type(error)(f"{path}: {error}") from None
+def _chosen(path: Path, selection: Selection) -> Chosen:
+    """What the selection takes of a file, with curves that meet joined into rings."""
+    content = _content(path, selection)
+    features = selection.of(content.features)
+    joined, gaps = rings_of_curves([curve for one in features for curve in one.curves], selection.join)
+    areas = [area for one in features for area in one.areas]
+    loose = [*(ring for one in features for ring in one.rings), *joined]
+    if not areas and not loose:
+        raise CaseError("there is no ring in it: give closed curves, or lines that meet")
     notes = [*content.notes, *dict.fromkeys(note for one in features for note in one.notes), *gaps]
-    if chosen.unit and content.unit and chosen.unit != content.unit:
-        notes.append(f"its header gives lengths in {content.unit}, the case in {chosen.unit}: the case counts")
-    first, *others = (
-        replace(
-            ring.scaled(chosen.factor),
-            notes=_named(path, ring.notes),
-            origin=f"{path.name}: {ring.origin}{'' if chosen.factor == 1 else f', lengths times {chosen.factor:g}'}",
-        )
-        for ring in rings
-    )
-    return [replace(first, notes=(*_named(path, notes), *first.notes)), *others]
+    if selection.unit and content.unit and selection.unit != content.unit:
+        notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
+    return Chosen(areas, loose, content.hole_points, notes)
 
 
-def _named(path: Path, notes: Iterable[str]) -> tuple[str, ...]:
-    return tuple(f"{path.name}: {note}" for note in notes)
-
-
-def _content(path: Path, chosen: Selection) -> Content:
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise FileError(f"no known geometry format: the name must end in {', '.join(READERS)}")
+def _content(path: Path, selection: Selection) -> FeatureCollection:
+    known = FORMATS.get(path.suffix.lower())
+    if known is None:
+        raise FileError(f"no known geometry format: the name must end in {', '.join(FORMATS)}")
     path = local_copy(path)
     require_readable(path)
-    module, function = reader.function.split(".")
+    module, function = known.read.split(".")
     try:
-        read = getattr(import_module(f"bubblemesh.readers.{module}"), function)
+        read: Any = getattr(import_module(f"bubblemesh.readers.{module}"), function)
     except ModuleNotFoundError as error:
-        if reader.extra is None or (error.name or "").startswith("bubblemesh"):
+        if known.extra is None or (error.name or "").startswith("bubblemesh"):
             raise
-        raise FileError(
-            f'{(error.name or "").partition(".")[0]} is needed to read it: pip install "bubblemesh[{reader.extra}]"'
-        ) from None
-    if reader.function in CHOOSES_LAYER:
-        if len(chosen.layers) > 1:
-            raise CaseError("one layer of such a file can be read: give one")
-        return read(path, next(iter(chosen.layers), None))
-    return read(path)
+        library = (error.name or "").partition(".")[0]
+        raise FileError(f'{library} is needed to read it: pip install "bubblemesh[{known.extra}]"') from None
+    if not known.one_layer:
+        return read(path)
+    if len(selection.layers) > 1:
+        raise CaseError("one layer of such a file can be read: give one")
+    return read(path, next(iter(selection.layers), None))
+
+
+def _finished(path: Path, selection: Selection, rings: Sequence[Ring], notes: Iterable[str]) -> list[Ring]:
+    """The rings in the case's lengths, with the file before where they come from and before their notes."""
+    factor = "" if selection.factor == 1 else f", lengths times {selection.factor:g}"
+    finished = []
+    for ring in rings:
+        named = tuple(f"{path.name}: {note}" for note in (*notes, *ring.notes))
+        origin = f"{path.name}: {ring.origin}{factor}"
+        finished.append(replace(ring.scaled(selection.factor), notes=named, origin=origin))
+        notes = ()
+    return finished

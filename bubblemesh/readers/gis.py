@@ -9,13 +9,12 @@ import shapely
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant, shown
-from bubblemesh.readers.features import Content, feature_name
-from bubblemesh.readers.shapes import feature_of
+from bubblemesh.readers.features import NO_HEIGHTS, FeatureCollection, feature_name, feature_of
 
 KINDS = {".shp": "shapefile", ".gpkg": "GeoPackage"}
 
 
-def read_gis(path: Path, layer: str | None) -> Content:
+def read_gis(path: Path, layer: str | None) -> FeatureCollection:
     """The features of one layer.
 
     Raises
@@ -30,7 +29,7 @@ def read_gis(path: Path, layer: str | None) -> Content:
             meta, numbers, shapes, columns = pyogrio.raw.read(path, layer=layer, return_fids=True)
     except RuntimeError as error:  # of which all of pyogrio's are kinds
         reason = shown(str(error).replace(str(path), path.name).partition(";")[0], 90)
-        kind = KINDS[path.suffix.lower()]
+        kind = KINDS.get(path.suffix.lower(), "file")
         raise CaseError(f"not a valid {kind}: {reason}: write it anew, with all of its parts") from None
     features = []
     for k, (number, wkb) in enumerate(zip(numbers.tolist(), shapes, strict=True)):
@@ -47,8 +46,8 @@ def read_gis(path: Path, layer: str | None) -> Content:
         ("coordinates are degrees and taken as they are: project them to a plane for a true shape",) if degrees else ()
     )
     if "Z" in str(meta["geometry_type"]).upper().split():
-        notes = (*notes, "heights (z) are not used")
-    return Content(tuple(features), notes)
+        notes = (*notes, NO_HEIGHTS)
+    return FeatureCollection(tuple(features), notes)
 
 
 def _chosen(layer: str | None, layers: list[str]) -> str:

@@ -7,13 +7,12 @@ import shapely
 from numpy.typing import NDArray
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.rings import Ring
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
-from bubblemesh.readers.features import Point
 
 
-def nested(rings: Sequence[Ring], marks: Sequence[Point] | None) -> tuple[Ring, list[Ring]]:
+def outer_and_holes(rings: Sequence[Ring], marks: Sequence[Point] | None) -> list[Ring]:
     """The ring around all others, and these as its holes.
 
     Parameters
@@ -52,7 +51,7 @@ def nested(rings: Sequence[Ring], marks: Sequence[Point] | None) -> tuple[Ring, 
     holes = [k for k in range(len(rings)) if k != largest]
     if marks is not None:
         _require_marks(shapes, largest, holes, marks)
-    return rings[largest], [rings[k] for k in holes]
+    return [rings[k] for k in (largest, *holes)]
 
 
 def _require_marks(shapes: "NDArray[np.object_]", largest: int, holes: Sequence[int], marks: Sequence[Point]) -> None:

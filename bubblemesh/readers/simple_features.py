@@ -13,12 +13,10 @@ from shapely.geometry import shape
 from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import Content, Feature, feature_name
-from bubblemesh.readers.shapes import feature_of
+from bubblemesh.readers.features import NO_HEIGHTS, Feature, FeatureCollection, feature_name, feature_of
 
 DEPTHS = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
 COLLECTION = "GeometryCollection"
-HEIGHTS = "heights (z) are not used"
 DEEPEST = 20  # collections within collections
 
 
@@ -54,7 +52,7 @@ def _plane(value: Any, depth: int, path: tuple[int, ...], name: str, notes: dict
             f"{name}: no pair of numbers at coordinates{list(path)}: give [x, y] there (found {shown(repr(value))})"
         )
     if len(value) > 2:
-        notes[HEIGHTS] = None
+        notes[NO_HEIGHTS] = None
     return value[0], value[1]
 
 
@@ -66,7 +64,7 @@ SYSTEM = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
 MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
 
 
-def read_geojson(path: Path) -> Content:
+def read_geojson(path: Path) -> FeatureCollection:
     """The features of a GeoJSON file.
 
     Raises
@@ -89,7 +87,7 @@ def read_geojson(path: Path) -> Content:
     found = tuple(_feature(entry, k, notes) for k, entry in enumerate(entries))
     if not found:
         raise CaseError("there are no features in it: give a Polygon, or lines that meet")
-    return Content(found, tuple(notes))
+    return FeatureCollection(found, tuple(notes))
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -129,7 +127,7 @@ def _feature(entry: Any, number: int, notes: dict[str, None]) -> Feature:
     return feature_of(made, name, None if layer is None else str(layer), properties)
 
 
-def read_wkt(path: Path) -> Content:
+def read_wkt(path: Path) -> FeatureCollection:
     """The geometries of a WKT file, one after the other.
 
     Raises
@@ -154,7 +152,7 @@ def read_wkt(path: Path) -> Content:
         found.append(feature_of(geometry, name))
     if not found:
         raise CaseError("there is no geometry in it: give a POLYGON, or lines that meet")
-    return Content(tuple(found), ("heights (z) are not used",) if solid else ())
+    return FeatureCollection(tuple(found), (NO_HEIGHTS,) if solid else ())
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:

@@ -10,9 +10,10 @@ import numpy as np
 import svgelements
 
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
+from bubblemesh.geometry.paths import Point
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import Content, Feature, Piece, Point, Stroke, checked, fitting
+from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points, writable_label
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.svg_source import require_valid
 
@@ -37,10 +38,10 @@ class Drawn(NamedTuple):
     label: str | None
 
 
-def read_svg(path: Path) -> Content:
+def read_svg(path: Path) -> FeatureCollection:
     """The shapes of a drawing in its own units, transforms applied and y turned up.
 
-    Each part of a path that is drawn without lifting the pen is a stroke.
+    Each part of a path that is drawn without lifting the pen is a curve.
 
     Raises
     ------
@@ -63,14 +64,14 @@ def read_svg(path: Path) -> Content:
             notes.append(f"{_name(element)} not used, since it is hidden")
         elif isinstance(element, svgelements.Shape):
             made = _feature(abs(svgelements.Path(element) * back), drawn, len(features))
-            features += [made] if made.strokes else []
-            notes += [] if made.strokes else [f"{_name(element)} not used, since it has no extent"]
+            features += [made] if made.curves else []
+            notes += [] if made.curves else [f"{_name(element)} not used, since it has no extent"]
         elif isinstance(element, SKIPPED):
             notes.append(f"{_name(element)} not used")
     if not features:
         left_out = "".join(f"; {note}" for note in notes[:MOST_NAMED])
         raise CaseError(f"there are no closed paths or shapes in it{left_out}")
-    return Content(tuple(features), tuple(notes))
+    return FeatureCollection(tuple(features), tuple(notes))
 
 
 def _shapes(group: Any, layer: str | None = None, label: str | None = None) -> Iterator[Drawn]:
@@ -97,17 +98,17 @@ def _name(element: Any) -> str:
 
 
 def _feature(path: Any, drawn: Drawn, number: int) -> Feature:
-    """The element with a stroke for each subpath."""
+    """The element with a curve for each subpath."""
     element = drawn.element
     name = f"feature {number} ({_name(element)})"
-    label, notes = fitting(drawn.label, name)
-    strokes = []
+    label, notes = writable_label(drawn.label, name)
+    curves = []
     for subpath in path.as_subpaths():
         pieces, start = _pieces(list(svgelements.Path(subpath)), name)
         if pieces:
-            strokes.append(Stroke(start, tuple(piece._replace(label=label) for piece in pieces), name))
+            curves.append(CompoundCurve(start, tuple(piece._replace(label=label) for piece in pieces), name))
     properties = {"id": element.id, "label": label, "class": element.values["attributes"].get("class")}
-    return Feature(name, drawn.layer, properties, strokes=tuple(strokes), notes=notes)
+    return Feature(name, drawn.layer, properties, curves=tuple(curves), notes=notes)
 
 
 def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
@@ -117,7 +118,7 @@ def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
     for segment in segments:
         if segment.end is None:
             continue
-        (end,) = checked([_up(segment.end)], name)
+        (end,) = finite_points([_up(segment.end)], name)
         if isinstance(segment, svgelements.Move):
             start = end
         elif _same(end, here) and isinstance(segment, svgelements.Line | svgelements.Close):
@@ -132,14 +133,14 @@ def _piece(segment: Any, end: Point, name: str) -> list[Piece]:
     if isinstance(segment, svgelements.Line | svgelements.Close):
         return [LineTo(end)]
     if isinstance(segment, svgelements.Arc) and abs(segment.rx - segment.ry) <= ROUND * segment.rx:
-        (center,) = checked([_up(segment.center)], name)
+        (center,) = finite_points([_up(segment.center)], name)
         # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
         parts = [_up(segment.point(t)) for t in _shares(abs(segment.sweep))]
-        stops = [*checked(parts, name), end]
+        stops = [*finite_points(parts, name), end]
         return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]
 
     def curve(t: Any) -> Any:
-        return np.array(checked([_up(segment.point(value)) for value in t.tolist()], name))
+        return np.array(finite_points([_up(segment.point(value)) for value in t.tolist()], name))
 
     return [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in splines(curve)]
 

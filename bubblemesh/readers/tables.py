@@ -5,17 +5,16 @@ In a line with semicolons a comma is a decimal point.
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
-from bubblemesh.geometry import rings
+from bubblemesh.geometry.paths import Point
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import Content, Feature, Point, checked
+from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, polygon_ring
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
@@ -23,7 +22,7 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infini
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 
 
-def read_table(path: Path) -> Content:
+def read_table(path: Path) -> FeatureCollection:
     """A ring for each block of points; blank lines part blocks, and lines of words before a block are its header.
 
     Raises
@@ -35,14 +34,10 @@ def read_table(path: Path) -> Content:
     notes: dict[str, None] = {}
     for first, points in _blocks(path, notes):
         name = f"ring {len(features)} (line {first})"
-        try:
-            ring = rings.polygon(checked(points, name))
-        except GeometryError as error:
-            raise GeometryError(f"{name}: {error}") from None
-        features.append(Feature(name, rings=(replace(ring, origin=name),)))
+        features.append(Feature(name, rings=(polygon_ring(finite_points(points, name), name),)))
     if not features:
         raise CaseError("there are no points in it: give two numbers in a line")
-    return Content(tuple(features), tuple(notes))
+    return FeatureCollection(tuple(features), tuple(notes))
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Floats:

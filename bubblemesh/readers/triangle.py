@@ -5,9 +5,10 @@ from pathlib import Path
 
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import read_text
+from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import Content, Feature, Point, Stroke, checked
+from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points
 
 
 class Rows:
@@ -49,7 +50,7 @@ class Rows:
         return number, row
 
 
-def read_poly(path: Path) -> Content:
+def read_poly(path: Path) -> FeatureCollection:
     """The segments of a ``.poly`` file; a boundary marker other than 0 becomes the label of its segment.
 
     Vertices that the file leaves out are read from the ``.node`` file beside it.
@@ -63,18 +64,20 @@ def read_poly(path: Path) -> Content:
     count, dimension = rows.head("the number of vertices")
     vertices = _vertices(rows, count, dimension) if count else _vertices_beside(path.with_suffix(".node"))
     count, marked = rows.head("the number of segments")
-    strokes = []
+    curves = []
     for line, (_, begin, end, *marker) in rows.section(count, 3, "a segment: its number and two vertices"):
         name = f"segment in line {line}"
         if begin not in vertices or end not in vertices:
             missing = begin if begin not in vertices else end
             raise CaseError(f"{name}: there is no vertex {missing:g}: vertices are named by their numbers")
         label = f"{marker[0]:g}" if marked and marked[0] and marker and marker[0] else None
-        strokes.append(Stroke(vertices[begin], (LineTo(vertices[end], label),), name))
+        curves.append(CompoundCurve(vertices[begin], (LineTo(vertices[end], label),), name))
     count, _ = rows.head("the number of holes")
     holes = [(x, y) for _, (_, x, y, *_) in rows.section(count, 3, "a hole: its number, x and y")]
     notes = ("regions and area limits of the file are not used",) if rows.rest() else ()
-    return Content((Feature("the segments", strokes=tuple(strokes)),), notes, tuple(checked(holes, "hole")))
+    return FeatureCollection(
+        (Feature("the segments", curves=tuple(curves)),), notes, tuple(finite_points(holes, "hole"))
+    )
 
 
 def _vertices_beside(path: Path) -> dict[float, Point]:
@@ -94,5 +97,5 @@ def _vertices(rows: Rows, count: int, dimension: list[float]) -> dict[float, Poi
     for line, (number, x, y, *_) in rows.section(count, 3, "a vertex: its number, x and y"):
         if number in found:
             raise CaseError(f"line {line}: the vertex {number:g} is given twice: number them one after the other")
-        (found[number],) = checked([(x, y)], f"vertex in line {line}")
+        (found[number],) = finite_points([(x, y)], f"vertex in line {line}")
     return found

@@ -70,8 +70,8 @@ class Destination:
             write_stream(mesh, result.fields, self.formats[0], stream)
             return {**report, "files": []}
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
-        pages = {PAGE_FILE: partial(_page, mesh, result)} if self.page else {}
-        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, pages)
+        page = partial(_page, mesh, result) if self.page else None
+        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, page)
 
 
 def destination(

@@ -55,21 +55,18 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
         If it needs more than ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
-    found = _extremes(triangles, domain, spacing)
+    found = extremes(domain, spacing, triangles)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         with at_key(*spacing.key(np.array(found.minimum_at))):
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )
-    return Survey(*found, _ideal_nodes(triangles, domain, spacing, max_nodes, TOLERANCE))
+    return Survey(*found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
 
 
-def extremes(domain: Domain, spacing: Spacing) -> Extremes:
-    """Extremes of the spacing over the domain."""
-    return _extremes(_resolved(domain), domain, spacing)
-
-
-def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
+def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) -> Extremes:
+    """Extremes of the spacing over the domain, which ``triangles`` (t, 3, 2) cover."""
+    triangles = _resolved(domain) if triangles is None else triangles
     spots = spacing.spots[domain.contains(spacing.spots)]
     points = np.vstack([domain.polygonal_copy.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)
@@ -77,18 +74,27 @@ def _extremes(triangles: Floats, domain: Domain, spacing: Spacing) -> Extremes:
     return Extremes(*_minimised(domain, spacing, points[d.argmin()]), float(d.max()), (float(x), float(y)))
 
 
-def ideal_nodes(domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
+def ideal_nodes(
+    domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float, triangles: Floats | None = None
+) -> float:
     """Number of nodes of a perfect packing.
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
-    minus the number of holes; ``tolerance`` is the relative accuracy of the integrals.
+    minus the number of holes; ``tolerance`` is the relative accuracy of the integrals. The one over the area is taken
+    on ``triangles`` (t, 3, 2), which cover the domain.
 
     Raises
     ------
     LimitError
         If it is more than ``max_nodes``.
     """
-    return _ideal_nodes(_resolved(domain), domain, spacing, max_nodes, tolerance)
+    triangles, limits = _resolved(domain) if triangles is None else triangles, (tolerance, max_nodes)
+    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
+    along = _integral(_intervals(domain), lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
+    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
+    if ideal > max_nodes:
+        raise _too_many(ideal, max_nodes)
+    return ideal
 
 
 def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
@@ -104,17 +110,6 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
         return max(float(over_area + along) + 1 - domain.hole_count, FEWEST)
 
     return count
-
-
-def _ideal_nodes(triangles: Floats, domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float) -> float:
-    """Number of nodes of a perfect packing, in a domain that is covered by ``triangles`` (t, 3, 2)."""
-    intervals, limits = _intervals(domain), (tolerance, max_nodes)
-    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
-    along = _integral(intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
-    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
-    if ideal > max_nodes:
-        raise _too_many(ideal, max_nodes)
-    return ideal
 
 
 def _integral(
@@ -159,7 +154,9 @@ def _resolved(domain: Domain) -> Floats:
     longest = COARSEST * domain.size
     outline, edges = _outline(domain, longest)
     points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
-    return _refined(points[triangulated(points, edges)], _halved_triangles, _longest_edges, longest)
+    return _refined(
+        points[triangulated(points, edges)], _halved_triangles, lambda t: _edge_lengths(t).max(axis=1), longest
+    )
 
 
 def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
@@ -201,10 +198,6 @@ def _refined(
         done.append(parts[short])
         parts = halved(parts[~short])
     return np.concatenate(done)
-
-
-def _longest_edges(triangles: Floats) -> Floats:
-    return _edge_lengths(triangles).max(axis=1)
 
 
 def _edge_lengths(triangles: Floats) -> Floats:

@@ -15,9 +15,10 @@ from bubblemesh.batch.row import FIGURES
 from bubblemesh.case import load_case
 from bubblemesh.console import run as packing
 from bubblemesh.console.batch import BatchProgress
+from bubblemesh.console.report import show_estimate, show_quality
 from bubblemesh.console.run import PackingProgress
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.run.report import RoundRow
+from bubblemesh.run.report import RoundRow, estimate
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
 
@@ -126,7 +127,7 @@ def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     worst = [{"quality": 0.8, "at": (0.5, 0.25)}]
     quality = {"mean": 0.9, "p01": 0.8, "min": 0.8, "angle_min": 40.0, "angle_max": 80.0, "worst": worst}
-    console.show_quality({"nodes": 4, "triangles": 2, "area": 1.0, "quality": quality | {"irregular_fraction": None}})
+    show_quality({"nodes": 4, "triangles": 2, "area": 1.0, "quality": quality | {"irregular_fraction": None}})
     assert "0.800 at (0.5, 0.25)" in stream.getvalue()
     assert "irregular" not in stream.getvalue()
     assert "l/d" not in stream.getvalue()
@@ -220,5 +221,5 @@ def test_places_are_told_without_their_rounding(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     problem = prepare(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
     survey = replace(problem.survey, minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
-    console.show_problem(replace(problem, survey=survey))
+    show_estimate(estimate(replace(problem, survey=survey)))
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()

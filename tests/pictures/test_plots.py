@@ -21,6 +21,7 @@ from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.writing import write_file
 from bubblemesh.pictures.colours import BARE, INK
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
+from bubblemesh.pictures.styles import PlotOptionError
 
 ENDINGS = ["png", "svg", "pdf"]
 MM = 72 / 25.4  # points
@@ -300,6 +301,12 @@ def test_what_cannot_be_drawn_is_refused(mesh, data, options, message):
     known = MeshData({"count": data.cells["count"]}, data.points)
     with pytest.raises(CaseError, match=message):
         mesh_figure(mesh, PlotOptions(**options), known)
+
+
+def test_the_error_of_an_option_names_it(mesh):
+    with pytest.raises(PlotOptionError) as refused:
+        mesh_figure(mesh, PlotOptions(limits=(1, 1)))
+    assert (refused.value.option, str(refused.value)[:7]) == ("range", "range: ")
 
 
 def test_a_mesh_without_labels_regions_or_area(mesh):

@@ -12,10 +12,12 @@ from PIL import Image
 
 import bubblemesh
 from bubblemesh.case import load_case
+from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.data_terms import FUNCTIONS
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
@@ -241,7 +243,26 @@ class TestFromPython:
 
 def test_the_page_shows_every_kind_of_term():
     shown = "".join(text for language, text in BLOCKS if language == "yaml")
-    assert all(f"{key}:" in shown for key in ("field", "raster", "image", "scattered"))
+    assert all(f"{key}:" in shown for key in DataTerms.model_fields)
+
+
+def test_every_kind_of_term_has_a_function():
+    assert [f"{key.title()}Term" for key in DataTerms.model_fields] == [model.__name__ for model in FUNCTIONS]
+
+
+def test_only_two_modules_know_the_kinds_of_terms():
+    """A new one is a model with its key, a function of the place, and a row that binds the two."""
+    known = "|".join(model.__name__ for model in FUNCTIONS)
+    naming = [path for path in (ROOT / "bubblemesh").rglob("*.py") if re.search(rf"\b({known})\b", path.read_text())]
+    assert sorted(str(path.relative_to(ROOT / "bubblemesh")) for path in naming) == [
+        "case/data_terms.py",
+        "problem/data_terms.py",
+    ]
+    keys = "|".join(DataTerms.model_fields)
+    quoted = rf"[\"']({keys})[\"']|terms\.({keys})\b"
+    for room in ("batch", "case", "problem", "run"):
+        for path in (ROOT / "bubblemesh" / room).rglob("*.py"):
+            assert not re.search(quoted, path.read_text()) or path.name == "data_terms.py", path
 
 
 @pytest.mark.long

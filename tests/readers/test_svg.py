@@ -6,7 +6,8 @@ from geometry_files import SVG, area, domain
 
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.readers.formats import Selection, read_area, read_rings
+from bubblemesh.readers.formats import read_area, read_rings
+from bubblemesh.readers.selection import Selection
 
 
 class TestPictures:

@@ -7,7 +7,8 @@ import pytest
 from geometry_files import HOLE, PLATE, SQUARE, SVG, WKT, area, collection, domain, labels_of
 
 from bubblemesh.errors import CaseError, FileError, GeometryError
-from bubblemesh.readers.formats import Selection, read_rings
+from bubblemesh.readers.formats import read_rings
+from bubblemesh.readers.selection import Selection
 
 FAR = {"type": "Polygon", "coordinates": [[[10, 10], [12, 10], [12, 12], [10, 10]]]}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, Group, facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.groups import Fields, Group, cell_kinds, facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
 # Gmsh's numbers of the kinds of cells, by meshio's names.
@@ -24,17 +24,9 @@ class Block(NamedTuple):
     ids: Integers
 
 
-class Matching(NamedTuple):
-    """An entity that is a copy of another one, in meshio's order.
-
-    ``entities`` are the copy's and the original's number, ``affine`` (16,) the map from the original to the copy by
-    rows, ``nodes`` (k, 2) those of the copy and of the original.
-    """
-
-    dimension: int
-    entities: tuple[int, int]
-    affine: Floats
-    nodes: Integers
+Matching = tuple[int, tuple[int, int], Floats, Integers]
+"""An entity that is a copy of another one, in meshio's order: its dimension, its own and the original's number, the map
+(16,) from the original to the copy by rows, and nodes (k, 2) of the copy and of the original."""
 
 
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -64,7 +56,7 @@ def as_meshio(mesh: Mesh) -> Any:
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write the same as text."""
+    """Write points, edges, triangles, groups and matching nodes as `write_msh` does, as text."""
     points = np.pad(mesh.points, ((0, 0), (0, 1)))
     text = msh_text(points, _blocks(mesh), list(group_names(mesh).items()))
     write_text(path, chain(text, _periodic_text(_periodic(mesh))))
@@ -92,7 +84,7 @@ def _periodic(mesh: Mesh) -> list[Matching]:
     for sides in mesh.periodic_sides:
         affine = np.eye(4)
         affine[:2, 3] = sides.shift
-        found.append(Matching(1, (sides.second + 1, sides.first + 1), affine.ravel(), sides.nodes[:, ::-1]))
+        found.append((1, (sides.second + 1, sides.first + 1), affine.ravel(), sides.nodes[:, ::-1]))
     return found
 
 
@@ -107,7 +99,7 @@ def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
 
 
 def _blocks(mesh: Mesh) -> list[Block]:
-    line, triangle = {1: ("line", "triangle"), 2: ("line3", "triangle6")}[mesh.order]
+    line, triangle = cell_kinds(mesh)
     blocks = [Block(line, mesh.facets, facet_ids(mesh)), Block(triangle, mesh.triangles, region_ids(mesh))]
     if len(mesh.labelled_nodes):
         blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh)))

@@ -16,7 +16,7 @@ OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the conta
 
 
 class Nodes(NamedTuple):
-    """What is known of n nodes.
+    """Places, flags, labels and normals of n nodes.
 
     Attributes
     ----------

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.groups import Fields, cell_kinds, facet_ids, group_names, node_ids, region_ids
 from bubblemesh.meshfiles.names import plain_words
 
 
@@ -15,7 +15,7 @@ def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write edges and triangles with one group for each label and region, and the groups of the labelled points."""
     import meshio
 
-    line, triangle = {1: ("line", "triangle"), 2: ("line3", "triangle6")}[mesh.order]
+    line, triangle = cell_kinds(mesh)
     # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 is none.
     data: dict[str, Any] = {"cell_tags": [-facet_ids(mesh), -region_ids(mesh)]}
     points = np.zeros(len(mesh.points), np.int64)

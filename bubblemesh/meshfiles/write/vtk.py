@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, region_ids
+from bubblemesh.meshfiles.groups import Fields, cell_kinds, region_ids
 
 
 def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -15,7 +15,7 @@ def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def write_vtk(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write the same data in the legacy format, version 4.2, which every reader of VTK knows."""
+    """Write the data of `write_vtu` in the legacy format, version 4.2, which every reader of VTK knows."""
     _grid(mesh, fields).write(path, file_format="vtk42", binary=True)
 
 
@@ -24,5 +24,4 @@ def _grid(mesh: Mesh, fields: Fields) -> Any:
 
     # int64 on purpose: VTK 9 loses int32 cell data of legacy files.
     data = {"material": [region_ids(mesh)], **{name: [np.asarray(values, float)] for name, values in fields.items()}}
-    kind = {1: "triangle", 2: "triangle6"}[mesh.order]
-    return meshio.Mesh(np.pad(mesh.points, ((0, 0), (0, 1))), [(kind, mesh.triangles)], cell_data=data)
+    return meshio.Mesh(np.pad(mesh.points, ((0, 0), (0, 1))), [(cell_kinds(mesh)[1], mesh.triangles)], cell_data=data)

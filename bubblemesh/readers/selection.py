@@ -1,0 +1,94 @@
+"""What a case takes of a file with geometry, and in which unit."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from bubblemesh.errors import CaseError
+from bubblemesh.messages import meant
+
+if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
+    from bubblemesh.readers.features import Feature
+
+Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
+METRES: dict[Unit, float] = {
+    "m": 1.0,
+    "km": 1e3,
+    "cm": 1e-2,
+    "mm": 1e-3,
+    "um": 1e-6,
+    "nm": 1e-9,
+    "in": 0.0254,
+    "ft": 0.3048,
+    "mil": 2.54e-5,
+}
+MOST_VALUES = 20  # of a property that one message lists
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a case takes of a file.
+
+    Attributes
+    ----------
+    layers : tuple of str
+        Only features on these layers; empty for all.
+    feature : int or mapping, optional
+        Number of the one feature, from 0, or the properties of those to take.
+    scale : float
+        By which the file's lengths are multiplied.
+    unit : str, optional
+        The file's unit of length, in place of ``scale``; the case's is the metre.
+    join : float, optional
+        Ends of curves nearer than this meet, in the file's unit.
+    """
+
+    layers: tuple[str, ...] = ()
+    feature: int | Mapping[str, Any] | None = None
+    scale: float = 1.0
+    unit: Unit | None = None
+    join: float | None = None
+
+    @property
+    def factor(self) -> float:
+        """By which the file's lengths are multiplied."""
+        return self.scale if self.unit is None else METRES[self.unit]
+
+    def of(self, features: "Sequence[Feature]") -> "list[Feature]":
+        """The features to take.
+
+        Raises
+        ------
+        CaseError
+            If there is none of them; the text lists what there is.
+        """
+        found = self._on_layers(features)
+        if isinstance(self.feature, int):
+            if self.feature >= len(found):
+                advice = f"a number from 0 to {len(found) - 1}" if found else "another layer, this one has none"
+                raise CaseError(f"it has no feature {self.feature}: give {advice}")
+            return [found[self.feature]]
+        for key, value in (self.feature or {}).items():
+            found = _with_property(found, key, value)
+        return found
+
+    def _on_layers(self, features: "Sequence[Feature]") -> "list[Feature]":
+        known = sorted({str(one.layer) for one in features if one.layer is not None})
+        for layer in self.layers:
+            if layer not in known:
+                advice = meant(layer, known) if known else "it has no layers, leave layer out"
+                raise CaseError(f"it has no layer {layer!r}: {advice}")
+        return [one for one in features if not self.layers or one.layer in self.layers]
+
+
+def _with_property(features: "Sequence[Feature]", key: str, value: Any) -> "list[Feature]":
+    known = sorted({name for one in features for name in one.properties})
+    if key not in known:
+        advice = meant(key, known) if known else "there are no properties, give a number"
+        raise CaseError(f"no feature has the property {key!r}: {advice}")
+    values = [one.properties.get(key) for one in features]
+    found = [one for one, has in zip(features, values, strict=True) if has == value or str(has) == str(value)]
+    if not found:
+        there = list(dict.fromkeys(map(str, values)))
+        raise CaseError(f"no feature has {key}: {value}: {meant(str(value), there[:MOST_VALUES])}")
+    return found
