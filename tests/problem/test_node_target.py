@@ -82,7 +82,7 @@ def test_spacings_of_regions_are_scaled_too():
         for overrides in ([], ["spacing.nodes=400", "spacing.scale=7"])
     )
     points = np.array([[0.6, 0.5], [0.55, 0.6], [1.5, 0.9], [1.9, 0.1]])
-    np.testing.assert_allclose(scaled.wanted(points), scaled.budget.scale * plain.wanted(points))
+    np.testing.assert_allclose(scaled.wanted(points), scaled.node_target.scale * plain.wanted(points))
 
 
 def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
@@ -119,7 +119,7 @@ def test_slopes_go_with_the_scale_which_a_warning_tells():
     outline = "[[0, 0], [0, -1], [1, -1], [1, 1], [-1, 1], [-1, 0]]"
     text = f"domain: {{outer: {{polygon: {outline}}}}}\nspacing: {{near: {{point: [0, 0], size: 0.01}}, nodes: 60}}\n"
     problem = prepare(load_case("a.yaml", text=text))
-    (warning,), scale = problem.warnings, problem.budget.scale
+    (warning,), scale = problem.warnings, problem.node_target.scale
     assert warning.startswith(f"the spacing, times {scale:.3g} for the wanted number of nodes, grows by ")
     assert f" grows by {0.2 * scale:.2g} per length " in warning
 
