@@ -12,8 +12,6 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.problem.problem import Problem, prepared
 
-__all__ = ["COMMAND", "installed", "mesh", "read_mesh"]
-
 COMMAND = "jigsaw"
 GRID = 500  # intervals of the grid that tells the spacing, along each side of the domain's box
 SETTINGS = """\
