@@ -8,7 +8,7 @@ from benchmarks.peers.clock import Clock
 from benchmarks.peers.matheval import matheval
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
-from bubblemesh.geometry.rings import Arc, Line, Point, Ring
+from bubblemesh.geometry.paths import Arc, Line, Point, Ring
 
 DELAUNAY, FRONTAL = 5, 6
 OPTIONS = {

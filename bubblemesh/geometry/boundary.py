@@ -3,24 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family, Lines
-from bubblemesh.geometry.rings import Curve, OpenPath, Ring, family
+from bubblemesh.geometry.paths import Curve, OpenPath, Point, Ring, family
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
 ROUNDING = 1e-9  # relative
-CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
-CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
-CONTACT_CHORDS = 2 * 256 / np.pi  # curves part by the square of the distance, divided by that many chords or less
-CONTACT_ROUNDINGS = 16
-MOST_GRADED = 100
-CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
 
 
 class Chords(NamedTuple):
@@ -38,46 +31,6 @@ class Chords(NamedTuple):
     step: Floats
     start: Floats
     end: Floats
-
-
-@dataclass(frozen=True)
-class PolygonalCopy:
-    """Fine polygonal copy of the boundary.
-
-    Attributes
-    ----------
-    points : (m, 2)
-    piece, s : (m,)
-        Piece and arc length of each point; the chord from point i to its successor follows that piece.
-    step : (m,)
-        Arc length of that chord.
-    successor : (m,)
-        Index of the next point of the same ring.
-    ring : (m,)
-    """
-
-    points: Floats
-    piece: Integers
-    s: Floats
-    step: Floats
-    successor: Integers
-    ring: Integers
-
-    def rings(self) -> list[Floats]:
-        """Points (k, 2) of each ring, the outer one first."""
-        return [self.points[self.ring == number] for number in range(int(self.ring.max()) + 1)]
-
-    def polygon(self) -> shapely.Polygon:
-        """The domain that the rings bound."""
-        outer, *holes = self.rings()
-        polygon = shapely.Polygon(outer, holes)
-        shapely.prepare(polygon)
-        return polygon
-
-    @property
-    def chords(self) -> Chords:
-        """Chord from each point to its successor."""
-        return Chords(self.piece, self.s, self.step, self.points, self.points[self.successor])
 
 
 @dataclass(frozen=True)
@@ -122,70 +75,45 @@ class Boundary:
     @classmethod
     def of(cls, rings: Sequence[Ring]) -> "Boundary":
         """Boundary of rings that have the domain on their left; vertices with equal coordinates are one corner."""
-        members: dict[type, list[Curve]] = {}
-        corners: dict[tuple[float, float], int] = {}
-        labels: dict[str, int] = {}
-        rows = []
-        for number, ring in enumerate(rings):
-            ends = [corners.setdefault(vertex, len(corners)) for vertex in ring.vertices] or [-1]
-            for k, side in enumerate(ring.sides):
-                group = members.setdefault(type(side.curve), [])
-                label = labels.setdefault(side.label or default_label(number), len(labels))
-                kind = list(members).index(type(side.curve))
-                rows.append((kind, len(group), ends[k], ends[(k + 1) % len(ends)], label, number))
-                group.append(side.curve)
-        families = tuple(family(group) for group in members.values())
-        kind, index, start, end, label, ring_number = np.array(rows).T
-        lengths = np.zeros(len(kind))
-        for k, f in enumerate(families):
-            lengths[kind == k] = f.lengths
-        vertices = np.array(list(corners), float).reshape(-1, 2)
-        offset = np.zeros(len(kind))
-        sides = np.zeros(len(kind), np.int64), np.full(len(kind), -1)
-        return cls(
-            families, kind, index, offset, lengths, start, end, label, ring_number, *sides, vertices, tuple(labels)
-        )
+        none = np.zeros(0, np.int64)
+        empty = cls((), none, none, np.zeros(0), np.zeros(0), none, none, none, none, none, none, np.zeros((0, 2)), ())
+        paths = [OpenPath.around(ring, default_label(number)) for number, ring in enumerate(rings)]
+        return empty._extended(paths, range(len(paths)), right=-1)
 
-    def joined_by(self, paths: Sequence[OpenPath], points: Sequence[tuple[float, float]] = ()) -> "Boundary":
-        """These pieces, and inner ones along paths, whose vertices may be corners already; and embedded points.
+    def with_inner(self, paths: Sequence[OpenPath], points: Sequence[Point] = ()) -> "Boundary":
+        """The boundary with inner pieces along paths, whose vertices may be corners already, and embedded points.
 
         The pieces of the first path have the ring number -1, those of the next one -2, and so on.
         """
+        return self._extended(paths, range(-1, -len(paths) - 1, -1), right=0, points=points)
+
+    def _extended(
+        self, paths: Sequence[OpenPath], rings: Sequence[int], right: int, points: Sequence[Point] = ()
+    ) -> "Boundary":
+        """The boundary with pieces along paths, which have these ring numbers and the region ``right`` beside them."""
         members: dict[type, list[Curve]] = {}
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
         rows = []
-        for number, path in enumerate(paths, start=1):
+        for path, ring in zip(paths, rings, strict=True):
             ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices]
             for k, side in enumerate(path.sides):
                 group = members.setdefault(type(side.curve), [])
-                name = labels.setdefault(side.label or path.label, len(labels))
-                family_number = len(self.families) + list(members).index(type(side.curve))
-                first, last = (ends[k], ends[k + 1]) if ends else (-1, -1)
-                rows.append((family_number, len(group), first, last, name, -number))
+                label = labels.setdefault(side.label or path.label, len(labels))
+                kind = len(self.families) + list(members).index(type(side.curve))
+                start, end = (ends[k], ends[k + 1]) if ends else (-1, -1)
+                rows.append((kind, len(group), 0, 0, start, end, label, ring, 0, right))
                 group.append(side.curve)
         for point in points:
             corners.setdefault(point, len(corners))
-        added = tuple(family(group) for group in members.values())
-        kind, index, start, end, label, ring = np.array(rows, np.int64).reshape(-1, 6).T
-        lengths = np.zeros(len(rows))
-        for k, f in enumerate(added, start=len(self.families)):
-            lengths[kind == k] = f.lengths
-        new = {
-            "kind": kind,
-            "index": index,
-            "offset": np.zeros(len(rows)),
-            "lengths": lengths,
-            "start": start,
-            "end": end,
-            "label": label,
-            "ring": ring,
-            "left": np.zeros(len(rows), np.int64),
-            "right": np.zeros(len(rows), np.int64),
-        }
-        columns = {name: np.concatenate([getattr(self, name), column]) for name, column in new.items()}
+        columns: dict[str, Any] = dict(zip(COLUMNS, np.array(rows, np.int64).reshape(-1, len(COLUMNS)).T, strict=True))
+        families = *self.families, *(family(group) for group in members.values())
+        columns["lengths"] = np.zeros(len(rows))
+        for k in range(len(self.families), len(families)):
+            columns["lengths"][columns["kind"] == k] = families[k].lengths
+        both = {name: np.concatenate([getattr(self, name), column]) for name, column in columns.items()}
         vertices = np.array(list(corners), float).reshape(-1, 2)
-        return replace(self, **columns, families=self.families + added, corners=vertices, labels=tuple(labels))
+        return replace(self, **both, families=families, corners=vertices, labels=tuple(labels))
 
     def kept(self, pieces: Integers) -> "Boundary":
         """The boundary with these pieces (k,) only; corners and labels stay."""
@@ -193,7 +121,7 @@ class Boundary:
 
     @cached_property
     def inner(self) -> Booleans:
-        """Which pieces (p,) have the domain on both sides."""
+        """Mask (p,) of the pieces that have the domain on both sides."""
         return self.ring < 0
 
     def stations(self) -> tuple[Integers, Floats, Floats]:
@@ -203,7 +131,7 @@ class Boundary:
     def chords(self) -> Chords:
         """Chords of the polygonal copy; those of a piece follow each other without a gap."""
         piece, s, step = self.stations()
-        start = self._vertices(piece, s)
+        start = self.chord_starts(piece, s)
         last = np.flatnonzero(np.diff(piece, append=-1))
         end = np.roll(start, -1, axis=0)
         end[last] = start[np.append(0, last[:-1] + 1)]
@@ -211,7 +139,7 @@ class Boundary:
         end[last] = self.corners[self.end[piece[last]]]
         return Chords(piece, s, step, start, end)
 
-    def _vertices(self, piece: Integers, s: Floats) -> Floats:
+    def chord_starts(self, piece: Integers, s: Floats) -> Floats:
         """Points (m, 2) at the places where chords start: exactly the corners at the starts of pieces."""
         points = self.points(piece, s)
         at_corner = (s == 0) & ~self.closed[piece]
@@ -220,17 +148,17 @@ class Boundary:
 
     @cached_property
     def closed(self) -> Booleans:
-        """Which pieces (p,) are closed curves without a corner."""
+        """Mask (p,) of the pieces that are closed curves without a corner."""
         return self.start < 0
 
     @cached_property
     def curved(self) -> Booleans:
-        """Which pieces (p,) are not straight."""
+        """Mask (p,) of the pieces that are not straight."""
         return ~np.array([isinstance(f, Lines) for f in self.families])[self.kind]
 
     @cached_property
     def approximated(self) -> Booleans:
-        """Which pieces (p,) the polygonal copy follows nearly, but not exactly."""
+        """Mask (p,) of the pieces that the polygonal copy follows nearly, but not exactly."""
         return ~np.array([f.exact for f in self.families])[self.kind]
 
     @cached_property
@@ -248,7 +176,7 @@ class Boundary:
             for piece in mine[~uncut].tolist():
                 local = self._stations_within(piece, s[curve == self.index[piece]])
                 parts.append((np.full(len(local), piece), local))
-        return self._sorted(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        return self.in_order(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _stations_within(self, piece: int, s: Floats) -> Floats:
         """Arc lengths on a part of a curve where its chords begin; ``s`` are those of the whole curve."""
@@ -263,7 +191,7 @@ class Boundary:
         stations = np.interp(begin + np.arange(chords) / chords * (end - begin), np.arange(len(along)), along) - offset
         return np.append(0.0, stations[1:])
 
-    def _sorted(self, piece: Integers, s: Floats) -> tuple[Integers, Floats, Floats]:
+    def in_order(self, piece: Integers, s: Floats) -> tuple[Integers, Floats, Floats]:
         """Pieces, arc lengths and steps to the next one (m,) in order."""
         order = np.lexsort((s, piece))
         piece, s = piece[order], s[order]
@@ -304,66 +232,20 @@ class Boundary:
                 result[mine] = getattr(f, what)(index[mine], along[mine])
         return result
 
+    def foot(self, points: Floats, piece: Integers, s: Floats, steps: int, longest: Floats | float = np.inf) -> Floats:
+        """Arc lengths (m,) of the feet of points (m, 2) on the pieces (m,), by Newton's method from s (m,) near them.
+
+        Curvature is left out: the points are next to the curves. No step is longer than ``longest`` (m,).
+        """
+        for _ in range(steps):
+            ahead = np.einsum("ij,ij->i", points - self.points(piece, s), self.tangents(piece, s))
+            s = self.wrapped(piece, s + np.clip(ahead, -longest, longest))
+        return s
+
     def wrapped(self, piece: Integers, s: Floats) -> Floats:
         """Arc length s (m,) brought back to the piece: modulo its length if it is closed, else to its ends."""
         length = self.lengths[piece]
         return np.where(self.closed[piece], np.mod(s, length), np.clip(s, 0, length))
-
-    def polygonal_copy(self) -> PolygonalCopy:
-        """The rings as chords, about 256 for a full turn, one for a straight line."""
-        piece, s, step = self.stations()
-        more_piece, more_s = self._graded_to_contacts()
-        if len(more_piece):
-            piece, s, step = self._sorted(np.append(piece, more_piece), np.append(s, more_s))
-        mine = ~self.inner[piece]
-        piece, s, step = piece[mine], s[mine], step[mine]
-        points = self._vertices(piece, s)
-        ring = self.ring[piece]
-        successor = np.arange(1, len(piece) + 1)
-        ends = np.flatnonzero(np.diff(ring, append=-1))
-        successor[ends] = np.concatenate([[0], ends[:-1] + 1])
-        return PolygonalCopy(points, piece, s, step, successor, ring)
-
-    def _graded_to_contacts(self) -> tuple[Integers, Floats]:
-        """Piece and arc length of more points beside corners that join two rings, and beside cusps.
-
-        Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
-        """
-        none = np.zeros(0, np.int64), np.zeros(0)
-        curved = self.approximated & ~self.inner
-        if not curved.any():
-            return none
-        rings = int(self.ring.max()) + 1
-        corner_and_ring = np.unique((self.start * rings + self.ring)[~self.closed & ~self.inner])
-        rings_at = np.bincount(corner_and_ring // rings, minlength=len(self.corners))
-        contact = np.append((rings_at > 1) | self._cusps(), False)  # the last entry answers for start = -1
-        forward, backward = np.flatnonzero(contact[self.start] & curved), np.flatnonzero(contact[self.end] & curved)
-        if len(forward) + len(backward) == 0:
-            return none
-        # Equal lengths on both curves: the sharper curve's chords then turn away faster.
-        piece, _, step = self.stations()
-        first, last = np.flatnonzero(np.diff(piece, prepend=-1)), np.flatnonzero(np.diff(piece, append=-1))
-        beside = np.concatenate([step[first[forward]], step[last[backward]]])
-        # Far from the origin the curves must part by more than their points are rounded.
-        rounding = CONTACT_ROUNDINGS * np.spacing(np.abs(self.corners).max())
-        finest = max(CONTACT_FINEST * beside.min(), float(np.sqrt(CONTACT_CHORDS * beside.min() * rounding)))
-        levels = np.ceil(np.log(4 * beside.max() / finest) / -np.log(CONTACT_GRADING))
-        s = 4 * beside.max() * 0.999 * CONTACT_GRADING ** np.arange(1, min(levels, MOST_GRADED) + 1)
-        ends = [(forward, np.tile(s, (len(forward), 1))), (backward, self.lengths[backward, None] - s)]
-        pieces = np.concatenate([np.repeat(k, len(s)) for k, _ in ends])
-        along = np.concatenate([at.ravel() for _, at in ends])
-        within = (along > 0) & (along < self.lengths[pieces])
-        return pieces[within], along[within]
-
-    def _cusps(self) -> Booleans:
-        """Corners (k,) of the rings at which a piece goes back along the one that ends there, or nearly so."""
-        open_ = np.flatnonzero(~self.closed & ~self.inner)
-        ahead = np.full((len(self.corners), 2), np.nan)
-        ahead[self.start[open_]] = self.tangents(open_, np.zeros(len(open_)))
-        behind = ahead[self.end[open_]] + self.tangents(open_, self.lengths[open_])
-        cusps = np.zeros(len(self.corners), bool)
-        cusps[self.end[open_][np.hypot(*behind.T) < CUSP]] = True
-        return cusps
 
     def edges(self, piece: Integers, s: Floats) -> tuple[Integers, Integers]:
         """Boundary edges between corners and the nodes (m,) at arc length ``s`` on the pieces ``piece``.
@@ -442,11 +324,6 @@ class Boundary:
         columns["offset"] += begin
         columns["start"][begins] = columns["end"][ends] = corner
         return replace(self, **columns)
-
-
-def outline(ring: Ring) -> Floats:
-    """Polygonal copy (m, 2) of a ring."""
-    return Boundary.of([ring]).polygonal_copy().points
 
 
 def default_label(ring: int) -> str:

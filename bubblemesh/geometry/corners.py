@@ -48,7 +48,7 @@ ROUNDING = 1e-6  # radians
 
 
 def corner_fans(boundary: Boundary) -> CornerFans:
-    """Both ends of all pieces that are not closed."""
+    """Fans of both ends of all pieces that are not closed."""
     of_chord, _, step = boundary.stations()
     first, last = np.flatnonzero(np.diff(of_chord, prepend=-1)), np.flatnonzero(np.diff(of_chord, append=-1))
     piece = np.flatnonzero(~boundary.closed)

@@ -5,7 +5,8 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -25,7 +26,7 @@ GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 class Family(Protocol):
-    """What a boundary asks of the curves of one kind."""
+    """Curves of one kind, as a boundary uses them."""
 
     @property
     def lengths(self) -> Floats:
@@ -108,31 +109,32 @@ class Arcs:
 
 @dataclass(frozen=True)
 class _Tabulated:
-    """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u.
+    """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u."""
 
-    The tables of all curves stand one after the other, from row ``_first[k]`` on for curve k.
-    """
+    @cached_property
+    def _tables(self) -> list[tuple[Floats, Floats, Floats]]:
+        """Arc length, u and du/ds at the ends of the panels of each curve."""
+        return [self._table(k) for k in range(len(self))]
 
-    lengths: Floats = field(init=False)
-    _first: Integers = field(init=False, repr=False)
-    _share: Floats = field(init=False, repr=False)
-    _s: Floats = field(init=False, repr=False)
-    _u: Floats = field(init=False, repr=False)
-    _slope: Floats = field(init=False, repr=False)
+    @cached_property
+    def _columns(self) -> tuple[Floats, Floats, Floats]:
+        """The tables of all curves, one after the other."""
+        s, u, slope = (np.concatenate(parts) for parts in zip(*self._tables, strict=True))
+        return s, u, slope
 
-    def __post_init__(self) -> None:
-        tables = [self._table(k) for k in range(len(self))]
-        columns = {
-            "lengths": np.array([s[-1] for s, _, _ in tables]),
-            "_first": np.cumsum([0, *(len(s) for s, _, _ in tables)]),
-            "_share": np.concatenate([k + s / s[-1] for k, (s, _, _) in enumerate(tables)]),
-            **{
-                name: np.concatenate(parts)
-                for name, parts in zip(("_s", "_u", "_slope"), zip(*tables, strict=True), strict=True)
-            },
-        }
-        for name, column in columns.items():
-            object.__setattr__(self, name, column)
+    @cached_property
+    def _first(self) -> Integers:
+        """Row (n + 1,) of each curve's first entry in the tables of all."""
+        return np.cumsum([0, *(len(s) for s, _, _ in self._tables)])
+
+    @cached_property
+    def _share(self) -> Floats:
+        """Increasing numbers for a search over all tables at once."""
+        return np.concatenate([k + s / s[-1] for k, (s, _, _) in enumerate(self._tables)])
+
+    @cached_property
+    def lengths(self) -> Floats:
+        return np.array([s[-1] for s, _, _ in self._tables])
 
     def __len__(self) -> int:
         raise NotImplementedError
@@ -171,8 +173,7 @@ class _Tabulated:
         return curve, np.concatenate(parts)
 
     def _stations(self, k: int) -> Floats:
-        rows = slice(self._first[k], self._first[k + 1])
-        s, u = self._s[rows], self._u[rows]
+        s, u, _ = self._tables[k]
         tangents = self._derivative(np.full(len(u), k), u)
         turns = np.cumsum(np.append(0, np.abs(turning(tangents[:-1], tangents[1:])))) / (2 * np.pi)
         weight = CHORDS_PER_TURN * turns + self._least_chords(k) * np.linspace(0, 1, len(u))
@@ -186,10 +187,11 @@ class _Tabulated:
         """u (m,) at arc length s (m,): cubic Hermite interpolation of the table."""
         j = np.searchsorted(self._share, index + s / self.lengths[index], side="right") - 1
         j = np.clip(j, self._first[index], self._first[index + 1] - 2)
-        h = self._s[j + 1] - self._s[j]
-        t = (s - self._s[j]) / h
-        u0, u1 = self._u[j], self._u[j + 1]
-        m0, m1 = h * self._slope[j], h * self._slope[j + 1]
+        along, parameter, slope = self._columns
+        h = along[j + 1] - along[j]
+        t = (s - along[j]) / h
+        u0, u1 = parameter[j], parameter[j + 1]
+        m0, m1 = h * slope[j], h * slope[j + 1]
         return u0 + t * (m0 + t * (3 * (u1 - u0) - 2 * m0 - m1 + t * (2 * (u0 - u1) + m0 + m1)))
 
     def points(self, index: Integers, s: Floats) -> Floats:
@@ -246,18 +248,25 @@ class Splines(_Tabulated):
 
     knots: Sequence[Floats]
     slopes: Sequence[Floats | None] | None = None
-    _breaks: Floats = field(init=False, repr=False)
-    _offset: Integers = field(init=False, repr=False)
-    _coefficients: Floats = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _splines(self) -> "list[CubicSpline]":
         slopes = self.slopes or [None] * len(self.knots)
-        splines = [interpolated(points, ends) for points, ends in zip(self.knots, slopes, strict=True)]
-        sizes = [len(spline.x) - 1 for spline in splines]
-        object.__setattr__(self, "_breaks", np.concatenate([k + spline.x[:-1] for k, spline in enumerate(splines)]))
-        object.__setattr__(self, "_offset", np.concatenate([[0], np.cumsum(sizes)]))
-        object.__setattr__(self, "_coefficients", np.concatenate([spline.c for spline in splines], axis=1))
-        super().__post_init__()
+        return [interpolating_spline(points, ends) for points, ends in zip(self.knots, slopes, strict=True)]
+
+    @cached_property
+    def _breaks(self) -> Floats:
+        """Increasing numbers of all knots but the last ones, for a search over all splines at once."""
+        return np.concatenate([k + spline.x[:-1] for k, spline in enumerate(self._splines)])
+
+    @cached_property
+    def _offset(self) -> Integers:
+        """Row (n + 1,) of each spline's first cubic piece."""
+        return np.cumsum([0, *(len(spline.x) - 1 for spline in self._splines)])
+
+    @cached_property
+    def _coefficients(self) -> Floats:
+        return np.concatenate([spline.c for spline in self._splines], axis=1)
 
     def __len__(self) -> int:
         return len(self.knots)
@@ -284,13 +293,67 @@ class Splines(_Tabulated):
         return (3 * c[0] * t + 2 * c[1]) * t + c[2]
 
 
+@dataclass(frozen=True)
+class Polylines:
+    """Polylines through ``vertices``, one array (k, 2) each, whose tangents jump at them."""
+
+    vertices: Sequence[Floats]
+
+    @cached_property
+    def _first(self) -> Integers:
+        """Row (n + 1,) of each polyline's first vertex in the tables of all."""
+        return np.cumsum([0, *map(len, self.vertices)])
+
+    @cached_property
+    def _points(self) -> Floats:
+        return np.concatenate(list(self.vertices))
+
+    @cached_property
+    def _s(self) -> Floats:
+        """Arc length at each vertex."""
+        return np.concatenate([np.cumsum(np.append(0, np.hypot(*np.diff(v, axis=0).T))) for v in self.vertices])
+
+    @cached_property
+    def _order(self) -> Floats:
+        """Increasing numbers for a search over all tables at once."""
+        owner = np.repeat(np.arange(len(self.vertices)), np.diff(self._first))
+        return owner + self._s / self.lengths[owner]
+
+    @cached_property
+    def lengths(self) -> Floats:
+        return self._s[self._first[1:] - 1]
+
+    @property
+    def exact(self) -> bool:
+        return True
+
+    def stations(self) -> tuple[Integers, Floats]:
+        owner = np.repeat(np.arange(len(self.vertices)), np.diff(self._first))
+        starts = np.delete(np.arange(len(owner)), self._first[1:] - 1)
+        return owner[starts], self._s[starts]
+
+    def points(self, index: Integers, s: Floats) -> Floats:
+        j = self._segment(index, s)
+        share = (s - self._s[j]) / (self._s[j + 1] - self._s[j])
+        return self._points[j] + share[:, None] * (self._points[j + 1] - self._points[j])
+
+    def tangents(self, index: Integers, s: Floats) -> Floats:
+        j = self._segment(index, s)
+        return (self._points[j + 1] - self._points[j]) / (self._s[j + 1] - self._s[j])[:, None]
+
+    def _segment(self, index: Integers, s: Floats) -> Integers:
+        """Row (m,) of the vertex before each place."""
+        j = np.searchsorted(self._order, index + s / self.lengths[index], side="right") - 1
+        return np.clip(j, self._first[index], self._first[index + 1] - 2)
+
+
 def turning(before: Floats, after: Floats) -> Floats:
     """Signed angles (m,) in radians from the directions ``before`` (m, 2) to ``after`` (m, 2), positive to the left."""
     (ax, ay), (bx, by) = before.T, after.T
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
 
 
-def interpolated(points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":
+def interpolating_spline(points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":
     """Spline through ``points`` (k, 2) over [0, 1] by chord length, ``slopes`` (2, 2) being its ends' by length.
 
     Closed, it is smooth at its start, unless that is ``cornered``.

@@ -1,4 +1,4 @@
-"""How far the mesh's boundary is from the rings that were followed as curves."""
+"""Distance of the mesh's boundary from the rings that were followed as curves."""
 
 from typing import NamedTuple
 

@@ -8,17 +8,18 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.geometry.arrangement.contacts import joined
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
-from bubblemesh.geometry.boundary import Boundary, PolygonalCopy, outline
+from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import require_room
-from bubblemesh.geometry.distance.projection import Nearest, Projection
-from bubblemesh.geometry.labelled import known_labels, onto
-from bubblemesh.geometry.periodic import paired
-from bubblemesh.geometry.rings import Ring
+from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
+from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.periodic import matching_pieces
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import require_domain, simple_polygon
-from bubblemesh.messages import ring_name
+from bubblemesh.messages import meant, ring_name
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ class Domain:
         names = [ring_name(number, ring.origin) for number, ring in enumerate(rings)]
         for ring, name in zip(rings, names, strict=True):
             simple_polygon(outline(ring), name)
-        boundary = joined(Boundary.of(rings))
-        require_domain(boundary.polygonal_copy().rings(), names)
+        boundary = split_at_contacts(Boundary.of(rings))
+        require_domain(PolygonalCopy.of(boundary).rings(), names)
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
@@ -73,11 +74,11 @@ class Domain:
         GeometryError
             If sides that should match do not; with the place.
         """
-        return paired(self.boundary, self.parts.periodic)
+        return matching_pieces(self.boundary, self.parts.periodic)
 
     @cached_property
     def on_periodic_side(self) -> Booleans:
-        """Which boundary pieces (p,) have a counterpart, so that their bubbles must not move one by one."""
+        """Mask (p,) of the boundary pieces with a counterpart, whose bubbles must not move one by one."""
         found = np.zeros(len(self.boundary.kind), bool)
         found[self.periodic] = True
         return found
@@ -85,7 +86,7 @@ class Domain:
     @cached_property
     def polygonal_copy(self) -> PolygonalCopy:
         """Fine polygonal copy of the boundary."""
-        return self.boundary.polygonal_copy()
+        return PolygonalCopy.of(self.boundary)
 
     @cached_property
     def polygon(self) -> shapely.Polygon:
@@ -120,7 +121,8 @@ class Domain:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Names of the sides, lines and points of the domain, each once."""
-        return known_labels(self.boundary, self.parts)
+        names = [self.boundary.labels[number] for number in np.unique(self.boundary.label)]
+        return tuple(dict.fromkeys([*names, *(label for _, label in self.parts.points)]))
 
     def distance_to(self, points: Floats, *labels: str) -> Floats:
         """Distance (m,) of points (m, 2) from the nearest side, line or point that has one of the ``labels``.
@@ -130,8 +132,15 @@ class Domain:
         GeometryError
             If there is no such label, or none is given.
         """
+        for label in labels:
+            if label not in self.labels:
+                raise GeometryError(f"there is no side, line or point {label!r}: {meant(label, self.labels)}")
+        if not labels:
+            known = ", ".join(self.labels)
+            raise GeometryError(f"no side, line or point is named: give at least one of {known}")
         if labels not in self._labelled:
-            self._labelled[labels] = onto(self.boundary, self.parts, labels)
+            places = np.array([at for at, label in self.parts.points if label in labels], float).reshape(-1, 2)
+            self._labelled[labels] = projection_onto(self.boundary, labels, places)
         return self._labelled[labels](points).distance
 
     @cached_property
@@ -140,7 +149,7 @@ class Domain:
         return {}
 
     def contains(self, points: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, to the accuracy of the polygonal copy."""
+        """Mask (m,) of the points (m, 2) inside, to the accuracy of the polygonal copy."""
         return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
 
     def distance_at_least(self, points: Floats) -> Floats:
@@ -148,17 +157,17 @@ class Domain:
         return self._projection.at_least(points)
 
     def surely_inside(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie inside, farther than ``distance`` (m,) from the boundary."""
+        """Mask (m,) of the points (m, 2) inside that are farther than ``distance`` (m,) from the boundary."""
         inside = np.flatnonzero(self.contains(points))
         return self._farther(points, distance, inside, +1)
 
     def surely_outside(self, points: Floats, distance: Floats) -> Booleans:
-        """Which of the points (m, 2) lie outside, farther than ``distance`` (m,) from the boundary."""
+        """Mask (m,) of the points (m, 2) outside that are farther than ``distance`` (m,) from the boundary."""
         outside = np.flatnonzero(~self.contains(points))
         return self._farther(points, distance, outside, -1)
 
     def _farther(self, points: Floats, distance: Floats, some: Integers, side: int) -> Booleans:
-        """Which of some points, inside (+1) or outside (-1) by the polygonal copy, are farther than ``distance``.
+        """Mask (m,) of some points, inside (+1) or outside (-1) by the polygonal copy, farther than ``distance``.
 
         Only what is not clearly so needs a distance of its own.
         """

@@ -9,9 +9,9 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.curves import interpolated, turning
-from bubblemesh.geometry.rings import Curve, Line, Point, Polyline, Ring, Side, Spline
+from bubblemesh.geometry.curves import interpolating_spline, turning
+from bubblemesh.geometry.paths import Curve, Line, Point, Polyline, Ring, Side, Spline
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ SAMPLES = 8  # of a spline between two of its points, to see how far it departs 
 
 @dataclass(frozen=True)
 class Following:
-    """How straight sides are followed.
+    """Rule by which straight sides are followed as curves.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Following:
         return Ring(tuple(sides), tuple(vertices), ring.notes, outline(ring))
 
     def _fixed(self, ring: Ring) -> Booleans:
-        """Which vertices (n,) stay nodes whatever the tolerance."""
+        """Mask (n,) of the vertices that stay nodes whatever the tolerance."""
         straight = np.array([isinstance(side.curve, Line) for side in ring.sides])
         if len(ring.vertices) < 3 or not straight.any():
             return np.ones(len(ring.vertices), bool)
@@ -82,7 +82,7 @@ class Following:
 
     def _curves(self, points: Floats, cornered: bool) -> list[Curve]:
         """Curves through the points (k, 2) of a run; closed, it has a corner at its start or is smooth there."""
-        spline = interpolated(points, cornered=cornered) if self.smooth and len(points) > 2 else None
+        spline = interpolating_spline(points, cornered=cornered) if self.smooth and len(points) > 2 else None
         last = len(points) - 1
         if self.tolerance is None:
             return [_part(points, spline, 0, last)]
@@ -114,7 +114,7 @@ def _spans(fixed: Booleans) -> Iterator[tuple[int, int]]:
 
 
 def _start(curve: Curve, points: Floats) -> Point:
-    """Where a curve of a run starts."""
+    """Start of a curve of a run."""
     match curve:
         case Line(start=start):
             return start

@@ -1,4 +1,4 @@
-"""How far it is from lines of a domain to those that face them: across necks, thin walls, layers and strips."""
+"""Gaps between lines of a domain that face each other: necks, thin walls, layers and strips."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Gaps(NamedTuple):
     inner: Booleans
 
     def kept(self, which: Integers | Booleans) -> "Gaps":
-        """Those of them."""
+        """The gaps ``which`` (k,)."""
         return Gaps(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
@@ -77,7 +77,7 @@ class Walls:
         return shapely.STRtree(shapely.linestrings(np.stack([self.chords.start, self.chords.end], axis=1)))
 
     def facing(self, piece: Integers, s: Floats, reach: Floats, room: Floats) -> Gaps:
-        """What faces places on the lines: on the left of rings, on both sides of lines inside the domain.
+        """Gaps between places on the lines and what faces them: on the left of rings, on both sides of inner lines.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class Walls:
         return gaps_inside(self.domain, found.kept(nearest))
 
     def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
-        """How far (m,) along rays from ``points`` (m, 2) their chords are, and which rays leave the domain there."""
+        """Distances (m,) of chords along rays from ``points`` (m, 2), and which rays leave the domain there."""
         (dx, dy), (ax, ay) = directions.T, (self.chords.start[chord] - points).T
         cx, cy = (self.chords.end[chord] - self.chords.start[chord]).T
         sine = dx * cy - dy * cx
@@ -201,6 +201,6 @@ def reentrant_corners(domain: Domain) -> ReentrantCorners:
 
 
 def gaps_inside(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
-    """Those gaps of which some parts of the way are in the domain, not across what is outside of it."""
+    """Gaps of which some parts of the way are in the domain, not across what is outside of it."""
     between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
     return gaps.kept(np.all(between, axis=0))

@@ -7,14 +7,14 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import meant, place
 
-SAME = 1e-9  # of the domain's size
 SAMPLES = 9
 
 
-def paired(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
+def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
     """Pairs (k, 2) of pieces, the second being the first one moved and run the other way.
 
     Parameters
@@ -104,5 +104,5 @@ def _is_copy(boundary: Boundary, piece: int, other: int, shift: Floats) -> bool:
     share = np.linspace(0, 1, SAMPLES)
     here = boundary.points(np.full(SAMPLES, piece), share * boundary.lengths[piece])
     there = boundary.points(np.full(SAMPLES, other), (1 - share) * boundary.lengths[other])
-    tolerance = SAME * float(np.ptp(boundary.corners, axis=0).max())
+    tolerance = TOUCHING * float(np.ptp(boundary.corners, axis=0).max())
     return bool(np.abs(here + shift - there).max() <= tolerance)

@@ -1,181 +1,21 @@
-"""Closed rings of smooth sides, made from the shapes that a case file offers."""
+"""Rings and open paths, made from the shapes that a case file offers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry import curves
-from bubblemesh.geometry.traces import Polylines
+from bubblemesh.geometry.paths import Arc, Curve, Ellipse, Line, Point, Side, Spline
+from bubblemesh.geometry.paths import OpenPath as OpenPath  # what the functions here return
+from bubblemesh.geometry.paths import Ring as Ring
 from bubblemesh.messages import place
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
 FLATTEST = 1e-7  # distance of an arc's ends in terms of its radius, below which rounding hides the arc
 MOST_NAMED = 3  # duplicate points that are told one by one
-
-Point = tuple[float, float]
-
-
-class Line(NamedTuple):
-    """A straight side; the fields of this and the next records are those of the curve family."""
-
-    start: Point
-    end: Point
-
-    def reversed(self) -> "Line":
-        return Line(self.end, self.start)
-
-    def scaled(self, factor: float) -> "Line":
-        return Line(_times(self.start, factor), _times(self.end, factor))
-
-
-class Arc(NamedTuple):
-    """A circular side, or a whole circle."""
-
-    center: Point
-    radius: float
-    angle: float
-    sweep: float
-
-    def reversed(self) -> "Arc":
-        return self._replace(angle=self.angle + self.sweep, sweep=-self.sweep)
-
-    def scaled(self, factor: float) -> "Arc":
-        return self._replace(center=_times(self.center, factor), radius=self.radius * factor)
-
-
-class Ellipse(NamedTuple):
-    """A whole ellipse, ``angle`` in radians."""
-
-    center: Point
-    radii: Point
-    angle: float
-    turn: float
-
-    def reversed(self) -> "Ellipse":
-        return self._replace(turn=-self.turn)
-
-    def scaled(self, factor: float) -> "Ellipse":
-        return self._replace(center=_times(self.center, factor), radii=_times(self.radii, factor))
-
-
-class Spline(NamedTuple):
-    """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones."""
-
-    knots: Floats
-    slopes: Floats | None = None
-
-    def reversed(self) -> "Spline":
-        return Spline(self.knots[::-1], None if self.slopes is None else -self.slopes[::-1])
-
-    def scaled(self, factor: float) -> "Spline":
-        return self._replace(knots=self.knots * factor)
-
-
-class Polyline(NamedTuple):
-    """A polyline through ``points`` (k, 2) that nodes may slide along; closed if the last point is the first."""
-
-    points: Floats
-
-    def reversed(self) -> "Polyline":
-        return Polyline(self.points[::-1])
-
-    def scaled(self, factor: float) -> "Polyline":
-        return Polyline(self.points * factor)
-
-
-Curve = Line | Arc | Ellipse | Spline | Polyline
-
-
-def family(members: Sequence[Curve]) -> curves.Family:
-    """The family that evaluates ``members``, which are of one kind."""
-    if isinstance(members[0], Spline):
-        splines = [member for member in members if isinstance(member, Spline)]
-        return curves.Splines([spline.knots for spline in splines], [spline.slopes for spline in splines])
-    if isinstance(members[0], Polyline):
-        return Polylines([member.points for member in members if isinstance(member, Polyline)])
-    kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
-    return kind(*(np.array(column, float) for column in zip(*members, strict=True)))
-
-
-@dataclass(frozen=True)
-class Side:
-    """One smooth side of a ring; ``label`` is None where the case gives none."""
-
-    curve: Curve
-    label: str | None = None
-
-
-@dataclass(frozen=True)
-class Ring:
-    """A closed ring.
-
-    Attributes
-    ----------
-    sides : tuple of Side
-    vertices : tuple of (x, y)
-        Start of each side; empty for a whole circle or ellipse, which has no fixed node.
-    notes : tuple of str
-        What was changed on reading, for the user to know.
-    given : (m, 2), optional
-        Outline of the ring as it was given, where it is followed as a curve.
-    origin : str, optional
-        File and place in it that the ring comes from, for messages.
-    """
-
-    sides: tuple[Side, ...]
-    vertices: tuple[Point, ...]
-    notes: tuple[str, ...] = ()
-    given: Floats | None = field(default=None, compare=False)
-    origin: str | None = field(default=None, compare=False)
-
-    def reversed(self) -> "Ring":
-        """The same ring run the other way."""
-        sides = tuple(replace(side, curve=side.curve.reversed()) for side in reversed(self.sides))
-        return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
-
-    def labelled(self, label: str | None) -> "Ring":
-        """The same ring with all its sides called ``label``, if that is given."""
-        return self if label is None else replace(self, sides=tuple(replace(side, label=label) for side in self.sides))
-
-    def renamed(self, old: str, new: str) -> "Ring":
-        """The same ring with the sides that are called ``old`` called ``new``."""
-        return replace(self, sides=tuple(replace(s, label=new) if s.label == old else s for s in self.sides))
-
-    def scaled(self, factor: float) -> "Ring":
-        """The same ring in another unit of length."""
-        sides = tuple(replace(side, curve=side.curve.scaled(factor)) for side in self.sides)
-        return replace(self, sides=sides, vertices=tuple(_times(vertex, factor) for vertex in self.vertices))
-
-
-@dataclass(frozen=True)
-class OpenPath:
-    """Inner sides one after the other.
-
-    Attributes
-    ----------
-    sides : tuple of Side
-    vertices : tuple of (x, y)
-        Start of each side and end of the last one; empty for a whole circle or ellipse.
-    label : str
-        For sides that have none.
-    notes : tuple of str
-        What was changed on reading, for the user to know.
-    """
-
-    sides: tuple[Side, ...]
-    vertices: tuple[Point, ...]
-    label: str
-    notes: tuple[str, ...] = ()
-
-    @classmethod
-    def around(cls, ring: Ring, label: str) -> "OpenPath":
-        """The sides of a ring."""
-        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes)
 
 
 class LineTo(NamedTuple):
@@ -249,24 +89,15 @@ def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = No
     GeometryError
         If an arc's ends are not equally far from its centre, or fewer than three points remain.
     """
-    first = here = _point(start)
+    first = _point(start)
     tolerance = 1e-13 * _extent([first, *(end_of(piece) for piece in pieces)])
     if not _same(end_of(pieces[-1]) if pieces else first, first, tolerance):
         pieces = [*pieces, LineTo(first, label)]
-    sides, vertices, notes, doubles = [], [], [], []
-    for number, piece in enumerate(pieces, start=1):
-        end = first if number == len(pieces) else end_of(piece)
-        if isinstance(piece, LineTo) and _same(here, end, tolerance):
-            doubles.append(end)
-            continue
-        curve, curve_notes = _curve(here, piece, end)
-        sides.append(Side(curve, piece.label or label))
-        vertices.append(here)
-        notes += curve_notes
-        here = end
+    sides, vertices, notes = _sides(first, pieces, tolerance, first, label)
+    vertices.pop()
     if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
         raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
-    return Ring(tuple(sides), tuple(vertices), (*_merged(doubles), *notes))
+    return Ring(tuple(sides), tuple(vertices), notes)
 
 
 def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> OpenPath:
@@ -277,21 +108,36 @@ def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> Op
     GeometryError
         If an arc's ends are not equally far from its centre, or the line has no length.
     """
-    here, sides, vertices = _point(start), [], [_point(start)]
-    notes, doubles = [], []
-    for piece in pieces:
-        end = end_of(piece)
-        if isinstance(piece, LineTo) and here == end:
+    sides, vertices, notes = _sides(_point(start), pieces)
+    if not sides:
+        raise GeometryError(f"the line at {place(vertices[0])} has no length: give it two different points")
+    return OpenPath(tuple(sides), tuple(vertices), label, notes)
+
+
+def _sides(
+    start: Point,
+    pieces: Sequence[Piece],
+    tolerance: float = 0.0,
+    last: Point | None = None,
+    label: str | None = None,
+) -> tuple[list[Side], list[Point], tuple[str, ...]]:
+    """Sides along the pieces, the start and all ends of them, and notes on what was merged or mended.
+
+    ``last`` is exactly where the last piece ends, if it is given.
+    """
+    sides, vertices, notes, doubles = list[Side](), [start], list[str](), list[Point]()
+    for number, piece in enumerate(pieces, start=1):
+        here, end = vertices[-1], end_of(piece)
+        if last is not None and number == len(pieces):
+            end = last
+        if isinstance(piece, LineTo) and _same(here, end, tolerance):
             doubles.append(end)
             continue
-        curve, curve_notes = _curve(here, piece, end)
-        notes += curve_notes
-        sides.append(Side(curve, piece.label))
+        curve, mended = _curve(here, piece, end)
+        sides.append(Side(curve, piece.label or label))
         vertices.append(end)
-        here = end
-    if not sides:
-        raise GeometryError(f"the line at {place(here)} has no length: give it two different points")
-    return OpenPath(tuple(sides), tuple(vertices), label, (*_merged(doubles), *notes))
+        notes += mended
+    return sides, vertices, (*_merged(doubles), *notes)
 
 
 def _merged(doubles: Sequence[Point]) -> list[str]:
@@ -358,7 +204,3 @@ def _same(a: Sequence[float], b: Sequence[float], tolerance: float) -> bool:
 
 def _point(values: Sequence[float] | Floats) -> Point:
     return float(values[0]), float(values[1])
-
-
-def _times(point: Point, factor: float) -> Point:
-    return point[0] * factor, point[1] * factor

@@ -37,11 +37,11 @@ class NoAnnealing:
         return Relaxed.none(net.bubbles)
 
     def cycles(self, bubbles: int) -> int:
-        """None."""
+        """Zero, whatever the number of bubbles."""
         return 0
 
     def sparing(self, calm: Calm) -> "NoAnnealing":
-        """No annealing either."""
+        """The same: there is none to spare bubbles from."""
         return self
 
 
@@ -61,7 +61,7 @@ class Annealing:
     def __call__(
         self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
     ) -> Relaxed:
-        """The bubbles after all cycles."""
+        """The bubbles after all cycles, each a displacement and a relaxation."""
         total = Relaxed.none(net.bubbles)
         cycles = self.cycles(len(net.bubbles))
         for cycle in range(cycles):
@@ -83,7 +83,7 @@ class Annealing:
         return SparingAnnealing(**vars(self), calm=calm)
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
-        """The bubbles after a displacement by this share of the first one."""
+        """The bubbles after a displacement, whose amplitude is ``share`` times that of the first one."""
         on_boundary = np.arange(len(net.bubbles)) < net.bubbles.boundary_count
         beside = net.dilated(on_boundary)
         amplitude = share * np.where(beside, self.amplitude_at_boundary * self.amplitude, self.amplitude)

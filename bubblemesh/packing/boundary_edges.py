@@ -21,7 +21,7 @@ MOST_ADDED = 500_000  # bubbles between curves; those that need more are the sam
 
 
 def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
-    """The bubbles and more on curves next to other parts of the boundary, which their chords would cut off.
+    """Bubbles with more of them on curves whose straight edges would cut off other parts of the boundary.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def _cutting(
 
 
 def drop_strays(bubbles: Bubbles, domain: Domain) -> Bubbles:
-    """The bubbles without those that nothing can be made of: run into others on the boundary, or outside its edges."""
+    """Bubbles without those that ran into others on the boundary, and those outside the straight boundary edges."""
     bubbles = _separated(bubbles, domain)
     inside = _inside_chords(bubbles, domain)
     if inside.all():
@@ -90,7 +90,7 @@ def drop_strays(bubbles: Bubbles, domain: Domain) -> Bubbles:
 
 
 def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
-    """The bubbles without sliding ones that come next to a corner, or to the sliding one before, as good as at it."""
+    """Bubbles without sliding ones that are as good as at a corner, or at the sliding one before."""
     while True:
         edges, edge_piece = domain.boundary.edges(bubbles.piece, bubbles.s)
         begin, end = domain.boundary.arcs(edges, edge_piece, bubbles.s)
@@ -104,7 +104,7 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
 
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
-    """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
+    """Which interior bubbles (k,), all inside the domain, are inside the polygon of the boundary nodes too."""
     edges, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
     runs = ChordRuns.of(*np.moveaxis(bubbles.x[edges], 1, 0))

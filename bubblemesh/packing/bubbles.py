@@ -39,12 +39,12 @@ class Bubbles:
 
     @property
     def sliding(self) -> slice:
-        """The bubbles that move along their boundary piece only."""
+        """Slice of the bubbles that move along their boundary piece only."""
         return slice(self.corners, self.boundary_count)
 
     @property
     def interior(self) -> slice:
-        """The bubbles that move freely."""
+        """Slice of the bubbles that move freely."""
         return slice(self.boundary_count, None)
 
     @property
@@ -53,7 +53,7 @@ class Bubbles:
         return self.corners + len(self.piece)
 
     def select(self, keep: Integers) -> "Bubbles":
-        """The bubbles ``keep`` (k,), ascending, all corners among them."""
+        """Bubbles of the numbers ``keep`` (k,), ascending, all corners among them."""
         slide = keep[(keep >= self.corners) & (keep < self.boundary_count)] - self.corners
         return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners, self.touched[keep])
 

@@ -33,18 +33,18 @@ class Sliding:
         self.tangents = self.boundary.tangents(self.bubbles.piece, self.s)
 
     def project(self, vectors: Floats) -> Floats:
-        """The part of forces or velocities (n, 2) that the boundary does not take up, in place."""
+        """Forces or velocities (n, 2) without the part that the boundary takes up, in place."""
         slide = self.bubbles.sliding
         vectors[: self.bubbles.corners] = 0
         vectors[slide] = np.einsum("ij,ij->i", vectors[slide], self.tangents)[:, None] * self.tangents
         return vectors
 
     def projecting(self, force: Force) -> Force:
-        """The force without what the boundary takes up."""
+        """The force as a function of positions, without the part that the boundary takes up."""
         return lambda x: self.project(force(x))
 
     def advance(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
-        """Positions and velocities after a step, sliding bubbles projected back on their curves."""
+        """Positions and velocities (n, 2) after a step, with the sliding bubbles projected back on their curves."""
         slide, piece = self.bubbles.sliding, self.bubbles.piece
         if len(piece):
             here = self.boundary.points(piece, self.s)
@@ -55,7 +55,7 @@ class Sliding:
         return x, self.project(v)
 
     def bubbles_at(self, x: Floats, d: Floats) -> Bubbles:
-        """The bubbles at rest at the end of the motion."""
+        """The bubbles at rest at x (n, 2) with spacing d (n,), at the end of the motion."""
         return replace(self.bubbles, x=x, d=d, s=self.s)
 
 

@@ -15,7 +15,10 @@ CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each 
 
 
 def pair_force(ratio: Floats) -> Floats:
-    """Force between two bubbles at distance l = ratio * l0, for k0 = 1: repelling below 1, attracting up to 1.5."""
+    """Force f(q) = 5/4 q^3 - 19/8 q^2 + 9/8, equation (2.1), between bubbles at distance q = l / l0, for k0 = 1.
+
+    It repels below q = 1 and attracts up to 1.5, beyond which it is zero.
+    """
     force = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125
     return np.where(ratio < CUTOFF, force, 0.0)
 
@@ -34,7 +37,7 @@ class VanDerWaals:
     ] = "scaled"
 
     def among(self, neighbours: Neighbours) -> "BoundForce":
-        """The force of these neighbours as a function of the positions."""
+        """The force as a function of the positions, for these neighbours."""
         strength = self.k0 * (neighbours.d if self.force == "scaled" else np.ones(len(neighbours.d)))
         return BoundForce(neighbours, strength)
 
@@ -64,7 +67,7 @@ class BoundForce:
         return np.column_stack(columns)
 
     def _summed(self, along: Floats) -> Floats:
-        """What the pairs' forces (m,) along an axis add up to on each bubble (n,)."""
+        """Sums (n,), bubble by bubble, of the pairs' forces (m,) along an axis."""
         i, j = self.ends
         n = len(self.strength)
         return np.asarray(np.bincount(i, along, minlength=n) - np.bincount(j, along, minlength=n), float)

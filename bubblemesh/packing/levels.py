@@ -58,7 +58,7 @@ class Doubling:
 
 
 def steepness(cells: Leaves, spacing: Spacing) -> float:
-    """Gradient of the spacing that only few bubbles exceed."""
+    """Gradient of the spacing that only a twentieth of the bubbles exceeds."""
     step = cells.sides / 4
     low, high = (
         np.stack([spacing.extended(cells.centers + sign * step[:, None] * axis) for axis in np.eye(2)])

@@ -23,7 +23,7 @@ PASSES = 2
 
 
 class Patches(NamedTuple):
-    """Disjoint patches.
+    """Patches of a net that have no node in common.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Mending:
         return connect_inside(replace(bubbles, x=x, s=s), domain, spacing)
 
     def _bad(self, net: Net) -> Integers:
-        """Triangles (k,) to mend, the worst first."""
+        """Numbers (k,) of the triangles to mend, the worst first."""
         measure = eta(net.bubbles.x, net.triangles)
         bad = np.flatnonzero(measure > self.mend_worse)
         return bad[np.argsort(-measure[bad], kind="stable")][:MOST_PATCHES]
@@ -98,7 +98,7 @@ class Mending:
     def _tried(
         self, net: Net, bad: Integers, domain: Domain, smoothing: AnySmoothing, random: np.random.Generator
     ) -> Net:
-        """The net after one attempt at each patch."""
+        """The net after one attempt at each patch around the ``bad`` triangles (k,)."""
         patches = disjoint_patches(net, bad)
         which = patches.displaced & (np.arange(len(net.bubbles)) >= net.bubbles.boundary_count)
         trial = reconnect(net, displaced(net.bubbles, which, self.mend_amplitude, random))

@@ -94,14 +94,14 @@ def next_to(pairs: Integers, marked: Booleans) -> Booleans:
     return result
 
 
-def maximal_independent_set(pairs: Integers, rank: Integers) -> Booleans:
-    """Greedy choice (n,) of members no two of which form one of the ``pairs`` (m, 2), best ``rank`` (n,) first.
+def maximal_independent_set(candidates: Booleans, pairs: Integers, rank: Integers) -> Booleans:
+    """Greedy choice (n,) of candidates (n,) no two of which form one of the ``pairs`` (m, 2), lowest rank (n,) first.
 
     Ranks are distinct. Whoever outranks all neighbours still in play is chosen, and they go; that repeats until all
     are settled, which gives the choice of the sequential algorithm without its loop.
     """
-    chosen = np.zeros(len(rank), bool)
-    alive = np.ones(len(rank), bool)
+    chosen, alive = np.zeros(len(rank), bool), candidates.copy()
+    pairs = pairs[alive[pairs].all(axis=1)]
     while alive.any():
         rival = np.full(len(rank), np.iinfo(np.int64).max)
         i, j = pairs.T

@@ -95,20 +95,20 @@ class Net:
 
 
 def connect(bubbles: Bubbles, domain: Domain) -> Net:
-    """The net of the bubbles; those outside the boundary edges belong to no triangle."""
+    """Connect bubbles; those outside the boundary edges belong to no triangle."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     two_sided = domain.boundary.inner[piece]
     return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
 
 
 def reconnect(net: Net, bubbles: Bubbles) -> Net:
-    """The net with its bubbles moved to other places, within the same facets."""
+    """Connect the bubbles of a net anew at other places, within the same facets."""
     triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
     return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
 
 
 def connect_inside(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
-    """The net of the bubbles without those outside, with the spacing at their present places."""
+    """Connect bubbles without those outside, and evaluate the spacing where they are."""
     net = connect(bubbles, domain)
     kept = net.valence > 0
     d = np.where(kept, 0.0, np.nan)

@@ -46,11 +46,11 @@ class Relaxed(NamedTuple):
 
     @classmethod
     def none(cls, bubbles: Bubbles) -> "Relaxed":
-        """No step at all."""
+        """The result of no step at all."""
         return cls(bubbles, 0, 0, np.zeros(0), 0)
 
     def followed_by(self, other: "Relaxed") -> "Relaxed":
-        """Both relaxations as one."""
+        """One relaxation of both, the other after this one."""
         return Relaxed(
             other.bubbles,
             self.added + other.added,
@@ -131,7 +131,7 @@ class Connected:
 
 
 def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """Positions and velocities after a step in which no bubble goes too far."""
+    """Positions and velocities (n, 2) after a step from x to ``moved`` in which no bubble goes too far."""
     move = moved - x
     length = _lengths(move)
     if (length <= MOST_MOVE * d).all():

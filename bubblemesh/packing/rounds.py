@@ -18,7 +18,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 @dataclass(frozen=True)
 class Round:
-    """What a round did.
+    """Record of a round.
 
     Attributes
     ----------

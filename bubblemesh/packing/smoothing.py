@@ -61,7 +61,7 @@ class Smoothing:
     spacing_weight: Annotated[float, Ge(0), Le(20), Doc("weight of edges' lengths beside triangles' shapes")] = 7.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
-        """The net after one pass, connected anew.
+        """Net after one pass, connected anew.
 
         Where two walls are near, bubbles that slide may make boundary edges that cross, or next to each other: then
         the boundary stays as it is.
@@ -82,12 +82,12 @@ class Smoothing:
         sliding = Sliding(domain.boundary, bubbles)
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
-        wanted = (d[ends[0]] + d[ends[1]]) / 2
+        contact = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
         free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
-            gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, wanted)
+            gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, contact)
             v = MOMENTUM * v - self.shape_step * sliding.project(gradient * scale)
             length = np.sqrt(np.einsum("ij,ij->i", v, v))
             v *= (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
@@ -127,12 +127,12 @@ def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
     return result
 
 
-def spacing_gradient(x: Floats, ends: Integers, wanted: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of (l / wanted - 1)^2 over edges with the nodes ``ends`` (2, m)."""
+def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of (l / l0 - 1)^2 over edges ``ends`` (2, m), with l0 = ``contact`` (m,)."""
     i, j = ends
     delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
-    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * wanted)
-    weight = 2 * (length / wanted - 1) / (wanted * length)
+    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * contact)
+    weight = 2 * (length / contact - 1) / (contact * length)
     columns = [
         np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))
         for part in delta

@@ -9,7 +9,8 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, Point, Ring, SplineTo, end_of
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import place
 from bubblemesh.readers.features import CompoundCurve
 

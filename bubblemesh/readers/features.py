@@ -10,7 +10,8 @@ import shapely
 
 from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.rings import LineTo, Piece, Point, Ring, end_of
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.messages import place
 

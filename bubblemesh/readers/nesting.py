@@ -7,8 +7,8 @@ import shapely
 from numpy.typing import NDArray
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.rings import Point, Ring
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import svgelements
 
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, Point, SplineTo
+from bubblemesh.geometry.paths import Point
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points, writable_label
 from bubblemesh.readers.sampling import splines

@@ -12,7 +12,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
-from bubblemesh.geometry.rings import Point
+from bubblemesh.geometry.paths import Point
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, polygon_ring
 

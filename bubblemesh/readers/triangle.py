@@ -5,7 +5,8 @@ from pathlib import Path
 
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import read_text
-from bubblemesh.geometry.rings import LineTo, Point
+from bubblemesh.geometry.paths import Point
+from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points
 

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo, circle, ellipse, path, polygon, rectangle
 
 D_SHAPE = path((0, -1), [ArcTo((0, 1), (0, 0), True, "bow"), LineTo((0, -1), "flat")])
@@ -72,7 +73,7 @@ def test_wrapping_clips_open_pieces_and_runs_on_in_closed_ones():
 
 
 def test_polyline_lies_on_the_boundary_and_closes_each_ring():
-    line = PLATE.polygonal_copy()
+    line = PolygonalCopy.of(PLATE)
     assert_allclose(line.points, PLATE.points(line.piece, line.s), atol=1e-14)
     assert_allclose(PLATE.points(line.piece, line.s + line.step), line.points[line.successor], atol=1e-14)
     assert_allclose(np.bincount(line.piece, line.step), PLATE.lengths)
@@ -84,7 +85,7 @@ def test_polyline_lies_on_the_boundary_and_closes_each_ring():
 
 
 def test_polyline_keeps_the_coordinates_of_corners_exactly():
-    line = Boundary.of([polygon([(0.1, 0.2), (1.3, 0.7), (0.4, 1.9)])]).polygonal_copy()
+    line = PolygonalCopy.of(Boundary.of([polygon([(0.1, 0.2), (1.3, 0.7), (0.4, 1.9)])]))
     assert line.points.tolist() == [[0.1, 0.2], [1.3, 0.7], [0.4, 1.9]]
 
 

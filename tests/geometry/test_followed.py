@@ -8,12 +8,13 @@ from numpy.testing import assert_allclose
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import outline
+from bubblemesh.geometry.curves import Polylines
 from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following, _simplified
-from bubblemesh.geometry.rings import ArcTo, Line, LineTo, Polyline, Spline, path, polygon, rectangle
-from bubblemesh.geometry.traces import Polylines
+from bubblemesh.geometry.paths import Line, Polyline, Spline
+from bubblemesh.geometry.polygonal_copy import outline
+from bubblemesh.geometry.rings import ArcTo, LineTo, path, polygon, rectangle
 from bubblemesh.run.pipeline import mesh_case
 
 TURN = np.linspace(0, 2 * np.pi, 400, endpoint=False)

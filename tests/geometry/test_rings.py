@@ -6,14 +6,14 @@ from numpy.testing import assert_allclose
 
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.paths import Line, family
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.rings import (
     ArcTo,
-    Line,
     LineTo,
     SplineTo,
     circle,
     ellipse,
-    family,
     path,
     polygon,
     rectangle,
@@ -167,7 +167,7 @@ def test_reversed_ring_has_the_same_points_run_the_other_way(ring):
 @pytest.mark.parametrize("ring", [circle((1, 2), 3), ellipse((1, 2), (3, 1), 30), MIXED, polygon(SQUARE)])
 def test_reversing_flips_the_sign_of_the_area(ring):
     def area(ring):
-        x, y = Boundary.of([ring]).polygonal_copy().points.T
+        x, y = PolygonalCopy.of(Boundary.of([ring])).points.T
         return np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2
 
     assert area(ring.reversed()) == pytest.approx(-area(ring), rel=1e-6)

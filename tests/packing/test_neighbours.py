@@ -14,14 +14,14 @@ def all_pairs_within(x, d, reach):
     ]  # ascending, like the pairs
 
 
-def greedy(pairs, rank):
+def greedy(candidates, pairs, rank):
     rivals = {i: set() for i in range(len(rank))}
     for i, j in pairs:
         rivals[i].add(j)
         rivals[j].add(i)
     chosen = set()
     for i in np.argsort(rank):
-        if not rivals[i] & chosen:
+        if candidates[i] and not rivals[i] & chosen:
             chosen.add(int(i))
     return [i in chosen for i in range(len(rank))]
 
@@ -97,9 +97,11 @@ def test_independent_choice_is_that_of_the_sequential_algorithm(data):
     members = st.integers(0, n - 1)
     found = data.draw(st.sets(st.tuples(members, members).filter(lambda pair: pair[0] < pair[1])))
     pairs = np.array(sorted(found), int).reshape(-1, 2)
-    assert maximal_independent_set(pairs, rank).tolist() == greedy(pairs.tolist(), rank)
+    candidates = np.array(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)))
+    for some in (candidates, np.ones(n, bool)):
+        assert maximal_independent_set(some, pairs, rank).tolist() == greedy(some, pairs.tolist(), rank)
 
 
 def test_independent_choice_goes_along_a_chain_in_the_worst_order():
     pairs = np.column_stack([np.arange(50), np.arange(1, 51)])
-    assert maximal_independent_set(pairs, np.arange(51)).tolist() == [k % 2 == 0 for k in range(51)]
+    assert maximal_independent_set(np.ones(51, bool), pairs, np.arange(51)).tolist() == [k % 2 == 0 for k in range(51)]

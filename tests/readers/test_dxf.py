@@ -6,7 +6,7 @@ from geometry_files import area, domain
 
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.rings import Arc, Ellipse, Line, Spline
+from bubblemesh.geometry.paths import Arc, Ellipse, Line, Spline
 from bubblemesh.readers.formats import read_area, read_rings
 from bubblemesh.readers.selection import Selection
 

@@ -7,11 +7,10 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.boundary import Boundary, PolygonalCopy
+from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 
-TOUCHING = 1e-9  # of the domain's size
-ROUNDINGS = 4  # of coordinates far from the origin, by which places that are meant to be one may differ
-CONTACT_LENGTH = 1e5  # curves of radius R touch over a length of sqrt(8 R tolerance), not in a point
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
 MOST_SPLITS = 4  # of two rings: both at two points. Such rings bound no domain, least of all if a curve is common
@@ -26,9 +25,9 @@ class Contact(NamedTuple):
     rings: frozenset[int]
 
 
-def joined(boundary: Boundary) -> Boundary:
+def split_at_contacts(boundary: Boundary) -> Boundary:
     """The boundary with a corner wherever a ring touches another one between its corners."""
-    points = boundary.polygonal_copy().points
+    points = PolygonalCopy.of(boundary).points
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
     splits: Counter[frozenset[int]] = Counter()
@@ -43,7 +42,7 @@ def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[in
 
     Only one of each two rings, and of several in one place: the next ones have to know that corner.
     """
-    line, found = boundary.polygonal_copy(), list[Contact]()
+    line, found = PolygonalCopy.of(boundary), list[Contact]()
     for probe, chord in _candidates(boundary, line, tolerance):
         rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
         if splits[rings] >= MOST_SPLITS or any(rings == other.rings for other in found):
@@ -126,7 +125,5 @@ def _feet(boundary: Boundary, line: PolygonalCopy, chord: Integers, points: Floa
     along = line.points[line.successor[chord]] - start
     share = np.einsum("ij,ij->i", points - start, along) / np.einsum("ij,ij->i", along, along)
     s = line.s[chord] + np.clip(share, 0, 1) * line.step[chord]
-    for _ in range(4):  # the curves are next to each other
-        ahead = np.einsum("ij,ij->i", points - boundary.points(piece, s), boundary.tangents(piece, s))
-        s = boundary.wrapped(piece, s + ahead)
+    s = boundary.foot(points, piece, s, steps=4)
     return s, boundary.points(piece, s)

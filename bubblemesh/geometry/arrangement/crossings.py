@@ -1,4 +1,4 @@
-"""Where curves cross, and where they touch with a common tangent."""
+"""Places where curves cross, touch with a common tangent, or run along each other."""
 
 from typing import NamedTuple
 
@@ -7,18 +7,29 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.arrangement.cuts import CONTACT_LENGTH, NEARLY, TOUCHING, Cuts, between_ends
+from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.messages import place
 
 NEWTON_STEPS = 12
 PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
+SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
+BESIDE = 2e-5  # radians between them; they turn by 0.025 along a chord, of which they may differ by that 1e-3
+ENDS = -0.5, 0.5  # of a chord, in its length from the middle
 SAGITTA = 0.02  # of a chord's length, which its curve stays closer to
 
 
-class Chords(NamedTuple):
-    """Chords of a fine polygonal copy: piece (m,), arc length (m,) and its step (m,), and boxes around the curve."""
+class Cuts(NamedTuple):
+    """Points (m, 2) at arc length s (m,) of pieces (m,)."""
+
+    piece: Integers
+    s: Floats
+    points: Floats
+
+
+class ChordBoxes(NamedTuple):
+    """Chords of pieces: piece (m,), arc length (m,) and its step (m,), and boxes around the curve."""
 
     piece: Integers
     s: Floats
@@ -26,7 +37,7 @@ class Chords(NamedTuple):
     boxes: shapely.STRtree
 
 
-class Pairs(NamedTuple):
+class NearChords(NamedTuple):
     """Chords near each other: their pieces p and q (m,), the arc lengths a and b of their middles, their steps."""
 
     p: Integers
@@ -36,21 +47,21 @@ class Pairs(NamedTuple):
     step_a: Floats
     step_b: Floats
 
-    def kept(self, which: Integers | Booleans) -> "Pairs":
-        """Those of them."""
-        return Pairs(*(column[which] for column in self))  # type: ignore[arg-type]
+    def kept(self, which: Integers | Booleans) -> "NearChords":
+        """The pairs ``which`` (k,)."""
+        return NearChords(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
-def chords_of(boundary: Boundary, size: float) -> Chords:
+def chord_boxes(boundary: Boundary, size: float) -> ChordBoxes:
     """Chords of all pieces, with boxes that hold the curves and a margin within which others are near."""
     piece, s, step = boundary.stations()
     ends = np.stack([boundary.points(piece, s), boundary.points(piece, s + step)], axis=1)
     around = np.where(boundary.curved[piece], SAGITTA * step, 0) + NEARLY * size
     low, high = ends.min(axis=1) - around[:, None], ends.max(axis=1) + around[:, None]
-    return Chords(piece, s, step, shapely.STRtree(shapely.box(*low.T, *high.T)))
+    return ChordBoxes(piece, s, step, shapely.STRtree(shapely.box(*low.T, *high.T)))
 
 
-def near_pairs(boundary: Boundary, chords: Chords) -> Pairs:
+def near_chords(boundary: Boundary, chords: ChordBoxes) -> NearChords:
     """Chords of inner pieces beside those of others, or of the same piece, where they may cross or touch."""
     piece, s, step, boxes = chords
     mine = np.flatnonzero(boundary.inner[piece])
@@ -64,15 +75,10 @@ def near_pairs(boundary: Boundary, chords: Chords) -> Pairs:
     gap = np.where(boundary.closed[p] | (start[p] == end[p]), np.minimum(gap, boundary.lengths[p] - gap), gap)
     wanted = np.where(p == q, gap > 1.5 * step[i], curved[p] | curved[q] | ~joined)
     i, j = i[wanted], j[wanted]
-    return Pairs(piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2, step[i], step[j])
+    return NearChords(piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2, step[i], step[j])
 
 
-def limited(ahead: Floats, step: Floats) -> Floats:
-    """Steps (m,) of an iteration, not far beyond a chord."""
-    return np.clip(ahead, -2 * step, 2 * step)
-
-
-def crossings(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
+def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
     """Cuts where the curves of chords cross."""
     p, q, a, b, step_a, step_b = pairs
     tolerance = TOUCHING * size
@@ -82,9 +88,9 @@ def crossings(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
         gx, gy = (boundary.points(q, b) - boundary.points(p, a)).T
         across = ux * vy - uy * vx
         slope = np.where(across == 0, np.inf, across)
-        ahead = limited((gx * vy - gy * vx) / slope, step_a)
+        ahead = np.clip((gx * vy - gy * vx) / slope, -2 * step_a, 2 * step_a)
         a = boundary.wrapped(p, a + ahead)
-        b = boundary.wrapped(q, b + limited((gx * uy - gy * ux) / slope, step_b))
+        b = boundary.wrapped(q, b + np.clip((gx * uy - gy * ux) / slope, -2 * step_b, 2 * step_b))
     points = boundary.points(p, a)
     met = (np.hypot(*(points - boundary.points(q, b)).T) <= tolerance) & (np.abs(across) > PARALLEL)
     met &= np.abs(ahead) <= tolerance  # where curves touch, the steps halve only
@@ -93,11 +99,7 @@ def crossings(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
     return Cuts(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
 
 
-SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
-BESIDE = 2e-5  # radians between them; they turn by 0.025 along a chord, of which they may differ by that 1e-3
-
-
-def touches(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
+def touches(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
     """Cuts where the curves of chords touch with a common tangent.
 
     Raises
@@ -111,14 +113,13 @@ def touches(boundary: Boundary, pairs: Pairs, size: float) -> Cuts:
     bends = np.column_stack([_bend(boundary, p, a, step_a), _bend(boundary, q, b, step_b)])
     for _ in range(NEWTON_STEPS):
         # Where the tangents are parallel, and each point is opposite of the other.
-        ahead = np.einsum("ij,ij->i", boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b))
-        b = boundary.wrapped(q, b + ahead)
+        b = boundary.foot(boundary.points(p, a), q, b, steps=1)
         t, v = boundary.tangents(p, a), boundary.tangents(q, b)
         sense = np.where(np.einsum("ij,ij->i", t, v) < 0, -1.0, 1.0)
         angle, bend = turning(t, sense[:, None] * v), bends[:, 0] - sense * bends[:, 1]
         alike = np.abs(bend) <= SAME_BEND * np.abs(bends).max(axis=1, initial=0)
         off = np.where(alike, 0, angle / np.where(alike, 1, bend))
-        a = boundary.wrapped(p, a + limited(off, step_a))
+        a = boundary.wrapped(p, a + np.clip(off, -2 * step_a, 2 * step_a))
     offset, v = boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b)
     distance = np.hypot(*offset.T)
     opposite = (np.abs(np.einsum("ij,ij->i", offset, v)) <= tolerance) & (np.abs(off) <= tolerance)
@@ -142,3 +143,41 @@ def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> 
     """Mean curvature (m,) along chords."""
     before, after = (boundary.tangents(piece, boundary.wrapped(piece, middle + t * step)) for t in (-0.5, 0.5))
     return np.where(boundary.curved[piece], turning(before, after) / step, 0)
+
+
+def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
+    """Mask (m,) of the pairs of two curves that have a stretch in common, however each of them is made.
+
+    The middle and an end of the first chord are on the second curve. Curves that only touch part within half a
+    chord, or are so much alike that `require_room` refuses them.
+    """
+    result = np.zeros(len(pairs.p), bool)
+    curved = boundary.curved[pairs.p] & boundary.curved[pairs.q] & (pairs.p != pairs.q)
+    found = np.flatnonzero(curved)
+    found = found[_is_on(boundary, pairs.kept(found), 0.0, size)]
+    rest = pairs.kept(found)
+    result[found] = _is_on(boundary, rest, ENDS[0], size) | _is_on(boundary, rest, ENDS[1], size)
+    return result
+
+
+def openings(boundary: Boundary, pairs: NearChords) -> Cuts:
+    """A cut of both curves for each two closed ones that are the same, given by pairs of their chords."""
+    closed = np.flatnonzero(boundary.closed[pairs.p] & boundary.closed[pairs.q])
+    first = closed[np.unique(np.column_stack([pairs.p, pairs.q])[closed], axis=0, return_index=True)[1]]
+    p, q, a = pairs.p[first], pairs.q[first], pairs.a[first]
+    points = boundary.points(p, a)
+    b = boundary.foot(points, q, pairs.b[first], NEWTON_STEPS, longest=2 * pairs.step_b[first])
+    return Cuts(np.concatenate([p, q]), np.concatenate([a, b]), np.tile(points, (2, 1)))
+
+
+def _is_on(boundary: Boundary, pairs: NearChords, share: float, size: float) -> Booleans:
+    """Whether a place on the first chord, given from its middle in its length, is on the second curve."""
+    p, q, a, b, step_a, step_b = pairs
+    points = boundary.points(p, boundary.wrapped(p, a + share * step_a))
+    foot = boundary.points(q, boundary.foot(points, q, b, NEWTON_STEPS, longest=2 * step_b))
+    return np.hypot(*(points - foot).T) <= TOUCHING * size
+
+
+def between_ends(boundary: Boundary, piece: Integers, s: Floats, margin: float) -> Booleans:
+    """Whether places (m,) on pieces are not next to the pieces' ends."""
+    return boundary.closed[piece] | ((s > margin) & (s < boundary.lengths[piece] - margin))

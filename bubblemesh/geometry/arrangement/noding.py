@@ -1,13 +1,25 @@
 """Lines become pieces that meet at corners only: cut where they cross, touch, or where a corner is on one of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.arrangement.coincidence import following, openings
-from bubblemesh.geometry.arrangement.crossings import NEWTON_STEPS, Chords, chords_of, crossings, near_pairs, touches
-from bubblemesh.geometry.arrangement.cuts import NEARLY, TOUCHING, Cuts, between_ends, cut
+from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement.crossings import (
+    NEWTON_STEPS,
+    ChordBoxes,
+    Cuts,
+    between_ends,
+    chord_boxes,
+    coincident,
+    crossings,
+    near_chords,
+    openings,
+    touches,
+)
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 
@@ -31,22 +43,22 @@ def noded(boundary: Boundary, size: float, fixed: int) -> Boundary:
     none = np.zeros(0, np.int64)
     boundary = cut(boundary, Cuts(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
     boundary = cut(boundary, _meetings(boundary, size), size, fixed)
-    boundary = cut(boundary, _corners_on_pieces(boundary, chords_of(boundary, size), size, fixed), size, fixed)
+    boundary = cut(boundary, _corners_on_pieces(boundary, chord_boxes(boundary, size), size, fixed), size, fixed)
     _require_apart(boundary.corners, size, fixed)
     return boundary
 
 
 def _meetings(boundary: Boundary, size: float) -> Cuts:
-    """Where inner pieces cross or touch others, each other or themselves, but for their ends."""
-    pairs = near_pairs(boundary, chords_of(boundary, size))
-    same = following(boundary, pairs, size)
+    """Cuts where inner pieces cross or touch others, each other or themselves, but for their ends."""
+    pairs = near_chords(boundary, chord_boxes(boundary, size))
+    same = coincident(boundary, pairs, size)
     along, pairs = pairs.kept(same), pairs.kept(~same)
     cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size)
     return Cuts(*(np.concatenate(columns) for columns in zip(*cuts, strict=True)))
 
 
-def _corners_on_pieces(boundary: Boundary, chords: Chords, size: float, fixed: int) -> Cuts:
-    """Where corners are on pieces between their ends, one of the two being inner.
+def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int) -> Cuts:
+    """Cuts where corners are on pieces between their ends, one of the two being inner.
 
     Raises
     ------
@@ -59,9 +71,7 @@ def _corners_on_pieces(boundary: Boundary, chords: Chords, size: float, fixed: i
     other = (~own | boundary.curved[piece]) & ((corner >= fixed) | boundary.inner[piece])
     corner, chord, piece = corner[other], chord[other], piece[other]
     s, target = chords.s[chord] + chords.step[chord] / 2, boundary.corners[corner]
-    for _ in range(NEWTON_STEPS):
-        ahead = np.einsum("ij,ij->i", target - boundary.points(piece, s), boundary.tangents(piece, s))
-        s = boundary.wrapped(piece, s + ahead)
+    s = boundary.foot(target, piece, s, NEWTON_STEPS)
     foot = boundary.points(piece, s)
     distance = np.hypot(*(target - foot).T)
     found = (distance <= NEARLY * size) & between_ends(boundary, piece, s, TOUCHING * size)
@@ -73,6 +83,42 @@ def _corners_on_pieces(boundary: Boundary, chords: Chords, size: float, fixed: i
             "it but not on it: give them the same coordinates, or move them apart"
         )
     return Cuts(piece[found], s[found], target[found])
+
+
+def cut(boundary: Boundary, cuts: Cuts, size: float, fixed: int) -> Boundary:
+    """The boundary with its pieces cut, at corners that it has already where there are any."""
+    count = len(boundary.corners)
+    corners, number = _clustered(np.vstack([boundary.corners, cuts.points]), TOUCHING * size, fixed)
+    ends = [np.append(number, -1)[end] for end in (boundary.start, boundary.end)]  # -1 stays: no corner
+    corner, length = number[count:], boundary.lengths[cuts.piece]
+    # At its own end a piece is cut already; the same cut may come from several lines, but a line may cross itself.
+    at_end = (cuts.s <= TOUCHING * size) & (corner == ends[0][cuts.piece])
+    at_end |= (cuts.s >= length - TOUCHING * size) & (corner == ends[1][cuts.piece])
+    order = np.flatnonzero(~at_end | boundary.closed[cuts.piece])
+    around, closed = CONTACT_LENGTH * TOUCHING * size, boundary.closed[cuts.piece]
+    s = np.where(
+        closed & (cuts.s >= length - around), cuts.s - length, cuts.s
+    )  # the start of a closed piece is its end
+    order = order[np.lexsort((s[order], corner[order], cuts.piece[order]))]
+    piece, s, corner = cuts.piece[order], s[order], corner[order]
+    again = (np.diff(piece, prepend=-1) == 0) & (np.diff(corner, prepend=-1) == 0)
+    again &= np.diff(s, prepend=-np.inf) <= around
+    s = np.where(s < 0, s + boundary.lengths[piece], s)
+    boundary = replace(boundary, start=ends[0], end=ends[1], corners=corners)
+    return boundary.cut(piece[~again], s[~again], corner[~again])
+
+
+def _clustered(points: Floats, tolerance: float, fixed: int) -> tuple[Floats, Integers]:
+    """Points (k, 2) of which no two are the same, and the number (n,) among them of each of the given (n, 2)."""
+    spots = shapely.points(points)
+    i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=tolerance)
+    known = np.arange(len(points))
+    loose = (j < i) & (i >= fixed)
+    np.minimum.at(known, i[loose], j[loose])
+    while (known[known] != known).any():
+        known = known[known]
+    first = known == np.arange(len(points))
+    return points[first], (np.cumsum(first) - 1)[known]
 
 
 def _require_apart(corners: Floats, size: float, fixed: int) -> None:

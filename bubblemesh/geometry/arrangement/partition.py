@@ -7,16 +7,16 @@ import numpy as np
 import shapely
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.arrangement.cuts import TOUCHING
+from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.rings import OpenPath, Ring
+from bubblemesh.geometry.paths import OpenPath, Ring
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.messages import place
 
 ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
-ROUNDINGS = 4  # of coordinates, by which places that are meant to be one may differ
 COARSEST = 1e-6  # of the domain's size: rounding that regions and lines bear
 NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
 
@@ -45,7 +45,7 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     outlines = [region.polygon for region in parts.regions]
     _require_inside(parts, outlines, polygon)
     paths = [*parts.lines, *(OpenPath.around(region.ring, region.label) for region in parts.regions)]
-    whole = boundary.joined_by(paths, [point for point, _ in parts.points])
+    whole = boundary.with_inner(paths, [point for point, _ in parts.points])
     whole = noded(whole, size, fixed=len(boundary.corners))
     areas = areas_of(whole, len(parts.lines), outlines)
     require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.lines), outlines, size))
@@ -106,7 +106,7 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
     GeometryError
         If an embedded point is outside, or where another one is.
     """
-    domain = boundary.polygonal_copy().polygon()
+    domain = PolygonalCopy.of(boundary).polygon()
     middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
     kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
     open_ = ~kept.closed

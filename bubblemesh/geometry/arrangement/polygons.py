@@ -8,7 +8,7 @@ import shapely
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.arrangement.cuts import NEARLY
+from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 

@@ -1,4 +1,4 @@
-"""What a domain holds beside its rings: regions, embedded lines and points, sides that match."""
+"""Inner parts of a domain: regions, embedded lines and points, sides that match."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,9 +7,9 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Integers
-from bubblemesh.geometry.arrangement.cuts import TOUCHING
-from bubblemesh.geometry.boundary import outline
-from bubblemesh.geometry.rings import Line, OpenPath, Ring
+from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.paths import Line, OpenPath, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
@@ -43,7 +43,7 @@ class Region:
 
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """Both; the rim of a curved region is as wide as its chords are off."""
+        """Core and reach; the rim of a curved region is as wide as its chords are off."""
         straight = all(isinstance(side.curve, Line) for side in self.ring.sides)
         x0, y0, x1, y1 = self.polygon.bounds
         width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
@@ -55,7 +55,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Parts:
-    """What a domain holds beside its rings.
+    """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Parts:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed on reading."""
+        """Notes on what was changed on reading."""
         inside = (*(region.ring.notes for region in self.regions), *(path.notes for path in self.lines))
         return tuple(note for some in inside for note in some)
 

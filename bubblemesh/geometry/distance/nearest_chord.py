@@ -15,14 +15,14 @@ TOGETHER = 64  # points that one lower bound serves
 SLACK = 1 + 1e-12  # for rounding
 
 
-class Level(NamedTuple):
+class Tier(NamedTuple):
     """Places (n, 2), each with a reach (n,) within which its part of the points lies."""
 
     places: Floats
     reach: Floats
 
 
-class Pairs(NamedTuple):
+class Candidates(NamedTuple):
     """Blocks (p,), sorted, and runs (p,) that may hold what is nearest to something in them.
 
     ``foot`` (b, 2) is a place on a chord for each block, near to it.
@@ -63,12 +63,12 @@ def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
     if len(points) == 0:
         return found
     order = along_hilbert_curve(points)
-    levels = _levels(points[order], runs.margin)
-    pairs = Pairs(runs.start[:1], np.zeros(len(runs.first), np.int64), np.arange(len(runs.first)))
-    for level in levels[:0:-1]:
-        parts = [_kept(runs, blocks) for blocks in _blocks(level, pairs)]
-        pairs = Pairs(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-    chords = [_nearest(runs, blocks)[0].T[blocks.real.T] for blocks in _blocks(levels[0], pairs)]
+    tiers = _tiers(points[order], runs.margin)
+    pairs = Candidates(runs.start[:1], np.zeros(len(runs.first), np.int64), np.arange(len(runs.first)))
+    for tier in tiers[:0:-1]:
+        parts = [_candidates(runs, blocks) for blocks in _blocks(tier, pairs)]
+        pairs = Candidates(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    chords = [_nearest(runs, blocks)[0].T[blocks.real.T] for blocks in _blocks(tiers[0], pairs)]
     found[order] = np.concatenate(chords)
     return found
 
@@ -97,32 +97,30 @@ def _middles(places: Floats, begin: Integers) -> tuple[Floats, Floats]:
     return middle, np.hypot(*(places - np.repeat(middle, size, axis=0)).T)
 
 
-def _levels(points: Floats, margin: float) -> list[Level]:
+def _tiers(points: Floats, margin: float) -> list[Tier]:
     """The points, the middles of blocks of them, and so on up to a single block."""
-    levels = [Level(points, np.full(len(points), margin))]
-    while len(levels[-1].places) > BLOCK:
-        places, reach = levels[-1]
+    tiers = [Tier(points, np.full(len(points), margin))]
+    while len(tiers[-1].places) > BLOCK:
+        places, reach = tiers[-1]
         begin = np.arange(0, len(places), BLOCK)
         middle, away = _middles(places, begin)
-        levels.append(Level(middle, np.maximum.reduceat(away + reach, begin)))
-    return levels
+        tiers.append(Tier(middle, np.maximum.reduceat(away + reach, begin)))
+    return tiers
 
 
-def _blocks(level: Level, pairs: Pairs) -> Iterator[Blocks]:
-    """The blocks of a level, some at a time."""
-    size = min(BLOCK, len(level.places))
-    count = -(-len(level.places) // size)
+def _blocks(tier: Tier, pairs: Candidates) -> Iterator[Blocks]:
+    """The blocks of a tier, some at a time."""
+    size = min(BLOCK, len(tier.places))
+    count = -(-len(tier.places) // size)
     first = np.searchsorted(pairs.owner, np.arange(count + 1))
     cuts = np.flatnonzero(np.diff(first[:-1] // PAIRS, prepend=-1))
     for begin, end in zip(cuts.tolist(), [*cuts[1:].tolist(), count], strict=True):
         number = np.arange(begin * size, end * size).reshape(-1, size).T
-        known = np.minimum(number, len(level.places) - 1)
-        x, y = np.moveaxis(level.places[known], 2, 0)
+        known = np.minimum(number, len(tier.places) - 1)
+        x, y = np.moveaxis(tier.places[known], 2, 0)
         (foot_x, foot_y), mine = pairs.foot[begin:end].T, slice(first[begin], first[end])
         limit = (x - foot_x) ** 2 + (y - foot_y) ** 2
-        yield Blocks(
-            begin, x, y, level.reach[known], limit, known == number, pairs.owner[mine] - begin, pairs.run[mine]
-        )
+        yield Blocks(begin, x, y, tier.reach[known], limit, known == number, pairs.owner[mine] - begin, pairs.run[mine])
 
 
 def _nearest(runs: ChordRuns, blocks: Blocks) -> tuple[Integers, Floats, Floats]:
@@ -152,8 +150,8 @@ def _among(runs: ChordRuns, blocks: Blocks, asked: Booleans) -> tuple[Integers, 
     return place[begin], least, chord[hit[np.searchsorted(hit, begin)]]
 
 
-def _kept(runs: ChordRuns, blocks: Blocks) -> Pairs:
-    """What is left for the places as blocks of the next level.
+def _candidates(runs: ChordRuns, blocks: Blocks) -> Candidates:
+    """Blocks and runs that are left for the places as blocks of the next tier.
 
     With b the foot of a place c, and q a point of a run, the difference of the squared distances from q and from b is
     linear. So q is nowhere nearer within the reach if |c - q|^2 exceeds |c - b|^2 by more than twice that times
@@ -168,4 +166,4 @@ def _kept(runs: ChordRuns, blocks: Blocks) -> Pairs:
     row, pair = np.nonzero(kept & blocks.real[:, blocks.owner])
     place = (blocks.first + blocks.owner[pair]) * len(blocks.x) + row
     order = np.argsort(place, kind="stable")
-    return Pairs(np.moveaxis(foot, 1, 0)[blocks.real.T], place[order], blocks.run[pair[order]])
+    return Candidates(np.moveaxis(foot, 1, 0)[blocks.real.T], place[order], blocks.run[pair[order]])

@@ -1,5 +1,6 @@
 """Nearest points on curves: the nearest chord, then Newton's method on the curve that it follows."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -68,7 +69,7 @@ class Projection:
 
     @cached_property
     def _approximated(self) -> Booleans:
-        """Which chords (m,) are not the curve itself."""
+        """Mask (m,) of the chords that are not the curve itself."""
         return (self.chords.piece >= 0) & self.boundary.approximated[self.chords.piece]
 
     @cached_property
@@ -96,3 +97,12 @@ class Projection:
             s[moving] = self.boundary.wrapped(mine, before + (rx * tx + ry * ty) / np.maximum(slope, FLATTEST))
             moving = moving[np.abs(s[moving] - before) > REST * self.boundary.lengths[mine]]
         return s
+
+
+def projection_onto(boundary: Boundary, labels: Collection[str], points: Floats) -> Projection:
+    """Projection onto all sides and lines that have one of the labels, and onto points (k, 2)."""
+    chords = boundary.chords()
+    named = np.flatnonzero(np.isin(boundary.labels, list(labels))[boundary.label[chords.piece]])
+    none, nowhere = np.full(len(points), -1), np.zeros(len(points))
+    both = zip((column[named] for column in chords), (none, nowhere, nowhere, points, points), strict=True)
+    return Projection(boundary, Chords(*(np.concatenate(columns) for columns in both)))

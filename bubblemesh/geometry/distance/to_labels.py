@@ -40,15 +40,15 @@ def distance_to(domain: Domain, labels: Sequence[str]) -> Distance:
     boundary = domain.boundary
     named = np.isin(boundary.labels, list(labels))[boundary.label]
     points = [at for at, label in domain.parts.points if label in labels]
-    direct = ClosedForm.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
-    return FromLabels(domain, tuple(labels)) if direct is None else direct
+    formula = ClosedForm.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
+    return FromLabels(domain, tuple(labels)) if formula is None else formula
 
 
 def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
     """Distance from the straight lines between consecutive points; from the point itself if there is only one."""
-    direct = ClosedForm.through(points)
-    if direct is not None:
-        return direct
+    formula = ClosedForm.through(points)
+    if formula is not None:
+        return formula
     places = np.array(points, float)
     return FromChords(ChordRuns.of(places[:-1], places[1:]))
 

@@ -45,7 +45,7 @@ class Perturbation:
     jitter: Annotated[float, Ge(0), Le(0.1), Doc("standard deviation of the initial displacement, in spacings")] = 0.01
 
     def generator(self) -> np.random.Generator:
-        """The random numbers of a run."""
+        """Generator of the random numbers of a run."""
         return np.random.default_rng(self.seed)
 
     def __call__(self, bubbles: Bubbles, spacing: Spacing, random: np.random.Generator) -> Bubbles:

@@ -28,11 +28,11 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     owner, rank = members(count)
     rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
-    wanted = before[owner] + total[owner] * rank / intervals[owner]
+    target = before[owner] + total[owner] * rank / intervals[owner]
     reached = np.cumsum(weight)
     last = np.searchsorted(piece, np.arange(len(count)), side="right") - 1
-    panel = np.minimum(np.searchsorted(reached, wanted, side="right"), last[owner])
-    share = (wanted - (reached - weight)[panel]) / weight[panel]
+    panel = np.minimum(np.searchsorted(reached, target, side="right"), last[owner])
+    share = (target - (reached - weight)[panel]) / weight[panel]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
     return _mirrored(domain, owner, boundary.wrapped(owner, s))

@@ -45,7 +45,7 @@ class ErrorDiffusion:
 
 
 def everything(x: Floats, d: Floats) -> Floats:
-    """All bubbles (n,) of sizes d (n,) at x (n, 2)."""
+    """Part (n,) of the bubbles of sizes d (n,) at x (n, 2) that a domain without any lacks: one."""
     return np.ones(len(x))
 
 

@@ -24,7 +24,7 @@ LEAF = 0.35  # spacings
 
 @dataclass(frozen=True)
 class PreviousNodes:
-    """Nodes of a mesh inside a domain.
+    """Nodes of an earlier mesh, from which the next one starts.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class WarmStart:
         return x[np.diff(np.floor(np.cumsum(stay) + 0.5), prepend=0) > 0]
 
     def _lacking(self, x: Floats, d: Floats) -> Floats:
-        """What part (n,) of the bubbles of sizes d (n,) at x (n, 2) the nodes lack."""
+        """Part (n,) of the bubbles of sizes d (n,) at x (n, 2) that the nodes lack."""
         ratio = d / self.previous.at(x)
         return np.where(ratio < 1 - SAME, 1 - ratio**2, 0.0)
 

@@ -55,18 +55,15 @@ class Defects:
         """Bubbles (n,) to delete, no two of them connected: those given, and interior ones."""
         valence = net.valence
         interior = np.arange(len(valence)) >= net.bubbles.boundary_count
-        wanted = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
+        chosen = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
         # What lies in a corner's angle cannot give way: it takes more to be too near.
         at_corner = (net.edges < net.bubbles.corners).any(axis=1)
         i, j = net.edges[ratio < np.where(at_corner, TOO_NEAR_CORNER, self.delete_shorter)].T
         # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
         second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
         loser = np.where(second, j, i)
-        wanted[loser[interior[loser]]] = True
-        number = np.cumsum(wanted) - 1
-        conflicts = number[net.edges[wanted[net.edges].all(axis=1)]]
-        wanted[wanted] = maximal_independent_set(conflicts, np.arange(int(wanted.sum())))
-        return wanted
+        chosen[loser[interior[loser]]] = True
+        return maximal_independent_set(chosen, net.edges, np.arange(len(chosen)))
 
     def _too_long(self, net: Net, ratio: Floats, gone: Booleans) -> Integers:
         """Edges (k, 2) with room for one more bubble, no two of them at the same bubble."""

@@ -7,7 +7,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
 from bubblemesh.packing.boundary_edges import split_cutting_edges
@@ -73,7 +73,8 @@ class Thresholds:
         crowded = alpha > self.delete_above
         crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
         crowded[: bubbles.corners] = False
-        gone = spaced_out(crowded, near, self.delete_apart, self.rank(alpha, random))
+        close = near.pairs[near.distances < self.delete_apart * near.contact]
+        gone = maximal_independent_set(crowded, close, self.rank(alpha, random))
         acting = near.pairs[near.distances < CUTOFF * near.contact]
         rest = replace(bubbles, touched=next_to(acting, gone)).select(np.flatnonzero(~gone))
         grown = self._filled(split_cutting_edges(rest, domain, spacing), domain, spacing)
@@ -98,7 +99,7 @@ class Thresholds:
         hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
         x = np.vstack([domain.boundary.points(piece, s), center])
         d = spacing(x)
-        come = maximal_independent_set(pairs_within(x, d, self.insert_apart), np.arange(len(x)))
+        come = maximal_independent_set(np.ones(len(x), bool), pairs_within(x, d, self.insert_apart), np.arange(len(x)))
         on_boundary, inside = come[: len(room)], come[len(room) :]
         touched = bubbles.touched.copy()
         touched[room[on_boundary]] = True
@@ -129,14 +130,3 @@ def interior_gaps(
     inside, d = inside[wide], d[wide]
     gap = inside[domain.surely_inside(center[inside], apart / 2 * d)]
     return triangles[gap], center[gap]
-
-
-def spaced_out(wanted: Booleans, near: Neighbours, apart: float, rank: Integers) -> Booleans:
-    """Choice (n,) of wanted bubbles that keep ``apart`` spacings between them, lowest ``rank`` (n,) first."""
-    i, j = near.pairs.T
-    conflict = wanted[i] & wanted[j]
-    close = near.distances < apart * near.contact
-    number = np.cumsum(wanted) - 1
-    result = np.zeros(len(wanted), bool)
-    result[wanted] = maximal_independent_set(number[near.pairs[conflict & close]], rank[wanted])
-    return result

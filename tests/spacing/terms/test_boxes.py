@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bubblemesh.geometry.boxes import Boxes
+from bubblemesh.spacing.terms.regions import Boxes
 
 
 def random_boxes(count, rng):

@@ -1,0 +1,174 @@
+"""Curves one after the other: closed rings and open paths."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry import curves
+
+Point = tuple[float, float]
+
+
+class Line(NamedTuple):
+    """A straight side; the fields of this and the next records are those of the curve family."""
+
+    start: Point
+    end: Point
+
+    def reversed(self) -> "Line":
+        return Line(self.end, self.start)
+
+    def scaled(self, factor: float) -> "Line":
+        return Line(_times(self.start, factor), _times(self.end, factor))
+
+
+class Arc(NamedTuple):
+    """A circular side, or a whole circle."""
+
+    center: Point
+    radius: float
+    angle: float
+    sweep: float
+
+    def reversed(self) -> "Arc":
+        return self._replace(angle=self.angle + self.sweep, sweep=-self.sweep)
+
+    def scaled(self, factor: float) -> "Arc":
+        return self._replace(center=_times(self.center, factor), radius=self.radius * factor)
+
+
+class Ellipse(NamedTuple):
+    """A whole ellipse, ``angle`` in radians."""
+
+    center: Point
+    radii: Point
+    angle: float
+    turn: float
+
+    def reversed(self) -> "Ellipse":
+        return self._replace(turn=-self.turn)
+
+    def scaled(self, factor: float) -> "Ellipse":
+        return self._replace(center=_times(self.center, factor), radii=_times(self.radii, factor))
+
+
+class Spline(NamedTuple):
+    """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones."""
+
+    knots: Floats
+    slopes: Floats | None = None
+
+    def reversed(self) -> "Spline":
+        return Spline(self.knots[::-1], None if self.slopes is None else -self.slopes[::-1])
+
+    def scaled(self, factor: float) -> "Spline":
+        return self._replace(knots=self.knots * factor)
+
+
+class Polyline(NamedTuple):
+    """A polyline through ``points`` (k, 2) that nodes may slide along; closed if the last point is the first."""
+
+    points: Floats
+
+    def reversed(self) -> "Polyline":
+        return Polyline(self.points[::-1])
+
+    def scaled(self, factor: float) -> "Polyline":
+        return Polyline(self.points * factor)
+
+
+Curve = Line | Arc | Ellipse | Spline | Polyline
+
+
+def family(members: Sequence[Curve]) -> curves.Family:
+    """The family that evaluates ``members``, which are of one kind."""
+    if isinstance(members[0], Spline):
+        splines = [member for member in members if isinstance(member, Spline)]
+        return curves.Splines([spline.knots for spline in splines], [spline.slopes for spline in splines])
+    if isinstance(members[0], Polyline):
+        return curves.Polylines([member.points for member in members if isinstance(member, Polyline)])
+    kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
+    return kind(*(np.array(column, float) for column in zip(*members, strict=True)))
+
+
+@dataclass(frozen=True)
+class Side:
+    """One smooth side of a ring; ``label`` is None where the case gives none."""
+
+    curve: Curve
+    label: str | None = None
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A closed ring.
+
+    Attributes
+    ----------
+    sides : tuple of Side
+    vertices : tuple of (x, y)
+        Start of each side; empty for a whole circle or ellipse, which has no fixed node.
+    notes : tuple of str
+        What was changed on reading, for the user to know.
+    given : (m, 2), optional
+        Outline of the ring as it was given, where it is followed as a curve.
+    origin : str, optional
+        File and place in it that the ring comes from, for messages.
+    """
+
+    sides: tuple[Side, ...]
+    vertices: tuple[Point, ...]
+    notes: tuple[str, ...] = ()
+    given: Floats | None = field(default=None, compare=False)
+    origin: str | None = field(default=None, compare=False)
+
+    def reversed(self) -> "Ring":
+        """The ring run the other way."""
+        sides = tuple(replace(side, curve=side.curve.reversed()) for side in reversed(self.sides))
+        return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
+
+    def labelled(self, label: str | None) -> "Ring":
+        """The ring with all its sides called ``label``, if that is given."""
+        return self if label is None else replace(self, sides=tuple(replace(side, label=label) for side in self.sides))
+
+    def renamed(self, old: str, new: str) -> "Ring":
+        """The ring with the sides that are called ``old`` called ``new``."""
+        return replace(self, sides=tuple(replace(s, label=new) if s.label == old else s for s in self.sides))
+
+    def scaled(self, factor: float) -> "Ring":
+        """The ring in another unit of length."""
+        sides = tuple(replace(side, curve=side.curve.scaled(factor)) for side in self.sides)
+        return replace(self, sides=sides, vertices=tuple(_times(vertex, factor) for vertex in self.vertices))
+
+
+@dataclass(frozen=True)
+class OpenPath:
+    """Inner sides one after the other.
+
+    Attributes
+    ----------
+    sides : tuple of Side
+    vertices : tuple of (x, y)
+        Start of each side and end of the last one; empty for a whole circle or ellipse.
+    label : str
+        For sides that have none.
+    notes : tuple of str
+        What was changed on reading, for the user to know.
+    """
+
+    sides: tuple[Side, ...]
+    vertices: tuple[Point, ...]
+    label: str
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def around(cls, ring: Ring, label: str) -> "OpenPath":
+        """The sides of a ring."""
+        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes)
+
+
+def _times(point: Point, factor: float) -> Point:
+    return point[0] * factor, point[1] * factor

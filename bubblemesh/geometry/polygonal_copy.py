@@ -1,0 +1,121 @@
+"""Fine polygonal copies of boundaries, whose chords keep apart where curves touch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.boundary import Boundary, Chords
+from bubblemesh.geometry.paths import Ring
+
+CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
+CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
+CONTACT_CHORDS = 2 * 256 / np.pi  # curves part by the square of the distance, divided by that many chords or less
+CONTACT_ROUNDINGS = 16
+MOST_GRADED = 100
+CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
+
+
+@dataclass(frozen=True)
+class PolygonalCopy:
+    """Fine polygonal copy of the boundary.
+
+    Attributes
+    ----------
+    points : (m, 2)
+    piece, s : (m,)
+        Piece and arc length of each point; the chord from point i to its successor follows that piece.
+    step : (m,)
+        Arc length of that chord.
+    successor : (m,)
+        Index of the next point of the same ring.
+    ring : (m,)
+    """
+
+    points: Floats
+    piece: Integers
+    s: Floats
+    step: Floats
+    successor: Integers
+    ring: Integers
+
+    @classmethod
+    def of(cls, boundary: Boundary) -> "PolygonalCopy":
+        """The rings as chords, about 256 for a full turn, one for a straight line."""
+        piece, s, step = boundary.stations()
+        more_piece, more_s = _graded_to_contacts(boundary)
+        if len(more_piece):
+            piece, s, step = boundary.in_order(np.append(piece, more_piece), np.append(s, more_s))
+        mine = ~boundary.inner[piece]
+        piece, s, step = piece[mine], s[mine], step[mine]
+        points = boundary.chord_starts(piece, s)
+        ring = boundary.ring[piece]
+        successor = np.arange(1, len(piece) + 1)
+        ends = np.flatnonzero(np.diff(ring, append=-1))
+        successor[ends] = np.concatenate([[0], ends[:-1] + 1])
+        return cls(points, piece, s, step, successor, ring)
+
+    def rings(self) -> list[Floats]:
+        """Points (k, 2) of each ring, the outer one first."""
+        return [self.points[self.ring == number] for number in range(int(self.ring.max()) + 1)]
+
+    def polygon(self) -> shapely.Polygon:
+        """The domain that the rings bound."""
+        outer, *holes = self.rings()
+        polygon = shapely.Polygon(outer, holes)
+        shapely.prepare(polygon)
+        return polygon
+
+    @property
+    def chords(self) -> Chords:
+        """Chord from each point to its successor."""
+        return Chords(self.piece, self.s, self.step, self.points, self.points[self.successor])
+
+
+def outline(ring: Ring) -> Floats:
+    """Polygonal copy (m, 2) of a ring."""
+    return PolygonalCopy.of(Boundary.of([ring])).points
+
+
+def _graded_to_contacts(boundary: Boundary) -> tuple[Integers, Floats]:
+    """Piece and arc length of more points beside corners that join two rings, and beside cusps.
+
+    Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
+    """
+    none = np.zeros(0, np.int64), np.zeros(0)
+    curved = boundary.approximated & ~boundary.inner
+    if not curved.any():
+        return none
+    rings = int(boundary.ring.max()) + 1
+    corner_and_ring = np.unique((boundary.start * rings + boundary.ring)[~boundary.closed & ~boundary.inner])
+    rings_at = np.bincount(corner_and_ring // rings, minlength=len(boundary.corners))
+    contact = np.append((rings_at > 1) | _cusps(boundary), False)  # the last entry answers for start = -1
+    forward, backward = np.flatnonzero(contact[boundary.start] & curved), np.flatnonzero(contact[boundary.end] & curved)
+    if len(forward) + len(backward) == 0:
+        return none
+    # Equal lengths on both curves: the sharper curve's chords then turn away faster.
+    piece, _, step = boundary.stations()
+    first, last = np.flatnonzero(np.diff(piece, prepend=-1)), np.flatnonzero(np.diff(piece, append=-1))
+    beside = np.concatenate([step[first[forward]], step[last[backward]]])
+    # Far from the origin the curves must part by more than their points are rounded.
+    rounding = CONTACT_ROUNDINGS * np.spacing(np.abs(boundary.corners).max())
+    finest = max(CONTACT_FINEST * beside.min(), float(np.sqrt(CONTACT_CHORDS * beside.min() * rounding)))
+    levels = np.ceil(np.log(4 * beside.max() / finest) / -np.log(CONTACT_GRADING))
+    s = 4 * beside.max() * 0.999 * CONTACT_GRADING ** np.arange(1, min(levels, MOST_GRADED) + 1)
+    ends = [(forward, np.tile(s, (len(forward), 1))), (backward, boundary.lengths[backward, None] - s)]
+    pieces = np.concatenate([np.repeat(k, len(s)) for k, _ in ends])
+    along = np.concatenate([at.ravel() for _, at in ends])
+    within = (along > 0) & (along < boundary.lengths[pieces])
+    return pieces[within], along[within]
+
+
+def _cusps(boundary: Boundary) -> Booleans:
+    """Corners (k,) of the rings at which a piece goes back along the one that ends there, or nearly so."""
+    open_ = np.flatnonzero(~boundary.closed & ~boundary.inner)
+    ahead = np.full((len(boundary.corners), 2), np.nan)
+    ahead[boundary.start[open_]] = boundary.tangents(open_, np.zeros(len(open_)))
+    behind = ahead[boundary.end[open_]] + boundary.tangents(open_, boundary.lengths[open_])
+    cusps = np.zeros(len(boundary.corners), bool)
+    cusps[boundary.end[open_][np.hypot(*behind.T) < CUSP]] = True
+    return cusps
