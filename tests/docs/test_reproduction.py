@@ -322,7 +322,9 @@ def test_every_table_that_can_be_asked_for_is_of_known_cases():
 
 
 def test_every_stage_of_table_1_takes_time():
-    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\nschedule: {rounds: 2, iterations: 5}\nmethod: bpm\n"
+    text = (
+        "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\nschedule: {rounds: 2, iterations: 5}\nmethod: bpm\n"
+    )
     shares = profiled(load_case("square.yaml", text=text))
     assert list(shares) == list(TABLE_1)
     assert min(shares.values()) > 0
