@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from benchmarks.light import save
 from benchmarks.paper.runs import Runs
 from bubblemesh.packing.viscosity import OddBubbles, SawTooth
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 
 INK, ACCENT, PALE = "#22303c", "#d1495b", "#d8e6ec"
 METHODS = {"BPM": "table-1", "FNPBS": "table-4", "accelerated": "table-5/example-3-accelerated"}
@@ -61,7 +61,7 @@ def _dense(coarse: Runs, dense: Runs) -> Figure:
 
 
 def _start_and_end(run: Runs) -> Figure:
-    problem = prepared(run.case)
+    problem = prepare(run.case)
     start = problem.method.placement(problem.domain, problem.spacing, run.case.limits.max_nodes)
     figure = Figure(figsize=(10, 5), layout="constrained")
     for axes, points in zip(figure.subplots(1, 2), (start.x, run.first.mesh.points), strict=True):
