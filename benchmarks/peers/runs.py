@@ -21,8 +21,6 @@ from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 
-__all__ = ["CASES", "SIZES", "WHOLE", "CaseRuns", "Run", "problems", "ran"]
-
 ROOT = Path(__file__).parents[2]
 CONFIGS = ROOT / "configs" / "peers"
 SIZES = ("example-3", *(f"example-3-{n}" for n in (1000, 2500, 9000, 28000, 87000, 280000, 900000)))

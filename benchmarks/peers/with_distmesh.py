@@ -16,8 +16,6 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["STEPS", "distmesh", "mesh"]
-
 # The values of the article, and a bound on the steps, which it does not have.
 MOVE_TO_STOP, MOVE_TO_CONNECT, PRESSURE, STEP, MARGIN = 0.001, 0.1, 1.2, 0.2, 0.001
 STEPS = 1000

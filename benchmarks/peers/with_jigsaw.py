@@ -13,8 +13,6 @@ from bubblemesh.case import Case
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 
-__all__ = ["COMMAND", "installed", "mesh", "read_mesh"]
-
 COMMAND = "jigsaw"
 GRID = 500  # intervals of the grid that tells the spacing, along each side of the domain's box
 SETTINGS = """\

@@ -10,8 +10,6 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 
-__all__ = ["boundary_nodes", "mesh"]
-
 LARGEST_AREA = 1.6  # of an equilateral triangle with edges d: gives about the ideal number of nodes if d is uniform
 PASSES = 12
 SAMPLES_PER_NODE = 8
