@@ -7,8 +7,6 @@ from typing import Self
 
 from bubblemesh.resources import peak_memory_mb
 
-__all__ = ["Clock", "peak_mb"]
-
 STATUS = Path("/proc/self/status")
 
 

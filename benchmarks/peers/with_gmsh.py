@@ -11,8 +11,6 @@ from bubblemesh.case import Case
 from bubblemesh.geometry.paths import Arc, Line, Point, Ring
 from bubblemesh.problem.domain import domain_rings
 
-__all__ = ["DELAUNAY", "FRONTAL", "mesh"]
-
 DELAUNAY, FRONTAL = 5, 6
 OPTIONS = {
     "General.Terminal": 0,

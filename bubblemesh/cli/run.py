@@ -146,7 +146,6 @@ def deliver(
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
     from bubblemesh.meshfiles.report_json import json_text
-    from bubblemesh.run import destination as destinations
 
     with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
         result = meshed(progress.show, progress.advance)
@@ -158,8 +157,8 @@ def deliver(
         if place.folder is not None:
             show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])
-    destinations.require_finished(report)
-    destinations.require_quality(case, report)
+    if result.verdict is not None:
+        raise result.verdict
 
 
 def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
@@ -167,11 +166,11 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     from bubblemesh import console
     from bubblemesh.console import report
     from bubblemesh.meshfiles.report_json import json_text
-    from bubblemesh.problem.problem import prepared
+    from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 
     with located(source, case.origin):
-        problem = prepared(case)
+        problem = prepare(case)
     if picture is not None:
         draw_spacing(problem, picture)
     figures = estimate(problem)

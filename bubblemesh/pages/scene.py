@@ -1,4 +1,4 @@
-"""What the picture of a report's page is drawn from, as data for its script.
+"""Data from which the script of a report's page draws the mesh.
 
 Arrays are bytes of one rank after the other, compressed, in letters of base64.
 """
@@ -17,8 +17,8 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.report_json import json_ready
 from bubblemesh.pages.markup import Markup, html, tag
-from bubblemesh.pictures.colouring import Colouring, MeshData, colouring
-from bubblemesh.pictures.colours import REGIONS
+from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
+from bubblemesh.pictures.styles import REGION_COLOURS
 
 COLORMAP = "YlGnBu_r"  # pale where triangles are good, in order of lightness for every reader
 STEPS = 256
@@ -46,8 +46,8 @@ class Scene:
     def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":
         """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed."""
         data = MeshData(fields)
-        quality = colouring(mesh, data, "quality", COLORMAP)
-        ratio = colouring(mesh, data, "spacing")
+        quality = colouring_of(mesh, data, "quality", COLORMAP)
+        ratio = colouring_of(mesh, data, "spacing")
         assert quality is not None
         assert ratio is not None
         return cls(mesh, quality, ratio, np.argsort(quality.values, kind="stable")[:most_worst])
@@ -85,7 +85,7 @@ class Scene:
             "tables": {
                 "quality": _table(self.quality),
                 "ratio": _table(self.ratio),
-                "region": "".join(color[1:] for color in REGIONS),
+                "region": "".join(color[1:] for color in REGION_COLOURS),
             },
             "labels": [
                 {"name": name, "start": start, "count": count}

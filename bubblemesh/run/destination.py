@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError, FileError, LimitError, RequirementError
+from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
 from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.names import LABELS_FILE
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
-from bubblemesh.problem import warnings
 from bubblemesh.run.pipeline import Result
 
 T = TypeVar("T")
@@ -32,8 +31,6 @@ class Destination:
     name : str
         Stem of the files' names.
     formats : tuple of str
-    order : int
-        Order of the triangles, 1 or 2.
     history : bool
         Whether tables of all rounds and steps are written too.
     page : bool
@@ -43,7 +40,6 @@ class Destination:
     folder: Path | None
     name: str
     formats: tuple[str, ...]
-    order: int
     history: bool
     page: bool = False
 
@@ -69,9 +65,6 @@ class Destination:
             If a file cannot be written; then none is, and old ones stay.
         """
         mesh, report = result.mesh, result.report
-        if self.order == 2:
-            mesh, straight = mesh.second_order()
-            report = {**report, "warnings": [*report["warnings"], *warnings.straight_facets(straight)]}
         if self.folder is None:
             assert stream is not None
             write_stream(mesh, result.fields, self.formats[0], stream)
@@ -122,21 +115,10 @@ def destination(
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     require_order(formats, case.output.order)
     wanted = case.output.report if page is None else page
-    place = Destination(folder, name, formats, case.output.order, history, wanted and folder is not None)
+    place = Destination(folder, name, formats, history, wanted and folder is not None)
     if source != "-":
         place.require_apart(Path(source))
     return place
-
-
-def require_finished(report: Mapping[str, Any]) -> None:
-    """Refuse a mesh whose packing was cut short.
-
-    Raises
-    ------
-    LimitError
-    """
-    if not report["finished"]:
-        raise LimitError(f"limits.seconds: stopped by {report['stop_reason']}: the mesh is written as it was then")
 
 
 def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
@@ -144,27 +126,6 @@ def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
     from bubblemesh.pages.report import report_page
 
     return report_page(mesh, result.fields, report, result.speeds, datetime.now().astimezone())
-
-
-def require_quality(case: Case, report: Mapping[str, Any]) -> None:
-    """Check what the case demands under ``require``.
-
-    Raises
-    ------
-    RequirementError
-        With each figure that is missed.
-    """
-    reached = {
-        "quality_min": report["quality"]["min"],
-        "quality_mean": report["quality"]["mean"],
-        "angle_min": report["quality"]["angle_min"],
-    }
-    wanted = case.require.model_dump(exclude_none=True)
-    missed = [
-        f"{key} is {reached[key]:.4g}, below {bound:.4g}" for key, bound in wanted.items() if reached[key] < bound
-    ]
-    if missed:
-        raise RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
 
 
 def _asked(format_name: str | None, solver: str | None) -> tuple[FormatName, ...]:
