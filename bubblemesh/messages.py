@@ -17,6 +17,11 @@ def place(point: "Floats | Sequence[float]") -> str:
     return f"({x}, {y})"
 
 
+def counted(number: int, noun: str) -> str:
+    """A count with its noun: no holes, 1 hole, 2,000 holes."""
+    return f"{number:,} {noun}" if number == 1 else f"{f'{number:,}' if number else 'no'} {noun}s"
+
+
 def duration(seconds: float) -> str:
     """A time in the unit that suits it: 30 ms, 2.5 s, 3 min 20 s, 2 h 5 min."""
     if seconds < 0.9995:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bubblemesh.messages import duration
+from bubblemesh.messages import counted, duration
 
 
 @pytest.mark.parametrize(
@@ -20,3 +20,8 @@ from bubblemesh.messages import duration
 )
 def test_durations_are_in_the_unit_that_suits_them(seconds, text):
     assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(("number", "text"), [(0, "no holes"), (1, "1 hole"), (2, "2 holes"), (1500, "1,500 holes")])
+def test_counts_have_their_noun(number, text):
+    assert counted(number, "hole") == text

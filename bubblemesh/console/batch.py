@@ -11,8 +11,8 @@ from rich.text import Text
 
 from bubblemesh import console
 from bubblemesh.batch import Entry, Progress, Row
-from bubblemesh.console.report import counted
 from bubblemesh.errors import BubblemeshError, RequirementError, outcome
+from bubblemesh.messages import counted
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")

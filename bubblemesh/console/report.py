@@ -6,6 +6,7 @@ from typing import Any
 from rich.text import Text
 
 from bubblemesh import console
+from bubblemesh.messages import counted
 
 ROUNDING = 1e-9  # of a domain's size
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
@@ -98,8 +99,3 @@ def _place(point: Sequence[float], size: float = 0.0) -> str:
     """A point; what is nothing but rounding in a domain of some size is zero."""
     x, y = (0.0 if abs(value) < ROUNDING * size else value for value in point)
     return f"({x:.4g}, {y:.4g})"
-
-
-def counted(number: int, noun: str) -> str:
-    """A count with its noun: no holes, 1 hole, 2 holes."""
-    return f"{number} {noun}" if number == 1 else f"{number or 'no'} {noun}s"

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from bubblemesh.meshes.histograms import Histogram
-from bubblemesh.pages.markup import Markup, joined, tag
+from bubblemesh.pages.markup import Markup, html, tag
 
 WIDTH, HEIGHT = 340, 190
 LEFT, RIGHT, TOP, BOTTOM = 40, 12, 12, 34  # margins of the plot
@@ -94,7 +94,7 @@ def histogram_chart(
     )
     marks = [] if ideal is None else [_upright(across(ideal), "ideal")]
     axes = [_grid(up, [0, top / 2, top], lambda value: f"{value:.0%}"), _ticks(across, ticks)]
-    return _figure(title, summary, joined(*axes, *bars, *marks), [joined(", ".join(outside))])
+    return _figure(title, summary, html(*axes, *bars, *marks), [html(", ".join(outside))])
 
 
 def line_chart(
@@ -128,7 +128,7 @@ def line_chart(
     ticks = _whole_ticks(min(xs), max(xs))
     caption = tag("text", x_title, x=(LEFT + WIDTH - RIGHT) / 2, y=HEIGHT - 3, class_="axis middle")
     keys = [tag("span", line.name, class_=f"key key-{k}") for k, line in enumerate(lines)] if len(lines) > 1 else []
-    return _figure(title, f"{ends}.", joined(axis, _ticks(across, ticks), caption, *drawn), keys)
+    return _figure(title, f"{ends}.", html(axis, _ticks(across, ticks), caption, *drawn), keys)
 
 
 def _line(line: Line, number: int, across: Scale, up: Scale) -> Markup:
@@ -146,7 +146,7 @@ def _line(line: Line, number: int, across: Scale, up: Scale) -> Markup:
         for (px, py), (x, value) in zip(points, line.points, strict=True)
         if line.marked
     ]
-    return joined(path, *marks)
+    return html(path, *marks)
 
 
 def _figure(title: str, summary: str, drawing: Markup, notes: Iterable[Markup]) -> Markup:
@@ -166,7 +166,7 @@ def _grid(up: Scale, levels: Sequence[float], form: Callable[[float], str]) -> M
         y = up(level)
         parts.append(tag("line", x1=LEFT, x2=WIDTH - RIGHT, y1=f"{y:.1f}", y2=f"{y:.1f}", class_="grid"))
         parts.append(tag("text", form(level), x=LEFT - 5, y=f"{y + 3.5:.1f}", class_="axis end"))
-    return joined(*parts)
+    return html(*parts)
 
 
 def _ticks(across: Scale, values: Sequence[float]) -> Markup:
@@ -174,7 +174,7 @@ def _ticks(across: Scale, values: Sequence[float]) -> Markup:
         tag("text", f"{value:.4g}", x=f"{across(value):.1f}", y=HEIGHT - BOTTOM + 14, class_="axis middle")
         for value in values
     ]
-    return joined(*texts)
+    return html(*texts)
 
 
 def _upright(x: float, kind: str) -> Markup:

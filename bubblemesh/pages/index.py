@@ -6,14 +6,25 @@ from typing import Any
 from urllib.parse import quote
 
 from bubblemesh.errors import outcome
-from bubblemesh.messages import duration
+from bubblemesh.messages import counted, duration
 from bubblemesh.pages.charts import quality_range
-from bubblemesh.pages.markup import Markup, filled, joined, tag
-from bubblemesh.pages.numbers import counted, whole
+from bubblemesh.pages.markup import Markup, from_template, html, tag
 from bubblemesh.pages.page import page
+from bubblemesh.pages.text import whole
 
 DONE = 0  # exit code
 BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
+# Head of a column of numbers, key in the row of a case, and how the number is written.
+COLUMNS = (
+    ("Mean q", "quality_mean", ".4f"),
+    (BELOW, "quality_p01", ".3f"),
+    ("Least q", "quality_min", ".3f"),
+    ("Nodes", "nodes", ",d"),
+    ("Triangles", "triangles", ",d"),
+    ("Spread of l/d", "spacing_std", ".3f"),
+    ("Time", "seconds", None),
+    ("Warnings", "warnings", "d"),
+)
 STATES = {6: "stopped at a limit", 130: "interrupted"}
 
 Row = Mapping[str, Any]
@@ -33,11 +44,11 @@ def index_page(rows: Sequence[Row]) -> str:
     lowest = min((row["quality_min"] for row in rows if row.get("quality_min") is not None), default=0.0)
     low = min(int(10 * lowest) / 10, 0.9)
     swept = list(dict.fromkeys(key for row in rows for key in row.get("sweep") or {}))
-    body = filled(
+    body = from_template(
         "index.html",
         summary=_summary(rows),
         heads=_heads(swept, low),
-        cases=joined(*(_case(row, swept, low) for row in rows)),
+        cases=html(*(_case(row, swept, low) for row in rows)),
     )
     return page(f"{counted(len(rows), 'case')} - bubblemesh", body, ["tables.js"], wide=True)
 
@@ -53,22 +64,12 @@ def _summary(rows: Sequence[Row]) -> str:
 
 def _heads(swept: Sequence[str], low: float) -> Markup:
     text = [("Case", "text"), ("Status", "text"), *((key, "text") for key in swept)]
-    numbers = [
-        "Mean q",
-        BELOW,
-        "Least q",
-        "Nodes",
-        "Triangles",
-        "Spread of l/d",
-        "Time",
-        "Warnings",
-    ]
     heads = [
         tag("th", tag("button", name, type="button"), scope="col", class_=kind, data_kind=kind)
-        for name, kind in [*text, *((name, "number") for name in numbers)]
+        for name, kind in [*text, *((name, "number") for name, _, _ in COLUMNS)]
     ]
     scale = tag("th", f"q from {low:g} to 1", scope="col", class_="scale-head")
-    return joined(*heads[: len(text)], scale, *heads[len(text) :])
+    return html(*heads[: len(text)], scale, *heads[len(text) :])
 
 
 def _case(row: Row, swept: Sequence[str], low: float) -> Markup:
@@ -91,14 +92,7 @@ def _cells(row: Row, swept: Sequence[str], low: float) -> list[Markup]:
         _status(row),
         *(_text(sweep.get(key)) for key in swept),
         tag("td", picture),
-        _number(row.get("quality_mean"), ".4f"),
-        _number(row.get("quality_p01"), ".3f"),
-        _number(row.get("quality_min"), ".3f"),
-        _number(row.get("nodes"), ",d"),
-        _number(row.get("triangles"), ",d"),
-        _number(row.get("spacing_std"), ".3f"),
-        _number(row.get("seconds"), None),
-        _number(_warnings(row), "d"),
+        *(_number(_warnings(row) if key == "warnings" else row.get(key), form) for _, key, form in COLUMNS),
     ]
 
 

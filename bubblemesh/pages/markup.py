@@ -1,5 +1,6 @@
 """HTML that is escaped by construction: text becomes part of a page only through these functions."""
 
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -31,21 +32,37 @@ def tag(name: str, *content: Markup | str | int | None, **attributes: str | floa
     )
     if name in EMPTY:
         return Markup(f"<{name}{text}>")
-    return Markup(f"<{name}{text}>{joined(*content)}</{name}>")
+    return Markup(f"<{name}{text}>{html(*content)}</{name}>")
 
 
-def joined(*content: Markup | str | int | None) -> Markup:
-    """Pieces one after the other; text is escaped."""
+def html(*content: Markup | str | int | None) -> Markup:
+    """HTML of pieces one after the other; text is escaped."""
     return Markup(
         "".join(piece if isinstance(piece, Markup) else escape(str(piece)) for piece in content if piece is not None)
     )
 
 
-def filled(template: str, **parts: Markup | str) -> Markup:
+def from_template(name: str, /, **parts: Markup | str) -> Markup:
     """A template of the package with its ``$names`` replaced; text is escaped."""
-    return Markup(Template(package_text(template)).substitute({name: joined(part) for name, part in parts.items()}))
+    return Markup(Template(package_text(name)).substitute({key: html(part) for key, part in parts.items()}))
+
+
+def head(name: str, *, text: bool = False) -> Markup:
+    """Head of a column of numbers, or of text."""
+    return tag("th", name, scope="col", class_="text" if text else None)
+
+
+def cell(content: Markup | str, *, text: bool = False) -> Markup:
+    """Cell with a number, or with text."""
+    return tag("td", content, class_="text" if text else None)
+
+
+def table(caption: str, heads: Sequence[Markup], rows: Sequence[Sequence[Markup]]) -> Markup:
+    """A table of cells."""
+    body = html(*(tag("tr", *row) for row in rows))
+    return tag("table", tag("caption", caption), tag("thead", tag("tr", *heads)), tag("tbody", body))
 
 
 def package_text(name: str) -> str:
-    """Text of a file beside this module."""
+    """Text of one of the package's templates, scripts and styles."""
     return files(__package__).joinpath("assets", name).read_text(encoding="utf-8")

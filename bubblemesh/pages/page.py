@@ -4,8 +4,8 @@ import base64
 import hashlib
 from collections.abc import Sequence
 
-from bubblemesh.pages.markup import Markup, filled, package_text
-from bubblemesh.pictures.colours import LABELS, REGIONS
+from bubblemesh.pages.markup import Markup, from_template, package_text
+from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
 
 
 def page(title: str, body: Markup, scripts: Sequence[str], *, wide: bool = False) -> str:
@@ -28,7 +28,7 @@ def page(title: str, body: Markup, scripts: Sequence[str], *, wide: bool = False
         "base-uri 'none'; form-action 'none'"
     )
     return str(
-        filled(
+        from_template(
             "page.html",
             title=title,
             policy=Markup(policy),
@@ -42,9 +42,9 @@ def page(title: str, body: Markup, scripts: Sequence[str], *, wide: bool = False
 
 def _palette() -> str:
     """The colours that pages and pictures share, for the style sheet."""
-    labels = "".join(f"--label-{k}: {color}; " for k, color in enumerate(LABELS))
-    regions = "".join(f"svg .region-{k} {{ fill: {color}; }}\n" for k, color in enumerate(REGIONS))
-    lines = "".join(f"svg .label-{k} {{ stroke: var(--label-{k}); }}\n" for k in range(len(LABELS)))
+    labels = "".join(f"--label-{k}: {color}; " for k, color in enumerate(LABEL_COLOURS))
+    regions = "".join(f"svg .region-{k} {{ fill: {color}; }}\n" for k, color in enumerate(REGION_COLOURS))
+    lines = "".join(f"svg .label-{k} {{ stroke: var(--label-{k}); }}\n" for k in range(len(LABEL_COLOURS)))
     return f"\n:root {{ {labels}}}\n{regions}{lines}"
 
 

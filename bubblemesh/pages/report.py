@@ -7,16 +7,21 @@ from typing import Any
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.messages import duration
-from bubblemesh.pages.course import course, files_list, rounds_table
-from bubblemesh.pages.json_text import readable_json
-from bubblemesh.pages.legends import colourings, labels, scales
-from bubblemesh.pages.markup import Markup, filled, joined, tag
-from bubblemesh.pages.numbers import counted, whole
+from bubblemesh.messages import counted, duration
+from bubblemesh.pages.markup import Markup, from_template, html, tag
 from bubblemesh.pages.page import page
-from bubblemesh.pages.places import linked_places
 from bubblemesh.pages.scene import COLORMAP, Scene
-from bubblemesh.pages.shape import histograms, worst_triangles
+from bubblemesh.pages.sections import (
+    colourings,
+    files_list,
+    histograms,
+    labels,
+    rounds_charts,
+    rounds_table,
+    scales,
+    worst_triangles,
+)
+from bubblemesh.pages.text import linked_places, readable_json, whole
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions
 
@@ -50,7 +55,7 @@ def report_page(
     """
     scene = Scene.of(mesh, fields, WORST)
     text, omitted = readable_json(report["parameters"], MOST_LINES)
-    body = filled(
+    body = from_template(
         "report.html",
         name=report["case"],
         origin=f"method {report['method']}, seed {report['seed']}, bubblemesh {report['version']}, "
@@ -66,7 +71,7 @@ def report_page(
         histograms=histograms(scene, fields["target_spacing"]),
         worst=worst_triangles(scene),
         stopped=report["stop_reason"],
-        course=course(report, speeds),
+        charts=rounds_charts(report, speeds),
         files=files_list(report["files"]),
         rounds=rounds_table(report["rounds"]),
         case=text,
@@ -91,12 +96,12 @@ def _figures(report: Mapping[str, Any]) -> Markup:
         ("Edge length l/d", f"{spacing['mean']:.3f}", f"± {spacing['std']:.3f} of wanted spacing"),
         ("Time", duration(report["seconds"]["total"]), counted(len(report["rounds"]), "round")),
     ]
-    return joined(*(tag("div", tag("dt", term), tag("dd", value, tag("small", note))) for term, value, note in rows))
+    return html(*(tag("div", tag("dt", term), tag("dd", value, tag("small", note))) for term, value, note in rows))
 
 
 def _warnings(messages: Sequence[str]) -> Markup:
     if not messages:
         return tag("p", "No warnings.", class_="soft")
-    items = joined(*(tag("li", linked_places(message)) for message in messages))
+    items = html(*(tag("li", linked_places(message)) for message in messages))
     title = tag("h2", counted(len(messages), "warning"), id="warnings-title")
     return tag("section", title, tag("ul", items), class_="warnings", aria_labelledby="warnings-title")

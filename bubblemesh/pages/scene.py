@@ -1,17 +1,24 @@
-"""What the picture of a report's page is drawn from."""
+"""What the picture of a report's page is drawn from, as data for its script.
 
+Arrays are bytes of one rank after the other, compressed, in letters of base64.
+"""
+
+import base64
+import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.pages.embedding import array_block, fixed_point, json_block, relative
-from bubblemesh.pages.markup import Markup, joined
-from bubblemesh.pictures.colouring import Colouring, MeshData, colouring
-from bubblemesh.pictures.colours import REGIONS
+from bubblemesh.meshfiles.report_json import json_ready
+from bubblemesh.pages.markup import Markup, html, tag
+from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
+from bubblemesh.pictures.styles import REGION_COLOURS
 
 COLORMAP = "YlGnBu_r"  # pale where triangles are good, in order of lightness for every reader
 STEPS = 256
@@ -39,8 +46,8 @@ class Scene:
     def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":
         """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed."""
         data = MeshData(fields)
-        quality = colouring(mesh, data, "quality", COLORMAP)
-        ratio = colouring(mesh, data, "spacing")
+        quality = colouring_of(mesh, data, "quality", COLORMAP)
+        ratio = colouring_of(mesh, data, "spacing")
         assert quality is not None
         assert ratio is not None
         return cls(mesh, quality, ratio, np.argsort(quality.values, kind="stable")[:most_worst])
@@ -56,7 +63,7 @@ class Scene:
         extent = float(np.ptp(mesh.points, axis=0).max())
         order = np.argsort(mesh.facet_labels, kind="stable")
         largest = float(self.ratio.values.max())
-        return joined(
+        return html(
             json_block("head", self._head(origin, extent, largest)),
             array_block("points", fixed_point(mesh.points - origin, 0, extent)),
             array_block("triangles", relative(self.corners)),
@@ -78,7 +85,7 @@ class Scene:
             "tables": {
                 "quality": _table(self.quality),
                 "ratio": _table(self.ratio),
-                "region": "".join(color[1:] for color in REGIONS),
+                "region": "".join(color[1:] for color in REGION_COLOURS),
             },
             "labels": [
                 {"name": name, "start": start, "count": count}
@@ -103,3 +110,37 @@ def _table(scale: Colouring) -> str:
     """Colours from one end of a scale to the other, six hexadecimal digits each."""
     levels = (255 * scale.colormap(np.linspace(0, 1, STEPS))[:, :3]).round().astype(np.uint8)
     return levels.tobytes().hex()
+
+
+def array_block(name: str, columns: NDArray[Any]) -> Markup:
+    """Embed an array of unsigned integers (n,) or (n, k), column by column.
+
+    Bytes of the same rank resemble each other, so that they are compressed to far less when they stand together.
+    """
+    flat = np.ascontiguousarray(columns.T).reshape(-1)
+    planes = flat.astype(flat.dtype.newbyteorder("<")).view(np.uint8).reshape(len(flat), -1).T
+    text = base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
+    return tag("script", Markup(text), type="text/plain", id=name, data_width=flat.dtype.itemsize)
+
+
+def json_block(name: str, data: Any) -> Markup:
+    """Embed data as JSON; no text in it can end the element."""
+    text = json.dumps(json_ready(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return tag("script", Markup(text.replace("<", "\\u003c")), type="application/json", id=name)
+
+
+def fixed_point(values: Floats, low: float, high: float, kind: type = np.uint32) -> NDArray[Any]:
+    """Values as unsigned integers of a type, 0 for ``low`` and the largest of the type for ``high``."""
+    largest = np.iinfo(kind).max
+    return np.round(np.clip((values - low) / (high - low), 0, 1) * largest).astype(kind)
+
+
+def relative(triangles: Integers) -> NDArray[np.uint32]:
+    """Nodes of triangles (t, 3) as small numbers: steps of the first node, and how far the others are from it.
+
+    Signs are folded into the lowest bit: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    """
+    first = triangles[:, 0]
+    steps = np.column_stack([np.diff(first, prepend=0), triangles[:, 1] - first, triangles[:, 2] - first])
+    steps = steps.astype(np.int64)
+    return np.where(steps < 0, -2 * steps - 1, 2 * steps).astype(np.uint32)

@@ -12,8 +12,7 @@ from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import radius_ratios, spacing_ratios
 from bubblemesh.messages import meant
-from bubblemesh.pictures.colours import REGIONS
-from bubblemesh.pictures.styles import PlotOptionError
+from bubblemesh.pictures.styles import REGION_COLOURS, PlotOptionError
 
 OWN = ("quality", "spacing", "label", "material", "none")
 TARGET = "target_spacing"
@@ -53,7 +52,7 @@ class Colouring:
     names: tuple[str, ...] = ()
 
 
-def colouring(
+def colouring_of(
     mesh: Mesh, data: MeshData, color: str, colormap: str | None = None, limits: tuple[float, float] | None = None
 ) -> Colouring | None:
     """The colouring by a quantity's name; None if the triangles have no colour of their own.
@@ -94,7 +93,7 @@ def _by_region(mesh: Mesh) -> Colouring:
     if not mesh.regions:
         raise PlotOptionError("color", "the mesh has no regions: its triangles have neither tags nor names")
     count = len(mesh.regions)
-    colors = ListedColormap([REGIONS[k % len(REGIONS)] for k in range(count)])
+    colors = ListedColormap([REGION_COLOURS[k % len(REGION_COLOURS)] for k in range(count)])
     return Colouring(mesh.triangle_regions.astype(float), "material", colors, (-0.5, count - 0.5), mesh.regions)
 
 

@@ -14,21 +14,20 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from bubblemesh.pictures.colouring import Colouring
-from bubblemesh.pictures.colours import INK
-from bubblemesh.pictures.styles import Style
+from bubblemesh.pictures.styles import INK, Style
 
 MOST = 24  # entries
 IN_A_ROW = 5
 LINE = 2.2  # points
 
 
-def add_legend(axes: Axes, outlines: Sequence[tuple[str, LineCollection]], meaning: Colouring | None) -> None:
+def add_legend(axes: Axes, outlines: Sequence[tuple[str, LineCollection]], colouring: Colouring | None) -> None:
     """Add what the colours of lines and regions are called."""
     entries: list[tuple[str, Artist]] = []
-    if meaning is not None and meaning.names:
+    if colouring is not None and colouring.names:
         entries += [
-            (name, Patch(facecolor=meaning.colormap(k), edgecolor=INK, linewidth=0.4))
-            for k, name in enumerate(meaning.names)
+            (name, Patch(facecolor=colouring.colormap(k), edgecolor=INK, linewidth=0.4))
+            for k, name in enumerate(colouring.names)
         ]
     entries += [(name, _sample(lines)) for name, lines in outlines]
     if not entries:
@@ -63,10 +62,10 @@ def _sample(lines: LineCollection) -> Line2D:
 
 
 def add_colour_bar(
-    figure: Figure, axes: Axes, triangles: ScalarMappable, meaning: Colouring, style: Style, *, aside: bool
+    figure: Figure, axes: Axes, triangles: ScalarMappable, colouring: Colouring, style: Style, *, aside: bool
 ) -> None:
     """Add the scale of the colours, beside the mesh or below it."""
-    values, (low, high) = meaning.values, meaning.limits
+    values, (low, high) = colouring.values, colouring.limits
     below, above = bool(np.nanmin(values) < low), bool(np.nanmax(values) > high)
     bar = figure.colorbar(
         triangles,
@@ -78,7 +77,7 @@ def add_colour_bar(
         extend={(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither"),
     )
     told = f"   (mean {np.nanmean(values):.3f}, min {np.nanmin(values):.3f})" if style.figures else ""
-    bar.set_label(meaning.title + told, color=INK, parse_math=False)
+    bar.set_label(colouring.title + told, color=INK, parse_math=False)
     # Else matplotlib makes a bitmap of the scale; edges of the faces' own colour close the hairlines in it.
     bar.solids.set(rasterized=False, edgecolor="face")  # type: ignore[union-attr]
     bar.outline.set_visible(False)

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.edges import edge_keys, unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.pictures.colours import INK, LABELS
+from bubblemesh.pictures.styles import INK, LABEL_COLOURS
 
 MOST = 8  # labels that are told apart unless asked for
 DASHES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)))
@@ -44,11 +44,11 @@ def add_outlines(
     _add(axes, mesh, _unlabelled(mesh), width, INK)
     found = []
     for index, label in enumerate(mesh.labels):
-        turn, color = divmod(index, len(LABELS))
+        turn, color = divmod(index, len(LABEL_COLOURS))
         mine = mesh.facets[mesh.facet_labels == index, :2]
         ends = mesh.points[mine]
         if ((ends.max(axis=1) >= box[0]) & (ends.min(axis=1) <= box[1])).all(axis=1).any():
-            found.append((label, _add(axes, mesh, mine, width, LABELS[color], DASHES[turn % len(DASHES)])))
+            found.append((label, _add(axes, mesh, mine, width, LABEL_COLOURS[color], DASHES[turn % len(DASHES)])))
     return found
 
 
@@ -63,6 +63,6 @@ def _add(axes: Axes, mesh: Mesh, pairs: Integers, width: float, color: str, dash
 def _unlabelled(mesh: Mesh) -> Integers:
     """Boundary edges (b, 2) that are no facets."""
     pairs, counts = unique_edges(mesh.triangles[:, :3])
-    keys = pairs[counts == 1] @ [len(mesh.points), 1]
-    labelled = np.sort(mesh.facets[:, :2], axis=1) @ [len(mesh.points), 1]
-    return pairs[counts == 1][~np.isin(keys, labelled)]
+    boundary, n = pairs[counts == 1], len(mesh.points)
+    labelled = edge_keys(np.sort(mesh.facets[:, :2], axis=1), n)
+    return boundary[~np.isin(edge_keys(boundary, n), labelled)]

@@ -18,12 +18,11 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import transaction
-from bubblemesh.pictures.colouring import Colouring, MeshData, colouring
-from bubblemesh.pictures.colours import BARE, INK
+from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
 from bubblemesh.pictures.legends import add_colour_bar, add_legend
 from bubblemesh.pictures.outlines import add_outlines
-from bubblemesh.pictures.sheets import is_tall, kept, sheet
-from bubblemesh.pictures.styles import PlotOptionError, PlotOptions, View
+from bubblemesh.pictures.sheets import cropped, is_tall, sheet
+from bubblemesh.pictures.styles import BARE, INK, PlotOptionError, PlotOptions, View
 
 # Without a date and with fixed ids the same mesh gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -74,7 +73,7 @@ def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> 
     require_picture(path)
     with _drawing(options), transaction(path.parent) as staging:
         figure.savefig(
-            staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=kept(figure, options)
+            staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=cropped(figure, options)
         )
 
 
@@ -97,13 +96,13 @@ def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO
     style = options.look
     shown = _in_view(mesh, options.view)
     usual = style.colormap if options.color == "quality" else None
-    meaning = colouring(mesh, data, options.color, options.colormap or usual, options.limits)
+    colouring = colouring_of(mesh, data, options.color, options.colormap or usual, options.limits)
     box = _box(mesh, options.view)
     with _drawing(options):
         figure, inches_per_unit = sheet(box, options)
         axes = figure.add_subplot()
         edge = inches_per_unit * _typical_edge(mesh, shown)
-        triangles = _add_triangles(axes, mesh, shown, meaning, options, edge)
+        triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)
         labels = style.labels if options.labels is None else options.labels
         outlines = add_outlines(
             axes,
@@ -114,9 +113,9 @@ def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO
             width=float(np.clip(BOUNDARY_SHARE * POINTS_PER_INCH * edge, *style.boundary)),
         )
         _arrange(axes, box, options)
-        add_legend(axes, outlines, meaning)
-        if meaning is not None and not meaning.names:
-            add_colour_bar(figure, axes, triangles, meaning, style, aside=is_tall(box, options))
+        add_legend(axes, outlines, colouring)
+        if colouring is not None and not colouring.names:
+            add_colour_bar(figure, axes, triangles, colouring, style, aside=is_tall(box, options))
     return figure
 
 
@@ -125,7 +124,7 @@ def small_png(mesh: Mesh, options: PlotOptions) -> bytes:
     figure = mesh_figure(mesh, options)
     full, small = io.BytesIO(), io.BytesIO()
     with _drawing(options):
-        figure.savefig(full, format="png", dpi=figure.dpi, bbox_inches=kept(figure, options))
+        figure.savefig(full, format="png", dpi=figure.dpi, bbox_inches=cropped(figure, options))
     colours = (
         Image.open(full).convert("RGB").quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     )
@@ -172,7 +171,7 @@ def _typical_edge(mesh: Mesh, shown: Booleans) -> float:
 
 
 def _add_triangles(
-    axes: Axes, mesh: Mesh, shown: Booleans, meaning: Colouring | None, options: PlotOptions, edge: float
+    axes: Axes, mesh: Mesh, shown: Booleans, colouring: Colouring | None, options: PlotOptions, edge: float
 ) -> PolyCollection:
     """Draw the triangles, and the nodes where asked for; ``edge`` is the edges' typical length in inches."""
     style, points = options.look, edge * POINTS_PER_INCH
@@ -186,13 +185,13 @@ def _add_triangles(
         triangles = PolyCollection(corners, edgecolors="face", linewidths=0.1)
     triangles.set_rasterized(len(corners) > style.most_vectors)
     axes.add_collection(triangles)
-    if meaning is None:
+    if colouring is None:
         triangles.set_facecolor(BARE)
         if not visible:
             triangles.set_edgecolor(BARE)
     else:
-        colormap = meaning.colormap.with_extremes(bad=BARE)
-        triangles.set(array=np.ma.masked_invalid(meaning.values[shown]), cmap=colormap, clim=meaning.limits)
+        colormap = colouring.colormap.with_extremes(bad=BARE)
+        triangles.set(array=np.ma.masked_invalid(colouring.values[shown]), cmap=colormap, clim=colouring.limits)
     if options.nodes:
         x, y = _nodes(mesh, shown).T
         size = float(np.clip(NODE_SHARE * points, 0.4, 4))

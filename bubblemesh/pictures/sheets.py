@@ -49,7 +49,7 @@ def sheet(box: View, options: PlotOptions) -> tuple[Figure, float]:
     return figure, inches
 
 
-def kept(figure: Figure, options: PlotOptions) -> Bbox:
+def cropped(figure: Figure, options: PlotOptions) -> Bbox:
     """The part of the figure to keep: all that is drawn, or the whole width where one is asked for."""
     figure.draw_without_rendering()
     drawn = figure.get_tightbbox()

@@ -13,11 +13,10 @@ from matplotlib.tri import Triangulation
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.pictures.colouring import FIELD, Colouring
-from bubblemesh.pictures.colours import INK
 from bubblemesh.pictures.legends import add_colour_bar
 from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.sheets import is_tall
-from bubblemesh.pictures.styles import PlotOptions
+from bubblemesh.pictures.styles import INK, PlotOptions
 
 WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
 UNIFORM = 1e-6  # relative: nearly equal values have one colour
@@ -65,9 +64,9 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
         norm = Normalize(0.99 * low, 1.01 * high)
     triangles = Triangulation(mesh.points[:, 0], mesh.points[:, 1], mesh.triangles)
     colours = axes.tripcolor(triangles, spacing, shading="gouraud", cmap=FIELD, norm=norm, rasterized=True, zorder=1.5)
-    meaning = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high))
+    colouring = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high))
     box = (*mesh.points.min(axis=0).tolist(), *mesh.points.max(axis=0).tolist())
-    add_colour_bar(figure, axes, colours, meaning, options.look, aside=is_tall(box, options))
+    add_colour_bar(figure, axes, colours, colouring, options.look, aside=is_tall(box, options))
     bar: Any = colours.colorbar
     if isinstance(norm, LogNorm):
         digits = next(digits for ratio, digits in DIGITS.items() if high <= ratio * low)

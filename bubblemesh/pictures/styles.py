@@ -1,4 +1,4 @@
-"""What a picture shows and how: its options, and the styles that set sizes, line widths and fonts."""
+"""What a picture shows and how: its options, the colours, and the styles that set sizes, line widths and fonts."""
 
 import math
 from dataclasses import dataclass
@@ -10,6 +10,11 @@ from bubblemesh.messages import meant
 View = tuple[float, float, float, float]
 """Part of the plane: x0, y0, x1, y1."""
 
+INK = "#22303c"
+BARE = "#eef3f6"  # of triangles whose colour shows nothing
+# Dark enough for thin lines on white, and pale enough for edges in ink upon them; told apart by colour-blind readers.
+LABEL_COLOURS = ("#1f5fa8", "#d1495b", "#2e8b57", "#8e44ad", "#c9820a", "#00798c", "#7f4f24", "#4a4e69")
+REGION_COLOURS = ("#cfe0f1", "#f4c9b4", "#d3dd8e", "#f6e5ae", "#f3c3d3", "#a5d8c9", "#c8c2e4", "#dcdcdc")
 SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
 
 

@@ -9,10 +9,9 @@ from report_pages import NASTY, Elements
 
 from bubblemesh.meshes.histograms import histogram
 from bubblemesh.pages.charts import Line, histogram_chart, line_chart
-from bubblemesh.pages.embedding import json_block
-from bubblemesh.pages.json_text import readable_json
-from bubblemesh.pages.markup import Markup, filled, joined, tag
-from bubblemesh.pages.places import linked_places
+from bubblemesh.pages.markup import Markup, from_template, html, tag
+from bubblemesh.pages.scene import json_block
+from bubblemesh.pages.text import linked_places, readable_json
 
 
 def test_text_is_escaped_wherever_it_goes():
@@ -21,9 +20,11 @@ def test_text_is_escaped_wherever_it_goes():
         tag("p", nasty, title=nasty)
         == '<p title="&lt;b&gt;&amp;&quot;&#x27;&lt;/b&gt;">&lt;b&gt;&amp;&quot;&#x27;&lt;/b&gt;</p>'
     )
-    assert joined(Markup("<i>"), nasty, None, 3) == "<i>&lt;b&gt;&amp;&quot;&#x27;&lt;/b&gt;3"
+    assert html(Markup("<i>"), nasty, None, 3) == "<i>&lt;b&gt;&amp;&quot;&#x27;&lt;/b&gt;3"
     assert tag("input", checked=True, hidden=False, data_x=1, class_="a") == '<input checked data-x="1" class="a">'
-    page = filled("page.html", title=nasty, policy="", style="$body", body=tag("p", "$title"), script="", width="")
+    page = from_template(
+        "page.html", title=nasty, policy="", style="$body", body=tag("p", "$title"), script="", width=""
+    )
     assert page.count("&lt;b&gt;") == 1
     assert "<p>$title</p>" in page
 
@@ -50,7 +51,7 @@ def test_places_in_messages_become_buttons(message, places):
     markup = linked_places(message)
     buttons = Elements(markup).named("button")
     assert [(float(b[1]["data-x"]), float(b[1]["data-y"])) for b in buttons] == places
-    assert "".join(re.split(r"<[^>]*>", markup)) == joined(message)
+    assert "".join(re.split(r"<[^>]*>", markup)) == html(message)
 
 
 def test_json_for_readers_is_the_same_data_in_short_lines():

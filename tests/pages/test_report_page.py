@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from bubblemesh.cli import app
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.pages.embedding import fixed_point, relative
+from bubblemesh.pages.scene import fixed_point, relative
 
 
 def integers(page, name):

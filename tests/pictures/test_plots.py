@@ -19,9 +19,8 @@ from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.writing import write_file
-from bubblemesh.pictures.colours import BARE, INK
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
-from bubblemesh.pictures.styles import PlotOptionError
+from bubblemesh.pictures.styles import BARE, INK, PlotOptionError
 
 ENDINGS = ["png", "svg", "pdf"]
 MM = 72 / 25.4  # points
