@@ -14,8 +14,6 @@ from typing import Any
 from bubblemesh.case import load_case
 from bubblemesh.run.pipeline import mesh_case
 
-__all__ = ["VARIANTS", "renewed", "tables"]
-
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "multilevel.md"
 BEGIN, END = "<!-- ablation: begin -->", "<!-- ablation: end -->"

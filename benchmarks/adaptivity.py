@@ -19,8 +19,6 @@ from benchmarks.light import save
 from bubblemesh.adaptivity.estimate import true_error
 from bubblemesh.arrays import Floats
 
-__all__ = ["CASE", "Step", "adaptive", "order", "singular", "solved", "uniform"]
-
 PAGE = Path(__file__).parents[1] / "docs" / "adaptivity.md"
 PLOT = PAGE.parent / "figures" / "adaptivity.png"
 BEGIN, END = "<!-- adaptivity: begin -->", "<!-- adaptivity: end -->"

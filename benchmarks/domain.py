@@ -1,5 +1,6 @@
 """CPU seconds for questions about a million points: ``python -m benchmarks.domain`` prints tables."""
 
+import argparse
 import platform
 from collections.abc import Callable
 from time import process_time
@@ -88,6 +89,7 @@ def placed(name: str, domain: Domain) -> None:
 
 def main() -> None:
     """Measure all questions, and compare distances with brute force."""
+    argparse.ArgumentParser("python -m benchmarks.domain", description=__doc__).parse_args()
     print(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}: {POINTS:,} points, ")
     print(f"boundaries of about {VERTICES:,} chords, CPU seconds")
     print(

@@ -14,8 +14,6 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.run.pipeline import mesh_case
 
-__all__ = ["CASES", "limited", "table"]
-
 PAGE = ROOT / "docs" / "spacing.md"
 BEGIN, END = "<!-- growth: begin -->", "<!-- growth: end -->"
 CASES = ("example-1", "example-2", "example-3", "dense", "example-4", "example-3-9000")

@@ -5,9 +5,9 @@
 chromedriver.
 """
 
+import argparse
 import base64
 import shutil
-import sys
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
@@ -158,4 +158,6 @@ def _photograph(page: Path, path: Path, width: int, height: int, *, dark: bool =
 
 
 if __name__ == "__main__":
-    figures() if "figures" in sys.argv[1:] else measure()
+    parser = argparse.ArgumentParser("python -m benchmarks.pages", description=__doc__)
+    parser.add_argument("what", nargs="?", choices=["figures"], help="make the pictures of docs/reports.md anew")
+    figures() if parser.parse_args().what else measure()

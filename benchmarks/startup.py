@@ -1,5 +1,6 @@
 """Wall time of whole processes: ``python -m benchmarks.startup`` prints the median of several runs of each."""
 
+import argparse
 import platform
 import subprocess
 import sys
@@ -9,7 +10,6 @@ from statistics import median
 from time import perf_counter
 
 CONFIGS = Path(__file__).parent.parent / "configs"
-REPEATS = 5
 COMMANDS = {
     "bubblemesh --help": ["--help"],
     "bubblemesh check configs/quickstart.yaml": ["check", str(CONFIGS / "quickstart.yaml")],
@@ -34,11 +34,14 @@ def seconds(arguments: list[str]) -> float:
 
 def main() -> None:
     """Measure all commands, round by round, so that a busy moment of the machine meets all of them."""
+    parser = argparse.ArgumentParser("python -m benchmarks.startup", description=__doc__)
+    parser.add_argument("--repeats", type=int, default=5, metavar="N", help="runs of each command [%(default)s]")
+    repeats = parser.parse_args().repeats
     times: dict[str, list[float]] = {name: [] for name in COMMANDS}
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         for name, arguments in COMMANDS.items():
             times[name].append(seconds(arguments))
-    print(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}, median of {REPEATS} runs")
+    print(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}, median of {repeats} runs")
     for name, values in times.items():
         print(f"{median(values):6.2f} s  {name}")
 

@@ -17,9 +17,10 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.packing.configure import OptionError, configured, options
-from bubblemesh.problem.problem import Task, posed_for
+from bubblemesh.problem.prepare import prepare_in
+from bubblemesh.problem.problem import Task
 from bubblemesh.problem.python_input import domain_of, spacing_of
-from bubblemesh.run.pipeline import Result, mesh_case, meshed
+from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem
 from bubblemesh.run.report import RoundRow
 
 __all__ = ["Case", "Domain", "Mesh", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
@@ -77,8 +78,8 @@ def mesh(
     wanted = spacing_of(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
     task = Task("mesh", method, bound, max_nodes, None, parameters)
-    problem = posed_for(domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, "nodes")
-    return meshed(problem).mesh
+    problem = prepare_in(domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, "nodes")
+    return mesh_problem(problem).mesh
 
 
 def adapt(

@@ -10,7 +10,7 @@ from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.triangulation import regions
 from bubblemesh.packing.rounds import rounds
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 # Outline whose left and right sides are arcs, one the other moved.
@@ -27,12 +27,12 @@ MOONS = """
 
 def domain_of(text):
     """The checked domain of a case text without a spacing."""
-    return prepared(load_case("parts.yaml", text=text + "\nspacing: 0.2\n")).domain
+    return prepare(load_case("parts.yaml", text=text + "\nspacing: 0.2\n")).domain
 
 
 def packed(text, method="multilevel"):
     """Domain and last net of a case."""
-    problem = prepared(load_case("parts.yaml", text=text, method=method))
+    problem = prepare(load_case("parts.yaml", text=text, method=method))
     domain = problem.domain
     levels = problem.method.levels(domain, problem.spacing, problem.expected_nodes)
     *_, last = rounds(problem.method.placement(domain, levels[0], 100_000), domain, levels, problem.method)

@@ -8,13 +8,14 @@ import pytest
 from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "files", "labels", "messages"}
+FOUNDATION = {"arrays", "errors", "files", "labels", "messages", "resources"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "files": {"errors"},
     "labels": set(),
     "messages": {"arrays"},
+    "resources": set(),
     "meshes": FOUNDATION,
     "geometry": FOUNDATION,
     "readers": FOUNDATION | {"geometry"},

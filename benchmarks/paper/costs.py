@@ -9,8 +9,6 @@ from benchmarks.paper.published import COMPARISONS, ROWS, TABLE_4, Comparison
 from benchmarks.paper.runs import Runs
 from benchmarks.paper.verdicts import claim_verdict
 
-__all__ = ["costs", "priced"]
-
 COLUMNS = (
     *("", "claim", "paper: reduced by", "ours, evaluations", "seconds", "reduced by the claim?"),
     *("paper: dearer by", "ours, evaluations", "seconds", "dearer by the claim?"),

@@ -9,8 +9,6 @@ from benchmarks.paper.published import TABLE_4, VARIANTS
 from benchmarks.paper.runs import Runs
 from benchmarks.paper.verdicts import ON_THE_WAY, round_verdict
 
-__all__ = ["course", "variants"]
-
 COLUMNS = (
     *("round", "nodes: paper", "ours", "difference", "N / N_id", "mean q: paper", "ours"),
     *("cost: paper", "evaluations", "seconds", "verdict"),

@@ -1,6 +1,7 @@
 """The paper's figures, drawn from our runs."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,42 +12,26 @@ from matplotlib.figure import Figure
 from benchmarks.light import save
 from benchmarks.paper.runs import Runs
 from bubblemesh.packing.viscosity import OddBubbles, SawTooth
-from bubblemesh.problem.problem import prepared
-
-__all__ = ["CAPTIONS", "draw"]
+from bubblemesh.problem.prepare import prepare
 
 INK, ACCENT, PALE = "#22303c", "#d1495b", "#d8e6ec"
-EXAMPLES = [f"table-5/example-{number}" for number in (1, 2, 3, 4)]
-
-CAPTIONS = {
-    "fig-02.svg": "Fig. 2: viscosity of a normal bubble, and of one that is odd in rounds 2 and 4",
-    "fig-03.png": "Fig. 3: nodes of Example 3 and of its dense variant, the mesh of the latter and a part of it",
-    "fig-05.png": "Fig. 5: initial and final nodes of Example 3 by FNPBS",
-    "fig-07.svg": "Fig. 7: mean and least q of Example 3 over the iterations of FNPBS",
-    "fig-09.svg": "Fig. 9: mean and least q of Example 1 over the iterations of FNPBS",
-    "fig-10.svg": "Fig. 10: mean and least q of Example 2 over the iterations of FNPBS",
-    "fig-11.png": "Fig. 11: nodes and meshes of Examples 1 to 4 by the accelerated method",
-    "fig-12.svg": "Fig. 12: mean speed of the bubbles of Example 3 by the three methods",
-}
-
-
-def draw(runs: Mapping[str, Runs], folder: Path) -> None:
-    """Draw all figures into ``folder``."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, figure in {
-        "fig-02.svg": _viscosity(),
-        "fig-03.png": _dense(runs["section-2.2/coarse-with"], runs["section-2.2/dense-with"]),
-        "fig-05.png": _start_and_end(runs["table-4"]),
-        "fig-07.svg": _quality(runs["table-5/example-3-fnpbs"]),
-        "fig-09.svg": _quality(runs["table-5/example-1-fnpbs"]),
-        "fig-10.svg": _quality(runs["table-5/example-2-fnpbs"]),
-        "fig-11.png": _examples([runs[f"{name}-accelerated"] for name in EXAMPLES]),
-        "fig-12.svg": _speeds({name: runs[case] for name, case in METHODS.items()}),
-    }.items():
-        save(figure, folder / name)
-
-
 METHODS = {"BPM": "table-1", "FNPBS": "table-4", "accelerated": "table-5/example-3-accelerated"}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of the paper: its file, its caption, the cases whose runs it shows, and how it is made of these."""
+
+    file: str
+    caption: str
+    cases: tuple[str, ...]
+    made_of: Callable[..., Figure]
+
+
+def save_drawing(drawing: Drawing, runs: Mapping[str, Runs], path: Path) -> None:
+    """Write a figure to a file, whose ending is ``.svg`` or ``.png``."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save(drawing.made_of(*(runs[name] for name in drawing.cases)), path)
 
 
 def _viscosity() -> Figure:
@@ -76,7 +61,7 @@ def _dense(coarse: Runs, dense: Runs) -> Figure:
 
 
 def _start_and_end(run: Runs) -> Figure:
-    problem = prepared(run.case)
+    problem = prepare(run.case)
     start = problem.method.placement(problem.domain, problem.spacing, run.case.limits.max_nodes)
     figure = Figure(figsize=(10, 5), layout="constrained")
     for axes, points in zip(figure.subplots(1, 2), (start.x, run.first.mesh.points), strict=True):
@@ -97,7 +82,7 @@ def _quality(run: Runs) -> Figure:
     return figure
 
 
-def _examples(runs: list[Runs]) -> Figure:
+def _examples(*runs: Runs) -> Figure:
     figure = Figure(figsize=(10, 17), layout="constrained")
     for (left, right), run in zip(figure.subplots(4, 2), runs, strict=True):
         _nodes(left, run.first.mesh.points)
@@ -105,10 +90,10 @@ def _examples(runs: list[Runs]) -> Figure:
     return figure
 
 
-def _speeds(runs: Mapping[str, Runs]) -> Figure:
+def _speeds(*runs: Runs) -> Figure:
     figure = Figure(figsize=(7, 6), layout="constrained")
     places = figure.subplots(len(runs), 1, sharex=True)
-    for axes, (name, run) in zip(places, runs.items(), strict=True):
+    for axes, name, run in zip(places, METHODS, runs, strict=True):
         axes.semilogy(np.concatenate(run.first.speeds), color=INK, linewidth=0.8)
         axes.set(ylabel="mean speed", title=name)
     places[-1].set_xlabel("step")
@@ -130,3 +115,47 @@ def _mesh(axes: Axes, run: Runs) -> None:
 def _bare(axes: Axes) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
+
+
+DRAWINGS = {
+    2: Drawing(
+        "fig-02.svg", "Fig. 2: viscosity of a normal bubble, and of one that is odd in rounds 2 and 4", (), _viscosity
+    ),
+    3: Drawing(
+        "fig-03.png",
+        "Fig. 3: nodes of Example 3 and of its dense variant, the mesh of the latter and a part of it",
+        ("section-2.2/coarse-with", "section-2.2/dense-with"),
+        _dense,
+    ),
+    5: Drawing("fig-05.png", "Fig. 5: initial and final nodes of Example 3 by FNPBS", ("table-4",), _start_and_end),
+    7: Drawing(
+        "fig-07.svg",
+        "Fig. 7: mean and least q of Example 3 over the iterations of FNPBS",
+        ("table-5/example-3-fnpbs",),
+        _quality,
+    ),
+    9: Drawing(
+        "fig-09.svg",
+        "Fig. 9: mean and least q of Example 1 over the iterations of FNPBS",
+        ("table-5/example-1-fnpbs",),
+        _quality,
+    ),
+    10: Drawing(
+        "fig-10.svg",
+        "Fig. 10: mean and least q of Example 2 over the iterations of FNPBS",
+        ("table-5/example-2-fnpbs",),
+        _quality,
+    ),
+    11: Drawing(
+        "fig-11.png",
+        "Fig. 11: nodes and meshes of Examples 1 to 4 by the accelerated method",
+        tuple(f"table-5/example-{number}-accelerated" for number in (1, 2, 3, 4)),
+        _examples,
+    ),
+    12: Drawing(
+        "fig-12.svg",
+        "Fig. 12: mean speed of the bubbles of Example 3 by the three methods",
+        tuple(METHODS.values()),
+        _speeds,
+    ),
+}

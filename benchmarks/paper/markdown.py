@@ -3,8 +3,6 @@
 from collections.abc import Iterable, Sequence
 from statistics import median
 
-__all__ = ["markdown", "percent", "printed", "ratio", "spread"]
-
 
 def markdown(title: str, text: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A section with a table."""

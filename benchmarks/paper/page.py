@@ -1,20 +1,21 @@
 """The page docs/reproduction.md: the paper's figures beside ours, with a verdict for each row."""
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from statistics import median
+from typing import NamedTuple
 
 import numpy
 import scipy
 
 from benchmarks.paper.costs import costs, priced, reduction
 from benchmarks.paper.course import course, states, variants
+from benchmarks.paper.figures import Drawing
 from benchmarks.paper.markdown import markdown, percent, printed, ratio, spread
-from benchmarks.paper.published import REFERENCE, ROWS, TABLE_1, TABLES, Table
+from benchmarks.paper.published import COMPARISONS, REFERENCE, ROWS, TABLE_1, TABLES, VARIANTS, Table
 from benchmarks.paper.runs import SEEDS, Runs
 from benchmarks.paper.verdicts import ABOVE, FINAL, ON_THE_WAY, verdict
-
-__all__ = ["page"]
 
 HEAD = """\
 # Reproduction of the paper
@@ -78,12 +79,51 @@ Shares in per cent, ours under Python's profiler. With whole arrays in place of 
 what the paper's program spends on new positions and on sorting is next to nothing."""
 
 
-def page(runs: Mapping[str, Runs], shares: Mapping[str, float], figures: Mapping[str, str]) -> str:
-    """The whole page; ``figures`` maps file names to captions."""
-    tables = [_table(table, runs) for table in TABLES]
-    measured = [course(runs[REFERENCE]), variants(runs), costs(runs), _stages(shares)]
-    pictures = [f"## {caption}\n\n![{caption}](figures/{name})\n" for name, caption in figures.items()]
-    return "\n".join([_head(runs), *tables, *measured, *pictures])
+def table_text(table: Table, runs: Mapping[str, Runs]) -> str:
+    """A table of the paper as Markdown, a line for each row."""
+    first = table.rows[0]
+    rows = []
+    for row in table.rows:
+        run = runs[row.case]
+        report = run.first.report
+        nodes = run.figures(lambda report: report["nodes"])
+        rows.append(
+            [
+                row.label,
+                *(printed(row.initial), report["initial"]["nodes"]),
+                *(printed(row.final), spread(nodes), f"{median(nodes) / report['ideal_nodes']:.3f}"),
+                *(printed(row.rounds), spread(run.figures(lambda report: len(report["rounds"])))),
+                *(printed(row.quality), spread(run.figures(lambda report: report["quality"]["mean"]), digits=4)),
+                *(ratio(row.seconds, first.seconds), ratio(run.cost, runs[first.case].cost)),
+                ratio(run.time, runs[first.case].time),
+                verdict(row, run, table.final_tolerance),
+            ]
+        )
+    return markdown(table.title, "", COLUMNS, rows)
+
+
+class Section(NamedTuple):
+    """A section with a table: the table's name, the cases that it needs, and how it is made of their runs."""
+
+    name: str
+    cases: tuple[str, ...]
+    text: Callable[[Mapping[str, Runs]], str]
+
+
+SECTIONS = (  # in the order of the page, where that of the stages follows
+    *(Section(table.name, tuple(row.case for row in table.rows), partial(table_text, table)) for table in TABLES),
+    Section("4", (REFERENCE,), lambda runs: course(runs[REFERENCE])),
+    Section("4", tuple(VARIANTS), variants),
+    Section("costs", tuple(case for pair in COMPARISONS for case in (pair.dear, pair.cheap)), costs),
+)
+STAGES_NAME, STAGES_CASE = "1", "table-1"
+
+
+def page(runs: Mapping[str, Runs], shares: Mapping[str, float], drawings: Iterable[Drawing]) -> str:
+    """The whole page, from the runs of all cases and the shares of the stages of Table 1."""
+    tables = [section.text(runs) for section in SECTIONS]
+    pictures = [f"## {each.caption}\n\n![{each.caption}](figures/{each.file})\n" for each in drawings]
+    return "\n".join([_head(runs), *tables, stages(shares), *pictures])
 
 
 def _head(runs: Mapping[str, Runs]) -> str:
@@ -106,30 +146,8 @@ def _head(runs: Mapping[str, Runs]) -> str:
     )
 
 
-def _table(table: Table, runs: Mapping[str, Runs]) -> str:
-    first = table.rows[0]
-    rows = []
-    for row in table.rows:
-        run = runs[row.case]
-        report = run.first.report
-        nodes = run.figures(lambda report: report["nodes"])
-        rows.append(
-            [
-                row.label,
-                *(printed(row.initial), report["initial"]["nodes"]),
-                *(printed(row.final), spread(nodes), f"{median(nodes) / report['ideal_nodes']:.3f}"),
-                *(printed(row.rounds), spread(run.figures(lambda report: len(report["rounds"])))),
-                *(printed(row.quality), spread(run.figures(lambda report: report["quality"]["mean"]), digits=4)),
-                *(ratio(row.seconds, first.seconds), ratio(run.cost, runs[first.case].cost)),
-                ratio(run.time, runs[first.case].time),
-                verdict(row, run, table.final_tolerance),
-            ]
-        )
-    return markdown(table.title, "", COLUMNS, rows)
-
-
-def _stages(shares: Mapping[str, float]) -> str:
-    """Table 1: where the time of the traditional method goes."""
+def stages(shares: Mapping[str, float]) -> str:
+    """Table 1 as Markdown: where the time of the traditional method goes."""
     rows = [[stage, f"{share:.1f}", f"{shares[stage]:.1f}"] for stage, share in TABLE_1.items()]
     title = "Table 1: time of the traditional method by stage (Example 3)"
     return markdown(title, STAGES, ("stage", "paper", "ours"), rows)

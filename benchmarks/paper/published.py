@@ -3,21 +3,6 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = [
-    "CASES",
-    "COMPARISONS",
-    "REFERENCE",
-    "ROWS",
-    "TABLES",
-    "TABLE_1",
-    "TABLE_4",
-    "VARIANTS",
-    "Comparison",
-    "Row",
-    "State",
-    "Table",
-]
-
 REFERENCE = "table-4"  # the run that the paper compares most others with
 
 
@@ -40,8 +25,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table, the costs of which refer to its first row."""
+    """A table, the costs of which refer to its first row; ``name`` is how the paper counts it, if it does."""
 
+    name: str
     title: str
     rows: tuple[Row, ...]
     final_tolerance: float = 0.01
@@ -78,6 +64,7 @@ NO_CROWD = "it starts next to the ideal number and stays there"
 
 TABLES = (
     Table(
+        "2",
         "Table 2: boundary weight w1 (Example 3, FNPBS)",
         (
             Row("table-2/w1-1", "w1 = 1", 187.156, 1420, 712, rounds=10),
@@ -89,6 +76,7 @@ TABLES = (
         ),
     ),
     Table(
+        "3",
         "Table 3: interior weight w2 (Example 3, FNPBS)",
         (
             Row("table-3/w2-1", "w2 = 1", 187.156, 1420, 712, rounds=10),
@@ -99,6 +87,7 @@ TABLES = (
         ),
     ),
     Table(
+        "2.2",
         "Section 2.2, first table: odd bubbles on Example 3 (FNPBS)",
         (
             Row("section-2.2/coarse-without", "without", 187.156, 1420, 712, rounds=10),
@@ -106,6 +95,7 @@ TABLES = (
         ),
     ),
     Table(
+        "2.2",
         "Section 2.2, second table: odd bubbles on the dense variant (FNPBS)",
         (
             Row("section-2.2/dense-without", "without", 19.61, 1822, 1602),
@@ -113,6 +103,7 @@ TABLES = (
         ),
     ),
     Table(
+        "methods",
         "Traditional method against FNPBS (Example 3)",
         (
             Row("table-4", "FNPBS", 187.156, 1420, 712, 0.9435, rounds=10),
@@ -120,6 +111,7 @@ TABLES = (
         ),
     ),
     Table(
+        "5",
         "Table 5, Example 1: uniform rectangle",
         (
             Row("table-5/example-1-fnpbs", "FNPBS", 154.094, quality=0.9626, rounds=10),
@@ -127,6 +119,7 @@ TABLES = (
         ),
     ),
     Table(
+        "5",
         "Table 5, Example 2: square with a hole",
         (
             Row("table-5/example-2-fnpbs-4-rounds", "FNPBS, 4 rounds", 82.125, None, 587, 0.9087, rounds=4),
@@ -137,6 +130,7 @@ TABLES = (
         final_tolerance=0.05,
     ),
     Table(
+        "5",
         "Table 5, Example 3: locally dense square",
         (
             Row("table-5/example-3-fnpbs", "FNPBS", 187.156, 1420, 712, 0.9435, rounds=10),
@@ -144,6 +138,7 @@ TABLES = (
         ),
     ),
     Table(
+        "5",
         "Table 5, Example 4: bitten half disc",
         (
             Row("table-5/example-4-fnpbs", "FNPBS", 117.828, quality=0.9407),

@@ -1,7 +1,6 @@
 """Runs the cases of configs/paper, three starts each, and keeps what the page and the figures need."""
 
 import cProfile
-import pstats
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,21 +10,13 @@ from typing import Any
 
 from bubblemesh.case import Case, load_case
 from bubblemesh.meshfiles.report_json import json_text
+from bubblemesh.packing.forces import BoundForce
+from bubblemesh.packing.neighbours import Neighbours
+from bubblemesh.problem.problem import prepared
 from bubblemesh.run.pipeline import Result, mesh_case
-
-__all__ = ["CONFIGS", "SEEDS", "Runs", "measured", "profiled"]
 
 CONFIGS = Path(__file__).parents[2] / "configs" / "paper"
 SEEDS = (0, 1, 2)
-
-# Functions whose time makes up a stage of Table 1, by the end of their file's name and their own name.
-STAGES = {
-    "initialization": [("placement.py", "__call__")],
-    "adjacency": [("adjacency.py", "of")],
-    "forces": [("forces.py", "__call__")],
-    "new positions": [("relaxation.py", "__call__")],  # with the two before, which are taken off
-    "population control": [("population.py", "__call__")],
-}
 
 
 @dataclass(frozen=True)
@@ -61,8 +52,8 @@ class Runs:
         return median(self.seconds)
 
 
-def measured(names: Iterable[str], on_run: Callable[[str, int], None]) -> dict[str, Runs]:
-    """Runs of the cases; those that differ by name only are run once.
+def measured(names: Iterable[str], tell: Callable[[str], None]) -> dict[str, Runs]:
+    """Runs of the cases; those that differ by name only are run once. ``tell`` hears of each run as it begins.
 
     The seeds are the outer loop, so that a busy moment of the machine does not meet one case alone.
     """
@@ -71,13 +62,13 @@ def measured(names: Iterable[str], on_run: Callable[[str, int], None]) -> dict[s
     first_of: dict[str, str] = {}
     same_as = {name: first_of.setdefault(_key(case), name) for name, case in cases.items()}
     results: dict[str, list[tuple[Result, float]]] = {name: [] for name in first_of.values()}
-    for seed in SEEDS:
-        for name, found in results.items():
-            on_run(name, seed)
-            case = load_case(CONFIGS / f"{name}.yaml", seed=seed)
-            begun = process_time()
-            result = mesh_case(case)
-            found.append((result, process_time() - begun))
+    turns = [(seed, name) for seed in SEEDS for name in results]
+    for number, (seed, name) in enumerate(turns, start=1):
+        tell(f"[{number}/{len(turns)}] {name}, seed {seed}")
+        case = load_case(CONFIGS / f"{name}.yaml", seed=seed)
+        begun = process_time()
+        result = mesh_case(case)
+        results[name].append((result, process_time() - begun))
     return {name: _runs(cases[name], results[same_as[name]]) for name in names}
 
 
@@ -89,16 +80,19 @@ def _key(case: Case) -> str:
     return json_text(case.model_dump(mode="json", exclude={"name"}))
 
 
-def profiled(name: str) -> dict[str, float]:
-    """Share of each stage in the time of a run, in per cent."""
+def profiled(case: Case) -> dict[str, float]:
+    """Share of each stage of Table 1 in the time of a run, in per cent."""
+    method = prepared(case).method
+    functions = {
+        "initialization": type(method.placement).__call__,
+        "adjacency": Neighbours.of.__func__,
+        "forces": BoundForce.__call__,
+        "new positions": type(method.relaxation).__call__,  # with the two before, which are taken off
+        "population control": type(method.population).__call__,
+    }
     profile = cProfile.Profile()
-    case = load_case(CONFIGS / f"{name}.yaml")
     profile.runcall(mesh_case, case)
-    stats: Any = pstats.Stats(profile)
-    spent = {stage: sum(_cumulative(stats.stats, *where) for where in places) for stage, places in STAGES.items()}
+    cumulative = {entry.code: entry.totaltime for entry in profile.getstats()}
+    spent = {stage: cumulative[function.__code__] for stage, function in functions.items()}
     spent["new positions"] -= spent["forces"] + spent["adjacency"]
     return {stage: 100 * seconds / sum(spent.values()) for stage, seconds in spent.items()}
-
-
-def _cumulative(stats: Mapping[tuple[str, int, str], tuple[Any, ...]], ending: str, function: str) -> float:
-    return sum(row[3] for (file, _, name), row in stats.items() if Path(file).name == ending and name == function)

@@ -5,8 +5,6 @@ from statistics import median
 from benchmarks.paper.published import Comparison, Row, State
 from benchmarks.paper.runs import Runs
 
-__all__ = ["ABOVE", "FINAL", "ON_THE_WAY", "claim_verdict", "round_verdict", "verdict"]
-
 FINAL = 0.01  # final nodes may differ by this part
 ON_THE_WAY = 0.02  # nodes after a round of Table 4, likewise
 ABOVE = 0.02  # mean q that is higher than the paper's by more counts as better

@@ -5,9 +5,7 @@ from pathlib import Path
 from time import process_time
 from typing import Self
 
-from bubblemesh.run.resources import peak_memory_mb
-
-__all__ = ["Clock", "peak_mb"]
+from bubblemesh.resources import peak_memory_mb
 
 STATUS = Path("/proc/self/status")
 

@@ -11,8 +11,6 @@ from benchmarks.light import save
 from benchmarks.peers.rows import Row
 from benchmarks.peers.tools import OURS, TOOLS
 
-__all__ = ["CAPTIONS", "draw"]
-
 CAPTIONS = {
     "peers-cost.svg": "Cost of meshing Example 3 against the number of nodes placed",
     "peers-quality.png": "What is missing to perfect quality, and the spread of l/d, case by case: lower is better",

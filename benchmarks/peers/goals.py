@@ -10,8 +10,6 @@ from benchmarks.peers.rows import COLUMNS, Column, row
 from benchmarks.peers.runs import NAN, WHOLE, CaseRuns
 from benchmarks.peers.tools import OURS
 
-__all__ = ["Goal", "costs", "shapes"]
-
 ANY = float("inf")
 
 # Least mean q, 1 % q and least q, largest spread of l/d, and bounds of N / N_id.

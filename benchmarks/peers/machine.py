@@ -6,8 +6,6 @@ import shutil
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-__all__ = ["machine", "versions"]
-
 PACKAGES = ("bubblemesh", "numpy", "scipy", "pythoncdt", "shapely", "gmsh", "triangle")
 PROCESSORS = Path("/proc/cpuinfo")
 

@@ -9,8 +9,6 @@ from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import shape_quality, signed_areas, spacing_fit
 from bubblemesh.problem.problem import Problem
 
-__all__ = ["Figures", "FlawError", "measured"]
-
 
 class FlawError(Exception):
     """The mesh is none of the domain; the text says why."""

@@ -17,8 +17,6 @@ from bubblemesh.case import load_case
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.triangulation import triangulated
 
-__all__ = ["main"]
-
 TRIANGULATIONS = 3
 
 

@@ -10,8 +10,6 @@ from benchmarks.peers.runs import TIMEOUT, CaseRuns
 from benchmarks.peers.tools import OURS, REFERENCE, RELOCATIONS, TOOLS, peers
 from benchmarks.peers.with_distmesh import STEPS
 
-__all__ = ["page"]
-
 ASTRAY = 1e-6  # of the spacing: boundary nodes that are closer are on the boundary
 HEAD = """\
 # Beside other mesh generators

@@ -8,8 +8,6 @@ from typing import Any
 from benchmarks.peers.runs import NAN, CaseRuns, Run
 from benchmarks.peers.tools import OURS, REFERENCE
 
-__all__ = ["COLUMNS", "QUALITY", "Column", "Row", "row"]
-
 
 def _low(value: float) -> float:
     return value

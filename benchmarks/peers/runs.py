@@ -18,9 +18,8 @@ from benchmarks.peers.measures import Figures, FlawError, measured
 from benchmarks.peers.tools import OURS, TOOLS
 from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
-from bubblemesh.problem.problem import Problem, prepared
-
-__all__ = ["CASES", "SIZES", "WHOLE", "CaseRuns", "Run", "problems", "ran"]
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.problem import Problem
 
 ROOT = Path(__file__).parents[2]
 CONFIGS = ROOT / "configs" / "peers"
@@ -76,7 +75,7 @@ class CaseRuns:
 
 def problems(names: Collection[str], most_nodes: float) -> dict[str, Problem]:
     """The cases of these names that ask for at most so many nodes."""
-    found = {name: prepared(load_case(CONFIGS / f"{name}.yaml")) for name in names}
+    found = {name: prepare(load_case(CONFIGS / f"{name}.yaml")) for name in names}
     return {name: problem for name, problem in found.items() if problem.survey.ideal_nodes <= most_nodes}
 
 

@@ -9,8 +9,6 @@ from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 
-__all__ = ["OURS", "REFERENCE", "RELOCATIONS", "TOOLS", "Tool", "peers"]
-
 OURS, REFERENCE = "bubblemesh", "gmsh-frontal"
 RELOCATIONS = 10  # steps of Relocate2D; more hardly change the mesh
 

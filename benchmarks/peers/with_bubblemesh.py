@@ -5,8 +5,6 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.run.pipeline import mesh_case
 
-__all__ = ["mesh"]
-
 
 def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
     """Points (n, 2) and triangles (t, 3); the time is that from the case to the end of the last round."""

@@ -12,10 +12,9 @@ from bubblemesh.case import Case
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.problem.problem import Problem, prepared
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
-
-__all__ = ["STEPS", "distmesh", "mesh"]
 
 # The values of the article, and a bound on the steps, which it does not have.
 MOVE_TO_STOP, MOVE_TO_CONNECT, PRESSURE, STEP, MARGIN = 0.001, 0.1, 1.2, 0.2, 0.001
@@ -24,7 +23,7 @@ STEPS = 1000
 
 def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
     """Points (n, 2) and triangles (t, 3)."""
-    problem = prepared(case)
+    problem = prepare(case)
     with clock:
         h0 = _lattice_distance(problem)
         return distmesh(problem.domain, problem.wanted, h0, np.random.default_rng(0))

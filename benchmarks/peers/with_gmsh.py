@@ -10,8 +10,6 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.paths import Arc, Line, Point, Ring
 
-__all__ = ["DELAUNAY", "FRONTAL", "mesh"]
-
 DELAUNAY, FRONTAL = 5, 6
 OPTIONS = {
     "General.Terminal": 0,

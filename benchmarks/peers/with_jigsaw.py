@@ -10,9 +10,8 @@ import numpy as np
 from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
-from bubblemesh.problem.problem import Problem, prepared
-
-__all__ = ["COMMAND", "installed", "mesh", "read_mesh"]
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.problem import Problem
 
 COMMAND = "jigsaw"
 GRID = 500  # intervals of the grid that tells the spacing, along each side of the domain's box
@@ -39,7 +38,7 @@ def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
     """Points (n, 2) and triangles (t, 3) with the default settings; the time includes reading and writing files."""
     if not installed():
         raise FileNotFoundError(f"no executable {COMMAND} on the PATH")
-    problem = prepared(case)
+    problem = prepare(case)
     with TemporaryDirectory() as name:
         folder = Path(name)
         largest = _write_spacing(problem, folder / "spacing.msh")

@@ -6,10 +6,9 @@ from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.problem.problem import Problem, prepared
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
-
-__all__ = ["boundary_nodes", "mesh"]
 
 LARGEST_AREA = 1.6  # of an equilateral triangle with edges d: gives about the ideal number of nodes if d is uniform
 PASSES = 12
@@ -21,7 +20,7 @@ def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
 
     A trial, not counted, tells by how much to enlarge the areas for about the ideal number of nodes.
     """
-    problem = prepared(case)
+    problem = prepare(case)
     trial, _ = _refined(problem, LARGEST_AREA)
     with clock:
         return _refined(problem, LARGEST_AREA * len(trial) / problem.survey.ideal_nodes)

@@ -23,10 +23,11 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import domain_of
-from bubblemesh.problem.problem import Problem, posed_for, task_of
+from bubblemesh.problem.prepare import prepare_in, task_of
+from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import Wanted, nodes_of, rules_of, within_limits
-from bubblemesh.run.pipeline import OnRound, OnShare, Result, meshed
-from bubblemesh.run.resources import timed
+from bubblemesh.resources import timed
+from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import Field
@@ -90,7 +91,6 @@ def adapted(
         estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
         figures = _figures(solution, estimate, exact)
     problem, start = _posed(case, domain, solution, estimate, target, seconds)
-    result = meshed(problem, on_round, on_share)
     expected = predicted_error(
         estimate,
         equivalent_sizes(solution.points, solution.triangles),
@@ -102,7 +102,7 @@ def adapted(
         "expected_relative_error": expected / max(estimate.solution, TINY),
         **start,
     }
-    return replace(result, report=result.report | {"adaptation": adaptation})
+    return mesh_problem(problem, on_round, on_share, adaptation)
 
 
 def _posed(
@@ -128,7 +128,7 @@ def _posed(
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return posed_for(domain, Wanted(at, rules, nodes), task, seconds, "nodes"), start
+    return prepare_in(domain, Wanted(at, rules, nodes), task, seconds, "nodes"), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

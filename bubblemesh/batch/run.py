@@ -16,7 +16,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.batch.summary import recorded, summary, totals
 from bubblemesh.batch.worker import Outcome
 from bubblemesh.errors import CaseError
-from bubblemesh.run.resources import available_cores
+from bubblemesh.resources import available_cores
 
 Hire = Callable[[int], AbstractContextManager[Workers]]
 

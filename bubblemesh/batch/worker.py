@@ -14,12 +14,12 @@ from typing import Any
 from bubblemesh import __version__
 from bubblemesh.batch.row import figures_of
 from bubblemesh.case import Case
-from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError, located
+from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, located
 from bubblemesh.files import local_copies, reason
-from bubblemesh.problem.problem import prepared
-from bubblemesh.run.destination import Destination, require_finished, require_quality
-from bubblemesh.run.pipeline import meshed
-from bubblemesh.run.resources import forget_peak_memory
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.resources import forget_peak_memory
+from bubblemesh.run.destination import Destination
+from bubblemesh.run.pipeline import mesh_problem
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
@@ -67,7 +67,7 @@ class Job:
             "case": _with_contents(case, contents),
             "files": sorted((Path(name).name, digest) for name, digest in contents.items()),
             "formats": self.destination.formats,
-            "order": self.destination.order,
+            "order": self.case.output.order,
         }
         return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
@@ -145,19 +145,16 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
     forget_peak_memory()
     with located(job.source, job.case.origin):
         with local_copies(job.files):
-            problem = prepared(job.case)
-        result = meshed(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
+            problem = prepare(job.case)
+        result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
         with TemporaryDirectory(prefix="bubblemesh-") as folder:
             report = replace(job.destination, folder=Path(folder)).deliver(result)
             files = {name: Path(folder, name).read_bytes() for name in report["files"]}
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
     outcome = Outcome(0, None, figures_of(report), tuple(report["warnings"]), files, digests)
-    try:
-        require_finished(report)
-        require_quality(job.case, report)
-    except (LimitError, RequirementError) as error:
-        return replace(outcome, exit_code=error.exit_code, error=f"{job.source}: {error}")
-    return outcome
+    if result.verdict is None:
+        return outcome
+    return replace(outcome, exit_code=result.verdict.exit_code, error=f"{job.source}: {result.verdict}")
 
 
 def is_full(error: BaseException) -> bool:

@@ -20,8 +20,8 @@ from bubblemesh.cli.options import (
     SolverNamed,
     with_overrides,
 )
-from bubblemesh.cli.stdio import read_input, write_output
-from bubblemesh.errors import CaseError, located
+from bubblemesh.cli.stdio import output_stream, read_input, write_output
+from bubblemesh.errors import CaseError, FileError, located
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
@@ -126,7 +126,9 @@ def read_case(case: str, overrides: Overrides) -> "Case":
 
 
 def require_distinct(as_json: bool, output: str | None) -> None:
-    """Check that report and mesh do not both go to the standard output."""
+    """Check that report and mesh do not both go to the standard output, nor the mesh to a terminal."""
+    if output == "-" and output_stream().isatty():
+        raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
     if as_json and output == "-":
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
 
@@ -144,11 +146,10 @@ def deliver(
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
     from bubblemesh.meshfiles.report_json import json_text
-    from bubblemesh.run import destination as destinations
 
     with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
         result = meshed(progress.show, progress.advance)
-    report = place.deliver(result)
+    report = place.deliver(result, output_stream() if place.folder is None else None)
     if as_json:
         write_output(json_text(report))
     if not quiet:
@@ -156,8 +157,8 @@ def deliver(
         if place.folder is not None:
             show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])
-    destinations.require_finished(report)
-    destinations.require_quality(case, report)
+    if result.verdict is not None:
+        raise result.verdict
 
 
 def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
@@ -165,11 +166,11 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     from bubblemesh import console
     from bubblemesh.console import report
     from bubblemesh.meshfiles.report_json import json_text
-    from bubblemesh.problem.problem import prepared
+    from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 
     with located(source, case.origin):
-        problem = prepared(case)
+        problem = prepare(case)
     if picture is not None:
         draw_spacing(problem, picture)
     figures = estimate(problem)

@@ -1,13 +1,17 @@
 """Node target: the scale of a spacing at which it asks for a number of nodes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.check import check_spacing
+from bubblemesh.problem.problem import Problem, Task
+from bubblemesh.problem.spacing import Wanted
+from bubblemesh.resources import timed
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
 
@@ -18,7 +22,116 @@ FLATTEST = 0.1  # slope of the true over the rough number
 WIDEST = 18 * np.log(10.0)  # natural logarithm of the extreme scales
 NEAR_THE_END = 1e-3  # relative: where no scale changes the rough number any more
 
+FLATTEST_OF_MESHES = 0.5  # slope of the nodes that are found over those that are expected, in logarithms
+FEW = 100_000  # nodes that the search for a scale may count, whatever the target is
+TIMES_TOO_MANY = 4  # the target: more nodes need no counting
+
 Trial = tuple[float, float]  # logarithms of the rough number and of the true one
+
+
+@dataclass(frozen=True)
+class NodeTarget:
+    """A number of nodes, and a scale of the spacing at which about so many are expected.
+
+    Attributes
+    ----------
+    nodes : int
+        The number that the mesh is to have.
+    scale : float
+        Factor of the spacing.
+    rough : float
+        Logarithm of the rough number of nodes at that scale.
+    search : ScaleSearch
+        What finds other scales.
+    """
+
+    nodes: int
+    scale: float
+    rough: float
+    search: "ScaleSearch"
+
+
+@dataclass(frozen=True)
+class ScaleSearch:
+    """A spacing request in its domain, and what it takes to find scales for it.
+
+    Attributes
+    ----------
+    domain : Domain
+    wanted : Wanted
+    nodes : int
+        The target.
+    task : Task
+    seconds : dict
+        Time taken before.
+    asked : str
+        What messages call the target.
+    """
+
+    domain: Domain
+    wanted: Wanted
+    nodes: int
+    task: Task
+    seconds: dict[str, float]
+    asked: str
+
+    @cached_property
+    def scales(self) -> "Scales":
+        """Scales for rough numbers of nodes."""
+        return Scales.of(self.domain, self.wanted.at)
+
+    def problem(self, expected: float, start: float | None = None) -> Problem:
+        """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
+        spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
+        problems: dict[float, Problem] = {}
+        time = dict(self.seconds)
+
+        def count(scale: float) -> float:
+            try:
+                problems[scale] = check_spacing(self.domain, self.wanted, spent, self.seconds, scale)
+            except LimitError:
+                return np.inf
+            return problems[scale].expected_nodes
+
+        with timed(time, "spacing"):
+            scale = scaled_to(expected, self.scales, count, start, self.asked if start is None else None)
+        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
+        return replace(problems[scale], task=self.task, seconds=time, node_target=target)
+
+
+def fit_node_target(
+    domain: Domain, wanted: Wanted, nodes: int, task: Task, seconds: dict[str, float], asked: str
+) -> Problem:
+    """Make the problem with the scale of the spacing at which so many nodes are expected.
+
+    Raises
+    ------
+    CaseError, LimitError
+        If no scale does; else as `check_spacing`.
+    """
+    if nodes > task.max_nodes:
+        raise LimitError(
+            f"limits.max_nodes: {asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
+            "fewer or raise the limit"
+        )
+    return ScaleSearch(domain, wanted, nodes, task, seconds, asked).problem(nodes)
+
+
+def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, int]]) -> Problem:
+    """Make a problem anew with a better scale, or the same one if it is the last.
+
+    Parameters
+    ----------
+    problem : Problem
+        The last one that was meshed.
+    target : NodeTarget
+        Its target.
+    found : sequence of pairs
+        Expected number and number of nodes of each mesh so far.
+    """
+    trials = [(np.log(expected), np.log(meshed)) for expected, meshed in found]
+    aim = next_aim(trials, np.log(target.nodes), FLATTEST_OF_MESHES)
+    return target.search.problem(np.exp(aim), np.exp(target.rough + aim - np.log(problem.expected_nodes)))
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,15 @@ from datetime import datetime
 from functools import partial
 from os.path import isdir, realpath
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 from bubblemesh.case import Case
-from bubblemesh.cli.stdio import output_stream
-from bubblemesh.errors import CaseError, FileError, LimitError, RequirementError
+from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
 from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.names import LABELS_FILE
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
-from bubblemesh.problem import warnings
 from bubblemesh.run.pipeline import Result
 
 T = TypeVar("T")
@@ -33,8 +31,6 @@ class Destination:
     name : str
         Stem of the files' names.
     formats : tuple of str
-    order : int
-        Order of the triangles, 1 or 2.
     history : bool
         Whether tables of all rounds and steps are written too.
     page : bool
@@ -44,7 +40,6 @@ class Destination:
     folder: Path | None
     name: str
     formats: tuple[str, ...]
-    order: int
     history: bool
     page: bool = False
 
@@ -61,8 +56,8 @@ class Destination:
         if realpath(source) in map(realpath, self.files):
             raise FileError(f"{source}: the results would overwrite this file: give another name by -o")
 
-    def deliver(self, result: Result) -> dict[str, Any]:
-        """Write the mesh and the report, and return the report as written.
+    def deliver(self, result: Result, stream: BinaryIO | None = None) -> dict[str, Any]:
+        """Write the mesh and the report, and return the report as written; without a folder the mesh goes to a stream.
 
         Raises
         ------
@@ -70,11 +65,9 @@ class Destination:
             If a file cannot be written; then none is, and old ones stay.
         """
         mesh, report = result.mesh, result.report
-        if self.order == 2:
-            mesh, straight = mesh.second_order()
-            report = {**report, "warnings": [*report["warnings"], *warnings.straight_facets(straight)]}
         if self.folder is None:
-            write_stream(mesh, result.fields, self.formats[0], output_stream())
+            assert stream is not None
+            write_stream(mesh, result.fields, self.formats[0], stream)
             return {**report, "files": []}
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
         page = partial(_page, mesh, result) if self.page else None
@@ -102,7 +95,7 @@ def destination(
         If the format or the solver is unknown, or the format is not that of the file's ending or has no form for the
         order of the triangles.
     FileError
-        If a file would be written twice, the case file overwritten, or a mesh go to a terminal.
+        If a file would be written twice, or the case file overwritten.
     """
     asked = _asked(format_name, solver)
     formats = _distinct(asked or case.output.formats)
@@ -111,8 +104,6 @@ def destination(
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
     if output == "-":
-        if output_stream().isatty():
-            raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
         for option, asked_for in (("--history", history), ("--report", page)):
             if asked_for:
                 raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
@@ -124,21 +115,10 @@ def destination(
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     require_order(formats, case.output.order)
     wanted = case.output.report if page is None else page
-    place = Destination(folder, name, formats, case.output.order, history, wanted and folder is not None)
+    place = Destination(folder, name, formats, history, wanted and folder is not None)
     if source != "-":
         place.require_apart(Path(source))
     return place
-
-
-def require_finished(report: Mapping[str, Any]) -> None:
-    """Refuse a mesh whose packing was cut short.
-
-    Raises
-    ------
-    LimitError
-    """
-    if not report["finished"]:
-        raise LimitError(f"limits.seconds: stopped by {report['stop_reason']}: the mesh is written as it was then")
 
 
 def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
@@ -146,27 +126,6 @@ def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
     from bubblemesh.pages.report import report_page
 
     return report_page(mesh, result.fields, report, result.speeds, datetime.now().astimezone())
-
-
-def require_quality(case: Case, report: Mapping[str, Any]) -> None:
-    """Check what the case demands under ``require``.
-
-    Raises
-    ------
-    RequirementError
-        With each figure that is missed.
-    """
-    reached = {
-        "quality_min": report["quality"]["min"],
-        "quality_mean": report["quality"]["mean"],
-        "angle_min": report["quality"]["angle_min"],
-    }
-    wanted = case.require.model_dump(exclude_none=True)
-    missed = [
-        f"{key} is {reached[key]:.4g}, below {bound:.4g}" for key, bound in wanted.items() if reached[key] < bound
-    ]
-    if missed:
-        raise RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
 
 
 def _asked(format_name: str | None, solver: str | None) -> tuple[FormatName, ...]:

@@ -9,7 +9,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.packing.net import connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.problem.problem import Problem
-from bubblemesh.run.pipeline import mesh_of
+from bubblemesh.run.assembly import mesh_of
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes
 

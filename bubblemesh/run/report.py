@@ -1,16 +1,31 @@
-"""What a run reports: figures of the start, of each round and of the mesh."""
+"""What a run reports: figures of the start, of each round and of the mesh, as a frozen record."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from functools import cached_property
 from typing import Any
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.deviation import Deviation
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
+from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes
+
+
+@dataclass(frozen=True)
+class StartRow:
+    """Figures of the initial placement."""
+
+    nodes: int
+    boundary_nodes: int
+    triangles: int
+    quality_mean: float
+    quality_min: float
 
 
 @dataclass(frozen=True)
@@ -30,8 +45,94 @@ class RoundRow:
     seconds: float
 
 
+@dataclass(frozen=True)
+class SpacingChange:
+    """Share of the area on which rules made a spacing finer, the largest ratio by which they did, and where that is."""
+
+    share: float
+    ratio: float
+    ratio_at: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class NodeTargetRow:
+    """A number of ``nodes`` that was asked for, the ``scale`` of the spacing, and scale and nodes of each attempt."""
+
+    nodes: int
+    scale: float
+    attempts: tuple[Mapping[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class Report(Mapping[str, Any]):
+    """Everything that is known of a run.
+
+    It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. Parts that are None unless the case asks for
+    them (``rules``, ``periodic``, ``deviation``, ``budget``, ``adaptation``) have no key then.
+    """
+
+    case: str
+    method: str
+    version: str
+    seed: int
+    parameters: Mapping[str, Any]
+    initial: StartRow
+    rounds: tuple[RoundRow, ...]
+    stop_reason: str | None
+    finished: bool
+    rules: SpacingChange | None
+    periodic: SpacingChange | None
+    ideal_nodes: float
+    force_evaluations: int
+    nodes: int
+    triangles: int
+    boundary_nodes: int
+    quality: Mapping[str, Any]
+    area: float
+    spacing: Mapping[str, Any]
+    area_error: float
+    deviation: Deviation | None
+    seconds: Mapping[str, float]
+    peak_memory_mb: float | None
+    warnings: tuple[str, ...]
+    budget: NodeTargetRow | None = None
+    adaptation: Mapping[str, Any] | None = None
+
+    @cached_property
+    def data(self) -> dict[str, Any]:
+        """The report as plain data, in the order of its JSON."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {key: _plain(value) for key, value in values.items() if value is not None or key not in OPTIONAL}
+
+    def __getitem__(self, key: str) -> Any:
+        return self.data[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.data)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+
+OPTIONAL = ("rules", "periodic", "deviation", "budget", "adaptation")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return value._asdict()
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
+    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
+
+
+def start_row(start: Bubbles, triangles: Integers) -> StartRow:
+    """Figures of the initial placement, connected by triangles (t, 3)."""
+    q = radius_ratios(start.x, triangles)
+    return StartRow(len(start), start.boundary_count, len(triangles), float(q.mean()), float(q.min()))
+
+
 def round_row(done: Round, seconds: float) -> RoundRow:
-    """The figures of a finished round."""
+    """Figures of a finished round."""
     q = radius_ratios(done.bubbles.x, done.triangles)
     return RoundRow(
         round=done.number,
@@ -48,18 +149,6 @@ def round_row(done: Round, seconds: float) -> RoundRow:
     )
 
 
-def initial_row(start: Bubbles, triangles: Integers) -> dict[str, Any]:
-    """The figures of the initial placement."""
-    q = radius_ratios(start.x, triangles)
-    return {
-        "nodes": len(start),
-        "boundary_nodes": start.boundary_count,
-        "triangles": len(triangles),
-        "quality_mean": float(q.mean()),
-        "quality_min": float(q.min()),
-    }
-
-
 def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
     return {
@@ -68,23 +157,18 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     }
 
 
-def rules_figures(problem: Problem) -> dict[str, Any]:
+def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
     """How much the rules of the wanted spacing and its periodic sides changed it, if they did."""
-    return {
-        key: {"share": changed.share, "ratio": changed.ratio, "ratio_at": changed.ratio_at}
-        for key, changed in problem.changes.items()
-    }
 
+    def row(changed: LimitedSpacing) -> SpacingChange:
+        return SpacingChange(changed.share, changed.ratio, changed.ratio_at)
 
-def budget_figures(problem: Problem) -> dict[str, Any]:
-    """The scale of the spacing that was found for a wanted number of nodes, if there is one."""
-    budget = problem.budget
-    return {} if budget is None else {"budget": {"nodes": budget.nodes, "scale": budget.scale}}
+    return {key: row(changed) for key, changed in problem.changes.items()}
 
 
 def estimate(problem: Problem) -> dict[str, Any]:
-    """What a case asks for, before any packing."""
-    domain, survey = problem.domain, problem.survey
+    """What a case asks for, before any packing, as plain data."""
+    domain, survey, target = problem.domain, problem.survey, problem.node_target
     return {
         "case": problem.task.name,
         "method": problem.task.method_name,
@@ -95,8 +179,8 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "labels": domain.boundary.labels,
         "spacing": {name: getattr(survey, name) for name in Extremes._fields},
         **({"packed_spacing": problem.packed._asdict()} if problem.refined else {}),
-        **rules_figures(problem),
-        **budget_figures(problem),
+        **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
+        **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,
         "warnings": problem.warnings,

@@ -13,14 +13,14 @@ class Clock:
     ----------
     limit : float or None
         Seconds that all may take.
-    passed : float
-        Seconds that have passed before.
+    begun : float
+        Reading of ``perf_counter`` when all began.
     on_share : callable
     """
 
-    def __init__(self, limit: float | None, passed: float, on_share: Callable[[float], None]) -> None:
+    def __init__(self, limit: float | None, begun: float, on_share: Callable[[float], None]) -> None:
         self._limit, self._on_share = limit, on_share
-        self._begun, self._share = perf_counter() - passed, 0.0
+        self._begun, self._share = begun, 0.0
         self.over = False
 
     def __call__(self, share: float) -> None:

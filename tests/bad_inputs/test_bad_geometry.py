@@ -9,7 +9,7 @@ from commands import refused
 from invariants import check_mesh
 
 from bubblemesh.case import load_case
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 
 BOW = {"polygon": [[0.2, 0.2], [0.8, 0.8], [0.8, 0.2], [0.2, 0.8]]}
 
@@ -225,7 +225,7 @@ def test_regions_and_lines_meet_at_any_scale_and_far_from_the_origin(here, scale
 
     made = {}
     for name, domain, d in (("plain", ALL_PARTS, 0.5), ("moved", moved(ALL_PARTS), 0.5 * scale)):
-        boundary = prepared(load_case("a.yaml", text=case(domain, d))).domain.boundary
+        boundary = prepare(load_case("a.yaml", text=case(domain, d))).domain.boundary
         made[name] = boundary.labels, boundary.left.tolist(), boundary.right.tolist(), len(boundary.corners)
     assert made["plain"] == made["moved"]
     _, mesh = meshed(here, case(moved(ALL_PARTS), scale))

@@ -66,13 +66,13 @@ def test_an_error_of_the_program_is_a_row_with_its_place(here, monkeypatch):
     def broken(*arguments):
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr("bubblemesh.batch.worker.prepared", broken)
+    monkeypatch.setattr("bubblemesh.batch.worker.prepare", broken)
     write(here, a=SMALL)
     (row,) = rows_of(".")
     assert row.exit_code == 1
     assert "a.yaml: this is an error of bubblemesh, not of the case: ZeroDivisionError: oh" in row.error
     assert "in broken" in row.traceback
-    monkeypatch.setattr("bubblemesh.batch.worker.prepared", lambda case: bytes(10**18))
+    monkeypatch.setattr("bubblemesh.batch.worker.prepare", lambda case: bytes(10**18))
     assert [(row.exit_code, "out of memory" in row.error) for row in rows_of(".")] == [(6, True)]
 
 

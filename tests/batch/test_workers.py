@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from batches import SMALL, Finished, Note, follow, lines_of, results_in, rows_of
 
+from bubblemesh import resources
 from bubblemesh.batch import workers_at
 from bubblemesh.batch.dispatch import WorkerDied
 from bubblemesh.batch.local import local_workers
 from bubblemesh.errors import CaseError
-from bubblemesh.run import resources
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 

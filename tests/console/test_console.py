@@ -17,7 +17,7 @@ from bubblemesh.console import run as packing
 from bubblemesh.console.batch import BatchProgress
 from bubblemesh.console.report import show_estimate, show_quality
 from bubblemesh.console.run import PackingProgress
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.report import RoundRow, estimate
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
@@ -219,7 +219,7 @@ def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
 
 def test_places_are_told_without_their_rounding(monkeypatch):
     stream = terminal(monkeypatch, live=False)
-    problem = prepared(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
+    problem = prepare(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
     survey = replace(problem.survey, minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
     show_estimate(estimate(replace(problem, survey=survey)))
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()

@@ -15,7 +15,7 @@ from benchmarks.peers.runs import CASES, CONFIGS, SIZES, CaseRuns, Run, problems
 from benchmarks.peers.tools import OURS, REFERENCE, TOOLS
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import shape_quality
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.expression import Expression
 
 ROOT = ROOT
@@ -47,7 +47,7 @@ class TestCases:
 
     def test_sizes_are_those_of_the_names(self):
         for name in SIZES[1:]:
-            assert prepared(case_of(name)).survey.ideal_nodes == pytest.approx(float(name.split("-")[-1]), rel=0.05)
+            assert prepare(case_of(name)).survey.ideal_nodes == pytest.approx(float(name.split("-")[-1]), rel=0.05)
 
     def test_the_largest_ones_are_left_out(self):
         assert list(problems(["example-3-900000", "example-4"], 1e5)) == ["example-4"]
@@ -144,7 +144,7 @@ class TestMeasures:
 
     def problem(self):
         text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 1"
-        return prepared(load_case("square.yaml", text=text))
+        return prepare(load_case("square.yaml", text=text))
 
     def test_two_triangles(self):
         figures = measured(self.SQUARE, np.array([[0, 1, 2], [0, 2, 3]]), self.problem())
@@ -175,13 +175,13 @@ class TestTools:
     def test_distmesh_makes_a_valid_mesh(self):
         text = "domain: {outer: {rectangle: [0, 0, 1, 1]}, holes: [{circle: {center: [0.5, 0.5], radius: 0.2}}]}\n"
         case = load_case("plate.yaml", text=text + "spacing: 0.1")
-        problem = prepared(case)
+        problem = prepare(case)
         figures = measured(*with_distmesh.mesh(case, Clock()), problem)
         assert figures.mean > 0.9
         assert figures.nodes == pytest.approx(problem.survey.ideal_nodes, rel=0.15)
 
     def test_boundary_nodes_are_equidistributed(self):
-        problem = prepared(case_of("example-1"))
+        problem = prepare(case_of("example-1"))
         points, edges = with_triangle.boundary_nodes(problem.domain.boundary, problem.wanted, problem.survey.minimum)
         assert len(points) == len(edges) == 2 * (20 + 40)
         np.testing.assert_allclose(np.hypot(*(points[edges[:, 0]] - points[edges[:, 1]]).T), 0.1)
@@ -190,7 +190,7 @@ class TestTools:
         pytest.importorskip("triangle", reason="Triangle is not installed")
         case = case_of("example-2")
         points, triangles = with_triangle.mesh(case, Clock())
-        assert measured(points, triangles, prepared(case)).nodes > 400
+        assert measured(points, triangles, prepare(case)).nodes > 400
         assert shape_quality(points, triangles).angle_min > 29
 
     @pytest.mark.parametrize("name", ["example-2", "example-4"])

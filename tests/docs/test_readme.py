@@ -10,7 +10,7 @@ from paths import ROOT
 
 from bubblemesh.case import load_case
 from bubblemesh.meshfiles.writing import write_files
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 ROOT = ROOT
@@ -34,7 +34,7 @@ def test_the_case_shown_is_the_quickstart():
 def test_the_mapping_of_terms_shown_is_a_spacing_of_the_quickstart():
     _, shown = blocks("yaml")
     case, _, _ = (ROOT / "configs/quickstart.yaml").read_text().partition("spacing:")
-    problem = prepared(load_case("plate.yaml", text=case + shown))
+    problem = prepare(load_case("plate.yaml", text=case + shown))
     assert problem.survey.minimum == pytest.approx(0.02, rel=0.01)
     assert problem.survey.maximum < 0.2
 

@@ -7,12 +7,13 @@ import pytest
 from paths import ROOT
 
 from benchmarks.paper import runs as benchmark_runs
+from benchmarks.paper.__main__ import main
 from benchmarks.paper.costs import excess, priced, reduction
 from benchmarks.paper.course import course, variants
-from benchmarks.paper.figures import CAPTIONS
-from benchmarks.paper.page import page
+from benchmarks.paper.figures import DRAWINGS
+from benchmarks.paper.page import SECTIONS, page
 from benchmarks.paper.published import CASES, COMPARISONS, ROWS, TABLE_1, TABLE_4, TABLES, VARIANTS, Comparison, Row
-from benchmarks.paper.runs import CONFIGS, SEEDS, Runs, measured
+from benchmarks.paper.runs import CONFIGS, SEEDS, Runs, measured, profiled
 from benchmarks.paper.verdicts import ABOVE, claim_verdict, round_verdict, verdict
 from bubblemesh.case import load_case
 from bubblemesh.run.pipeline import Result
@@ -26,13 +27,14 @@ def report_of(initial=1420, nodes=712, quality=0.95, cost=COST):
     """A report with the rounds of Table 4 but for the last one, which ends as told."""
     states = [(state.nodes, state.quality) for state in TABLE_4[:-1]] + [(nodes, quality)]
     return {
-        "initial": {"nodes": initial, "quality_mean": TABLE_4[0].quality},
+        "initial": {"nodes": initial, "quality_mean": TABLE_4[0].quality, "quality_min": 0.5},
         "rounds": [
             {
                 "iterations": after.iterations - before.iterations,
                 "nodes_before": states[number][0],
                 "nodes_after": states[number + 1][0],
                 "quality_mean": states[number + 1][1],
+                "quality_min": 0.5,
                 "force_evaluations": 2 * states[number][0] * (after.iterations - before.iterations),
                 "seconds": 0.1,
             }
@@ -64,7 +66,7 @@ def all_runs():
 
 @pytest.fixture(scope="module")
 def text(all_runs):
-    return page(all_runs, TABLE_1, CAPTIONS)
+    return page(all_runs, TABLE_1, DRAWINGS.values())
 
 
 def section(text, title):
@@ -182,7 +184,7 @@ def test_page_has_a_line_for_each_row(table, text):
 def test_page_gives_the_spread_over_the_seeds(all_runs):
     spread_out = runs_of(*(report_of(nodes=nodes, quality=q) for nodes, q in ((700, 0.95), (720, 0.97), (710, 0.96))))
     line = section(
-        page(all_runs | {"table-1": spread_out}, TABLE_1, {}), "Traditional method against FNPBS (Example 3)"
+        page(all_runs | {"table-1": spread_out}, TABLE_1, ()), "Traditional method against FNPBS (Example 3)"
     )[1]
     assert line[4:6] == ["710 (700 to 720)", f"{710 / 655.4:.3f}"]
     assert line[9] == "0.9600 (0.9500 to 0.9700)"
@@ -212,7 +214,7 @@ def test_comparisons_are_between_published_rows():
 
 def test_costs_are_read_in_both_ways(all_runs):
     dear = {name: runs_of(report_of(cost=COST * 5 // 2)) for name in ("table-5/example-3-fnpbs", "table-1")}
-    cells = section(page(all_runs | dear, TABLE_1, {}), "Costs, side by side")
+    cells = section(page(all_runs | dear, TABLE_1, ()), "Costs, side by side")
     assert [line[0] for line in cells] == [comparison.label for comparison in COMPARISONS]
     by_label = {line[0]: line[1:] for line in cells}
     assert by_label["Example 3: FNPBS, accelerated"] == [
@@ -231,7 +233,9 @@ def test_links_of_the_page_lead_to_its_headings(text):
 
 def test_shipped_page_has_all_sections_and_figures(text):
     assert headings((ROOT / "docs/reproduction.md").read_text()) == headings(text)
-    assert {path.name for path in (ROOT / "docs/figures").glob("fig-*")} == set(CAPTIONS)
+    assert {path.name for path in (ROOT / "docs/figures").glob("fig-*")} == {
+        drawing.file for drawing in DRAWINGS.values()
+    }
 
 
 def headings(text):
@@ -246,9 +250,82 @@ def test_cases_that_differ_by_name_only_run_once(monkeypatch):
         return SimpleNamespace(report={})
 
     monkeypatch.setattr(benchmark_runs, "mesh_case", mesh_case)
-    found = measured(["table-4", "table-2/w1-1", "table-3/w2-0.8", "table-4"], lambda *run: told.append(run))
+    found = measured(["table-4", "table-2/w1-1", "table-3/w2-0.8", "table-4"], told.append)
     assert asked == [(name, seed) for seed in SEEDS for name in ("table-4", "w2-0.8")]
-    assert [seed for _, seed in told] == [seed for seed in SEEDS for _ in range(2)]
+    assert told == [
+        f"[{2 * seed + number}/6] {name}, seed {seed}"
+        for seed in SEEDS
+        for number, name in enumerate(("table-4", "table-3/w2-0.8"), start=1)
+    ]
     assert list(found) == ["table-4", "table-2/w1-1", "table-3/w2-0.8"]
     assert found["table-4"].results is not found["table-3/w2-0.8"].results
     assert [a is b for a, b in zip(found["table-4"].results, found["table-2/w1-1"].results, strict=True)] == [True] * 3
+
+
+@pytest.fixture
+def stubbed(monkeypatch):
+    """Names of the cases that are run; each ends as the paper says."""
+    asked = []
+
+    def mesh_case(case):
+        asked.append(case.name)
+        return Result(mesh=None, fields={}, report=report_of(), speeds=())
+
+    monkeypatch.setattr(benchmark_runs, "mesh_case", mesh_case)
+    return asked
+
+
+def test_one_table_is_printed_alone_and_its_progress_on_the_error_stream(stubbed, capsys, all_runs):
+    main(["--table", "3"])
+    out, told = capsys.readouterr()
+    assert headings(out) == ["## Table 3: interior weight w2 (Example 3, FNPBS)"]
+    assert [line[0] for line in section(out, headings(out)[0][3:])] == [row.label for row in TABLES[1].rows]
+    assert stubbed == [Path(row.case).name for row in TABLES[1].rows] * len(SEEDS)
+    assert told.splitlines()[0] == "[1/15] table-3/w2-1, seed 0"
+
+
+def test_a_table_of_several_parts_is_written_whole(stubbed, tmp_path):
+    main(["--table", "4", "-o", f"{tmp_path}/table.md"])
+    assert [line[3:10] for line in headings((tmp_path / "table.md").read_text())] == ["Table 4", "What Ta"]
+    assert len(stubbed) == len(VARIANTS) * len(SEEDS)
+
+
+def test_one_figure_is_drawn_alone(stubbed, tmp_path):
+    main(["--figure", "2", "-o", f"{tmp_path}/new/viscosity.svg"])
+    assert (tmp_path / "new/viscosity.svg").read_text().startswith("<?xml")
+    assert stubbed == []
+    main(["--figure", "7", "-o", f"{tmp_path}/quality.png"])
+    assert stubbed == ["example-3-fnpbs"] * len(SEEDS)
+    assert [path.name for path in tmp_path.glob("*.*")] == ["quality.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--help"], 0, "docs/reproduction.md"),
+        (["--table", "6"], 2, "invalid choice: '6'"),
+        (["--figure", "4"], 2, "invalid choice: 4"),
+        (["--table", "1", "--figure", "2"], 2, "not allowed with"),
+    ],
+)
+def test_arguments_are_explained_or_refused_before_anything_runs(arguments, code, message, stubbed, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == code
+    assert message in "".join(capsys.readouterr())
+    assert stubbed == []
+
+
+def test_every_table_that_can_be_asked_for_is_of_known_cases():
+    assert {case for section in SECTIONS for case in section.cases} <= set(CASES)
+    assert {case for drawing in DRAWINGS.values() for case in drawing.cases} <= set(CASES)
+
+
+def test_every_stage_of_table_1_takes_time():
+    text = (
+        "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\nschedule: {rounds: 2, iterations: 5}\nmethod: bpm\n"
+    )
+    shares = profiled(load_case("square.yaml", text=text))
+    assert list(shares) == list(TABLE_1)
+    assert min(shares.values()) > 0
+    assert sum(shares.values()) == pytest.approx(100)

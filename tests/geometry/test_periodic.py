@@ -5,7 +5,7 @@ from partitions import MOONS, check_net, domain_of, packed
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 
 SQUARE = "domain:\n  outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}\n"
 WAVES = """
@@ -117,7 +117,7 @@ def test_sides_that_do_not_match_are_named(text, pairs, message):
 def test_the_published_methods_have_no_periodic_sides():
     text = SQUARE + "  periodic: [[left, right]]\nspacing: 0.1\n"
     with pytest.raises(CaseError, match=r"domain\.periodic"):
-        prepared(load_case("square.yaml", text=text, method="accelerated"))
+        prepare(load_case("square.yaml", text=text, method="accelerated"))
 
 
 def test_counterparts_are_as_far_across_the_domain_as_the_sides():

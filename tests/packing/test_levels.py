@@ -10,7 +10,7 @@ from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.grid.leaves import leaves
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
@@ -99,7 +99,7 @@ def test_steepness_of_a_linear_spacing_is_its_gradient(gradient):
 
 @pytest.mark.parametrize("example", BARE)
 def test_coarse_spacing_is_between_the_wanted_one_and_its_double(example):
-    problem = prepared(load_case("example.yaml", text=BARE[example]))
+    problem = prepare(load_case("example.yaml", text=BARE[example]))
     scheme = Doubling(coarsest_nodes=1, steepest=3.0)
     *coarse, finest = scheme(problem.domain, problem.spacing, 300)
     assert len(coarse) >= 3

@@ -14,7 +14,7 @@ from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.rounds import rounds
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 # Least mean, least worst quality, and largest share of irregular inner nodes.
@@ -39,7 +39,7 @@ def meshed(text, seed=0, *overrides):
 
 def run_of(text, seed=0):
     """Placed bubbles, spacings of the levels and rounds."""
-    problem = prepared(load_case("case.yaml", text=text, seed=seed))
+    problem = prepare(load_case("case.yaml", text=text, seed=seed))
     method = problem.method
     levels = method.levels(problem.domain, problem.spacing, problem.expected_nodes)
     start = method.placement(problem.domain, levels[0], 100_000)

@@ -6,7 +6,7 @@ from bubblemesh.case import load_case
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.progress import TimeUp, stages_of
 from bubblemesh.packing.rounds import rounds
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 CASE = """
@@ -19,7 +19,7 @@ METHOD = "method: {}\nschedule: {{rounds: 3, iterations: 20}}\n"
 
 
 def problem_of(text):
-    return prepared(load_case("plate.yaml", text=text))
+    return prepare(load_case("plate.yaml", text=text))
 
 
 def packed(problem, watch):

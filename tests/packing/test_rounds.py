@@ -17,7 +17,7 @@ from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.packing.termination import FixedRounds
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
@@ -26,7 +26,7 @@ ACCELERATED = METHODS["accelerated"]
 
 def run_of(seed=0, **schedule):
     overrides = [f"schedule.{key}={value}" for key, value in schedule.items()]
-    problem = prepared(load_case("example.yaml", text=EXAMPLES["2"], seed=seed, overrides=overrides))
+    problem = prepare(load_case("example.yaml", text=EXAMPLES["2"], seed=seed, overrides=overrides))
     start = problem.method.placement(problem.domain, problem.spacing, 10_000)
     return start, list(rounds(start, problem.domain, [problem.spacing], problem.method)), problem.method
 

@@ -14,7 +14,7 @@ from matplotlib.colors import LogNorm, Normalize
 
 from bubblemesh.case import load_case
 from bubblemesh.pictures.spacing_plots import draw_spacing, spacing_figure
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.preview import previewed
 from bubblemesh.run.report import estimate
 
@@ -36,7 +36,7 @@ spacing: 0.2
 
 
 def problem_of(text, *overrides):
-    return prepared(load_case("-", text=text, overrides=overrides))
+    return prepare(load_case("-", text=text, overrides=overrides))
 
 
 def figure_of(problem, title=None):

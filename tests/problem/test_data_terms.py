@@ -18,7 +18,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.data_terms import FUNCTIONS
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 PAGE = (ROOT / "docs/spacing.md").read_text().partition("\n## Fields\n")[2].partition("\n## ")[0]
@@ -31,7 +31,7 @@ domain:
 
 
 def posed(folder, spacing, **options):
-    return prepared(load_case(folder / "case.yaml", text=f"{PLATE}\nspacing: {spacing}", **options))
+    return prepare(load_case(folder / "case.yaml", text=f"{PLATE}\nspacing: {spacing}", **options))
 
 
 def values(folder, spacing, *points):
@@ -100,7 +100,7 @@ class TestTerms:
         (tmp_path / "base.yaml").write_text(f"{PLATE}\nspacing: {{{raster}}}")
         path = tmp_path / "below/case.yaml"
         for text, expected in [("base: ../base.yaml", 0.1), (f"base: ../base.yaml\nspacing: {{{raster}}}", 0.2)]:
-            wanted = prepared(load_case(path, text=text)).wanted
+            wanted = prepare(load_case(path, text=text)).wanted
             assert wanted(np.array([[0.1, 0.1]])) == pytest.approx(expected)
 
     def test_the_report_tells_what_was_given(self, tmp_path):

@@ -17,7 +17,7 @@ from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.spacing import Spacing
 
 TEETH = np.linspace(0, 2 * np.pi, 60, endpoint=False)
@@ -78,11 +78,11 @@ def test_the_scale_that_is_reported_is_that_of_the_spacing():
 
 def test_spacings_of_regions_are_scaled_too():
     plain, scaled = (
-        prepared(load_case("a.yaml", text=DOMAINS["regions"], overrides=overrides))
+        prepare(load_case("a.yaml", text=DOMAINS["regions"], overrides=overrides))
         for overrides in ([], ["spacing.nodes=400", "spacing.scale=7"])
     )
     points = np.array([[0.6, 0.5], [0.55, 0.6], [1.5, 0.9], [1.9, 0.1]])
-    np.testing.assert_allclose(scaled.wanted(points), scaled.budget.scale * plain.wanted(points))
+    np.testing.assert_allclose(scaled.wanted(points), scaled.node_target.scale * plain.wanted(points))
 
 
 def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
@@ -91,7 +91,7 @@ def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
 
 
 def test_limits_of_the_spacing_hold():
-    problem = prepared(load_case("a.yaml", text=DOMAINS["ruled"], overrides=["spacing.nodes=1500"]))
+    problem = prepare(load_case("a.yaml", text=DOMAINS["ruled"], overrides=["spacing.nodes=1500"]))
     assert problem.survey.minimum >= 0.004 * 0.999
     assert problem.survey.maximum <= 0.06
     assert problem.expected_nodes == pytest.approx(1500, rel=0.01)
@@ -99,7 +99,7 @@ def test_limits_of_the_spacing_hold():
 
 def test_a_minimum_that_allows_no_such_number_is_an_error_with_the_most_there_can_be():
     with pytest.raises(CaseError, match=r"spacing.nodes: 5000 nodes are more than the minimum .* about 9\d\d:"):
-        prepared(load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=5000", "spacing.minimum=0.1"]))
+        prepare(load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=5000", "spacing.minimum=0.1"]))
 
 
 @pytest.mark.parametrize(
@@ -112,14 +112,14 @@ def test_a_minimum_that_allows_no_such_number_is_an_error_with_the_most_there_ca
 )
 def test_too_few_nodes_for_the_boundary_or_the_rules_are_an_error_with_the_fewest(text, needed):
     with pytest.raises(LimitError, match=rf"spacing.nodes: 40 nodes are too few: .* at least about {needed}:"):
-        prepared(load_case("a.yaml", text=text, overrides=["spacing.nodes=40"]))
+        prepare(load_case("a.yaml", text=text, overrides=["spacing.nodes=40"]))
 
 
 def test_slopes_go_with_the_scale_which_a_warning_tells():
     outline = "[[0, 0], [0, -1], [1, -1], [1, 1], [-1, 1], [-1, 0]]"
     text = f"domain: {{outer: {{polygon: {outline}}}}}\nspacing: {{near: {{point: [0, 0], size: 0.01}}, nodes: 60}}\n"
-    problem = prepared(load_case("a.yaml", text=text))
-    (warning,), scale = problem.warnings, problem.budget.scale
+    problem = prepare(load_case("a.yaml", text=text))
+    (warning,), scale = problem.warnings, problem.node_target.scale
     assert warning.startswith(f"the spacing, times {scale:.3g} for the wanted number of nodes, grows by ")
     assert f" grows by {0.2 * scale:.2g} per length " in warning
 

@@ -7,7 +7,7 @@ from partitions import domain_of
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.python_input import spacing_of
 from bubblemesh.problem.spacing import wanted_of
 
@@ -187,7 +187,7 @@ def test_places_where_it_may_be_fine_are_known():
 
 def test_a_tiny_spot_is_not_passed_by():
     text = f"{DOMAIN.replace('OWN', '')}spacing: {{value: 0.5, near: {{point: [3.01, 0.17], size: 1e-4, growth: 9}}}}\n"
-    problem = prepared(load_case("plate.yaml", text=text))
+    problem = prepare(load_case("plate.yaml", text=text))
     assert problem.packed.minimum == pytest.approx(1e-4, rel=0.05)
 
 
@@ -218,7 +218,7 @@ def test_small_spots_of_terms_are_not_passed_over(terms, at, size):
     ring = ", ".join(f"[{x + u}, {y + v}, 0.2]" for u, v in ((0.01, 0), (-0.01, 0), (0, 0.01), (0, -0.01)))
     points = f"[{x}, {y}, {size}], {ring}"
     text = "domain: {outer: {rectangle: [0, 0, 2, 1]}}\nspacing: {maximum: 0.2, growth: 0.2, %s}"
-    problem = prepared(load_case("-", text=text % (terms % points if "%s" in terms else terms)))
+    problem = prepare(load_case("-", text=text % (terms % points if "%s" in terms else terms)))
     away = np.add(at, [[0, 0], [0, 0.01], [0, 0.1]])
     np.testing.assert_allclose(problem.spacing(away), size + 0.2 * np.array([0, 0.01, 0.1]), rtol=0.05)
     assert problem.survey.minimum == pytest.approx(size, rel=0.01)

@@ -6,7 +6,7 @@ from partitions import areas_of, check_net, packed
 from paths import ROOT
 
 from bubblemesh.case import load_case
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 
 PAGE = (ROOT / "docs/regions.md").read_text()
 BLOCKS = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
@@ -87,7 +87,7 @@ def test_an_embedded_point_is_a_node(method):
 
 
 def spacing_of(text, *points):
-    return prepared(load_case("spacing.yaml", text=text)).wanted(np.array(points, float)).tolist()
+    return prepare(load_case("spacing.yaml", text=text)).wanted(np.array(points, float)).tolist()
 
 
 def test_the_spacing_of_a_region_counts_inside_and_the_finest_on_the_rim():

@@ -11,7 +11,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.placement.boundary import equidistributed
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles, distance_to_lines
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
 
@@ -88,7 +88,7 @@ def test_number_hardly_depends_on_the_leaves(leaf):
 
 @pytest.mark.parametrize("example", BARE)
 def test_examples_start_with_the_ideal_number(example):
-    problem = prepared(load_case("example.yaml", text=BARE[example]))
+    problem = prepare(load_case("example.yaml", text=BARE[example]))
     bubbles = ErrorDiffusion()(problem.domain, problem.spacing, ENOUGH)
     assert len(bubbles) == pytest.approx(problem.expected_nodes, rel=0.04)
 

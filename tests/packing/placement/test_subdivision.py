@@ -11,7 +11,7 @@ from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.spacing import Spacing
 
 ENOUGH = 100_000
@@ -59,7 +59,7 @@ def test_first_example_changes_its_interior_exactly_at_one_weight():
 
 @pytest.mark.parametrize("example", ["1", "2", "3", "4"])
 def test_bubbles_are_inside_and_keep_their_clearance(example):
-    problem = prepared(load_case("example.yaml", text=EXAMPLES[example]))
+    problem = prepare(load_case("example.yaml", text=EXAMPLES[example]))
     bubbles = problem.method.placement(problem.domain, problem.spacing, ENOUGH)
     distance = problem.domain.signed_distance(bubbles.x)
     assert np.abs(distance[: bubbles.boundary_count]).max() < 1e-12

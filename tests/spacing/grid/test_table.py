@@ -4,7 +4,7 @@ import pytest
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import meshed
 from bubblemesh.spacing.grid.table import ROUGH, SMALLEST, TOLERANCE, tabulated
 from bubblemesh.spacing.spacing import Spacing
@@ -137,7 +137,7 @@ spacing: "0.02 + 0.05*distance('bore')"
         return measured(self, points, *labels)
 
     monkeypatch.setattr(Domain, "distance_to", counted)
-    problem = prepared(load_case("plate.yaml", text=text))
+    problem = prepare(load_case("plate.yaml", text=text))
     asked.clear()
     nodes = meshed(problem).report["nodes"]
     assert sum(asked) < 25 * nodes

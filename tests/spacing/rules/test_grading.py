@@ -8,7 +8,7 @@ from lattices import uniform
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.rules.grading import GROWTH, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
@@ -76,7 +76,7 @@ def test_slow_growth_is_left_alone(function):
 
 @pytest.mark.parametrize("example", BARE)
 def test_examples_are_left_alone(example):
-    problem = prepared(load_case("example.yaml", text=BARE[example]))
+    problem = prepare(load_case("example.yaml", text=BARE[example]))
     assert not problem.refined
     assert not any("per length" in warning for warning in problem.warnings)
 
@@ -215,7 +215,7 @@ def test_spacing_larger_than_the_domain_is_left_alone():
 
 def test_fast_growth_is_warned_of_with_its_place():
     text = 'domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: "where(x < 0.123, 0.05, 0.2)"\n'
-    problem = prepared(load_case("case.yaml", text=text))
+    problem = prepare(load_case("case.yaml", text=text))
     (warning,) = [warning for warning in problem.warnings if "per length" in warning]
     assert "from 0.05" in warning
     assert "(0.12" in warning

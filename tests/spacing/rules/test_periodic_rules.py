@@ -6,7 +6,7 @@ from lattices import uniform
 from partitions import MOONS
 
 from bubblemesh.case import load_case
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.run.report import estimate
 from bubblemesh.spacing.rules import periodic as sides
@@ -25,7 +25,7 @@ POINTS = np.random.default_rng(3).uniform([0, 0], [2, 1], (2000, 2))
 
 
 def problem_of(spacing, pairs=ONE, outline=SQUARE):
-    return prepared(load_case("cell.yaml", text=f"domain:\n  {outline}\n  periodic: {pairs}\nspacing: {spacing}\n"))
+    return prepare(load_case("cell.yaml", text=f"domain:\n  {outline}\n  periodic: {pairs}\nspacing: {spacing}\n"))
 
 
 def from_copies(at, shifts):

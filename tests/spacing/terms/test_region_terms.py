@@ -6,7 +6,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Region
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.regions import RegionSpacing, by_region
@@ -79,7 +79,7 @@ domain:
 )
 def test_an_unusable_value_names_the_spacing_that_has_it(own, wanted, message):
     with pytest.raises(CaseError, match=message):
-        prepared(load_case("a.yaml", text=CASE.replace("0.2*(3 - x)", own) + f"spacing: {wanted}\n"))
+        prepare(load_case("a.yaml", text=CASE.replace("0.2*(3 - x)", own) + f"spacing: {wanted}\n"))
 
 
 @pytest.mark.parametrize("own", ["x +", "q", "1j"])

@@ -1,0 +1,51 @@
+"""From a case to a problem: the domain, the spacing request and the method, bound and checked."""
+
+from bubblemesh.case import Case
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.configure import configured, options
+from bubblemesh.problem.check import check_spacing
+from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.node_target import fit_node_target
+from bubblemesh.problem.problem import Problem, Task
+from bubblemesh.problem.spacing import Wanted, wanted_of
+from bubblemesh.resources import timed
+
+
+def prepare(case: Case) -> Problem:
+    """Check geometry and spacing of a case, and bind its method.
+
+    Raises
+    ------
+    GeometryError, CaseError, LimitError
+        With the place and what to do.
+    """
+    seconds: dict[str, float] = {}
+    with timed(seconds, "geometry"):
+        domain = domain_of(case)
+    return prepare_in(domain, wanted_of(case, domain), task_of(case), seconds)
+
+
+def prepare_in(
+    domain: Domain, wanted: Wanted, task: Task, seconds: dict[str, float], asked: str = "spacing.nodes"
+) -> Problem:
+    """Make a problem of a domain and a spacing request; ``asked`` is what messages call its number of nodes."""
+    if wanted.nodes is None:
+        return check_spacing(domain, wanted, task, seconds)
+    return fit_node_target(domain, wanted, wanted.nodes, task, seconds, asked)
+
+
+def task_of(case: Case) -> Task:
+    """How to mesh a case."""
+    method = configured(case.method, case.packing, case.schedule)
+    parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
+    limits, requirements = case.limits, case.require.model_dump(exclude_none=True)
+    return Task(
+        name=str(case.name),
+        method_name=case.method,
+        method=method,
+        max_nodes=limits.max_nodes,
+        time_limit=limits.seconds,
+        parameters=parameters,
+        order=case.output.order,
+        requirements=requirements,
+    )
