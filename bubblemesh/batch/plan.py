@@ -11,9 +11,10 @@ from typing import TypeVar
 from bubblemesh import __version__
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
-from bubblemesh.case import Case, Override, Variant, case_variants, load_case, named_files
+from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import read_bytes
+from bubblemesh.problem.rings import named_files
 from bubblemesh.run.destination import Destination, destination
 
 T = TypeVar("T")
