@@ -138,7 +138,7 @@ def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
 
 
 def local_copy(path: Path) -> Path:
-    """Where to read a file that a case names."""
+    """Path at which to read a file that a case names: that of its local copy, if it has one."""
     return (_copies.get() or {}).get(path, path)
 
 

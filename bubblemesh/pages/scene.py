@@ -1,4 +1,4 @@
-"""What the picture of a report's page is drawn from, as data for its script.
+"""Data from which the script of a report's page draws the mesh.
 
 Arrays are bytes of one rank after the other, compressed, in letters of base64.
 """

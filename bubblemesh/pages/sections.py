@@ -29,7 +29,7 @@ def colourings(mesh: Mesh) -> Markup:
 
 
 def scales(scene: Scene) -> Markup:
-    """What the colours of each colouring mean."""
+    """Legend of each colouring."""
     low, high = scene.quality.limits
     below, above = scene.ratio.limits
     regions = [

@@ -1,4 +1,4 @@
-"""What the colours of a picture's triangles show."""
+"""Colours of a picture's triangles, and the quantity that they show."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

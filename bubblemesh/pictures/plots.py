@@ -141,7 +141,7 @@ def _drawing(options: PlotOptions) -> Iterator[None]:
 
 
 def _in_view(mesh: Mesh, view: View | None) -> Booleans:
-    """Which triangles (t,) reach into the view."""
+    """Mask (t,) of the triangles that reach into the view."""
     if view is None:
         return np.ones(len(mesh.triangles), bool)
     x0, y0, x1, y1 = view

@@ -1,4 +1,4 @@
-"""What a picture shows and how: its options, the colours, and the styles that set sizes, line widths and fonts."""
+"""Options, colours and styles of pictures; a style sets sizes, line widths and fonts."""
 
 import math
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
 
 @dataclass(frozen=True)
 class Style:
-    """How a picture looks; lengths of lines and letters are in points, 1/72 inch.
+    """Look of a picture; lengths of lines and letters are in points, 1/72 inch.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class PlotOptionError(CaseError):
 
 @dataclass(frozen=True)
 class PlotOptions:
-    """What a picture shows, and how.
+    """Options of a picture.
 
     Attributes
     ----------

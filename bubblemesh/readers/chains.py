@@ -92,7 +92,7 @@ def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers
 
 
 def _advice(ends: Floats, loose: Integers) -> str:
-    """What would close the gap at the first loose end."""
+    """Advice on how to close the gap at the first loose end."""
     first, *others = ends[loose]
     if not others:
         return "close the curve"

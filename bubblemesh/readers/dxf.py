@@ -68,7 +68,7 @@ def read_dxf(path: Path) -> FeatureCollection:
 
 
 def _ends(entity: Any) -> list[Any]:
-    """Both ends of a line, which may be at different heights."""
+    """Ends of a line, which may be at different heights; none of other entities."""
     return [entity.dxf.start, entity.dxf.end] if entity.dxftype() == "LINE" else []
 
 

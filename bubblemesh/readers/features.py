@@ -1,4 +1,4 @@
-"""What every reader makes of a file: features with areas, closed rings and curves that may form rings."""
+"""Content of a file, as every reader gives it: features with areas, closed rings and curves that may form rings."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -110,7 +110,7 @@ def polygon_ring(points: Sequence[Point], name: str, label: str | None = None) -
 
 
 def feature_name(number: int, properties: Mapping[str, Any], *keys: str) -> str:
-    """What messages call a feature: its number, and the first of the keys that has a short printable value."""
+    """Name of a feature in messages: its number, and the first of the keys that has a short printable value."""
     shown = _text(properties, *keys)
     short = shown is not None and shown.isprintable() and len(shown) <= LONGEST_NAME
     return f"feature {number} ({shown})" if short else f"feature {number}"

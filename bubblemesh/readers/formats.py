@@ -20,7 +20,7 @@ from bubblemesh.readers.selection import Selection
 
 
 class Format(NamedTuple):
-    """How the files of an ending are read.
+    """Reading of the files of an ending.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ FORMATS = {
 
 
 class Chosen(NamedTuple):
-    """What a case takes of a file: areas with their holes, rings that may nest, points in holes, notes on all."""
+    """Part of a file that a case takes: areas with their holes, rings that may nest, points in holes, notes on all."""
 
     areas: list[tuple[Ring, ...]]
     loose: list[Ring]
@@ -109,7 +109,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _chosen(path: Path, selection: Selection) -> Chosen:
-    """What the selection takes of a file, with curves that meet joined into rings."""
+    """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = _content(path, selection)
     features = selection.of(content.features)
     joined, gaps = rings_of_curves([curve for one in features for curve in one.curves], selection.join)

@@ -1,4 +1,4 @@
-"""Which of several closed rings bound an area, and which are its holes."""
+"""Closed rings that lie around and within each other: an area and its holes."""
 
 from collections.abc import Sequence
 

@@ -47,7 +47,7 @@ def _through(curve: Callable[[Floats], Floats]) -> Floats:
 
 
 def _departure(points: Floats, between: Floats) -> float:
-    """How far points of the curve between its knots are from the spline."""
+    """Largest distance from the spline of points of the curve between its knots."""
     from scipy.spatial import cKDTree
 
     if (np.diff(points, axis=0) == 0).all(axis=1).any():

@@ -1,4 +1,4 @@
-"""What a case takes of a file with geometry, and in which unit."""
+"""Choice of features of a file with geometry, and of its unit of length."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ MOST_VALUES = 20  # of a property that one message lists
 
 @dataclass(frozen=True)
 class Selection:
-    """What a case takes of a file.
+    """Choice of what a case takes of a file.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ def read_svg(path: Path) -> FeatureCollection:
 
 
 def _shapes(group: Any, layer: str | None = None, label: str | None = None) -> Iterator[Drawn]:
-    """What is drawn in a group."""
+    """Elements of a group that are drawn, those of inner groups and uses included."""
     for element in group:
         if isinstance(element, svgelements.Use):
             yield from _shapes(element, layer, _given(element) or label)

@@ -41,7 +41,7 @@ class Element:
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """Name of the element in messages."""
         label = self.attributes.get("id")
         return f"{self.tag} {shown(label, 40)!r} in line {self.line}" if label else f"{self.tag} in line {self.line}"
 
@@ -160,7 +160,7 @@ def _check_arguments(element: Element, command: str, numbers: int, at: int) -> N
 
 
 def _drawn(element: Element, by_id: dict[str, Element], around: tuple[str, ...], known: dict[int, int]) -> int:
-    """How many elements are drawn for one.
+    """Number of elements that are drawn for one.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Rows:
                     raise CaseError(f"line {number}: not a row of numbers: {shown(line, 40)!r}") from None
 
     def head(self, what: str) -> tuple[int, list[float]]:
-        """How many rows of a section follow, and the further numbers of the line that says so."""
+        """Number of rows that follow in a section, and the further numbers of the line that says so."""
         line, (count, *more) = self._next(1, what)
         if not (count >= 0 and count.is_integer()):
             raise CaseError(f"line {line}: {count:g} is no number of rows: expected {what}")
