@@ -1,4 +1,4 @@
-"""The terminal, and what all displays on it share; everything goes to the error stream, which leaves the output to data."""
+"""The terminal and what its displays share; all goes to the error stream, which leaves the output to data."""
 
 from collections.abc import Sequence
 from typing import Any, Self
