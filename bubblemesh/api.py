@@ -19,7 +19,7 @@ from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.packing.configure import OptionError, configured, options
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Task
-from bubblemesh.problem.python_input import domain_of, spacing_of
+from bubblemesh.problem.python_input import polygon_domain, spacing_of
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem
 from bubblemesh.run.report import RoundRow
 
@@ -74,7 +74,7 @@ def mesh(
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
-    domain = domain_of(geometry, labels)
+    domain = polygon_domain(geometry, labels)
     wanted = spacing_of(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
     task = Task("mesh", method, bound, max_nodes, None, parameters)

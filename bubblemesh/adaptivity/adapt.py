@@ -22,7 +22,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
-from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import Wanted, nodes_of, rules_of, within_limits
@@ -84,7 +84,7 @@ def adapted(
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        domain = domain_of(case)
+        domain = case_domain(case)
     with timed(seconds, "estimate"):
         require_coverage(domain, solution.points, solution.triangles)
         values = solution.values / solution.unit

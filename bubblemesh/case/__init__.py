@@ -1,9 +1,8 @@
 """The case file: reading, overriding and checking it."""
 
-from bubblemesh.case.files import named_files
 from bubblemesh.case.load import case_variants, load_case
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, overrides_of
 from bubblemesh.case.sweep import Variant
 
-__all__ = ["Case", "Override", "Variant", "case_variants", "load_case", "named_files", "overrides_of"]
+__all__ = ["Case", "Override", "Variant", "case_variants", "load_case", "overrides_of"]

@@ -8,11 +8,11 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.errors import CaseError
-from bubblemesh.labels import LONGEST, is_writable
+from bubblemesh.labels import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import constant
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
-LARGEST = 1e70
+LARGEST_NUMBER = 1e70
 
 # Tags become parts of Pydantic's error locations, so they must not look like keys of the file.
 TAG = "<{}>"
@@ -126,10 +126,10 @@ def _evaluated(value: Any, info: ValidationInfo) -> Any:
         raise PydanticCustomError("expression", message, context) from None
 
 
-Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 # These may be expressions of the case's parameters, which are the context of the validation.
 Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str)]
-_Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST)]
+_Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_NUMBER)]
 Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str)]
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
@@ -139,7 +139,7 @@ Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]")]
 Label = Annotated[
     str,
     BeforeValidator(_label),
-    Field(min_length=1, max_length=LONGEST),
+    Field(min_length=1, max_length=LONGEST_NAME),
     _refusing(lambda text: not is_writable(text), "must be printable and short, without double quotes and backslashes"),
 ]
 OneLabel = Annotated[Label | None, Field(description="Name of this boundary in the mesh files.")]

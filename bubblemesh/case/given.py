@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
-from bubblemesh.case.domain import Parts, Region
+from bubblemesh.case.domain import InnerKeys, RegionKeys
 from bubblemesh.case.faults import problems
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.models import Case
@@ -37,5 +37,5 @@ def spacing_case(spacing: Mapping[str, Any], regions: Sequence[str]) -> Case:
             Expression.parse(text)
         except CaseError as error:
             raise CaseError(f"{'.'.join(map(str, ('spacing', *path)))}: {error}") from None
-    named = tuple(Region.model_construct(name=name, spacing=None) for name in regions)
-    return Case.model_construct(parameters={}, spacing=terms, domain=Parts.model_construct(regions=named))
+    named = tuple(RegionKeys.model_construct(name=name, spacing=None) for name in regions)
+    return Case.model_construct(parameters={}, spacing=terms, domain=InnerKeys.model_construct(regions=named))

@@ -1,33 +1,24 @@
-"""The case file's models; their descriptions are the text of its JSON Schema."""
+"""The case file's models and its JSON Schema, whose text their descriptions are."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     ConfigDict,
-    Discriminator,
     Field,
     PrivateAttr,
-    Tag,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.domain import Parts
+from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
-from bubblemesh.case.fields import Choice, Constant, Count, FileName, Fraction, Positive, Strict
-from bubblemesh.case.files import FileDomain
-from bubblemesh.case.rings import Ring, rings_of
+from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict
 from bubblemesh.case.spacing import WantedSpacing, expressions
-from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
+from bubblemesh.errors import CaseError
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver
-from bubblemesh.messages import ring_name
 from bubblemesh.spacing.expression import check_parameter_name
-
-if TYPE_CHECKING:
-    from bubblemesh.geometry import rings
 
 
 def _parameter_name(name: str) -> str:
@@ -36,53 +27,6 @@ def _parameter_name(name: str) -> str:
     except CaseError as error:
         raise PydanticCustomError("parameter", "{problem}", {"problem": str(error)}) from None
     return name
-
-
-class RingDomain(Parts):
-    """The domain: one outer ring with holes, regions, and what is embedded."""
-
-    outer: Ring = Field(description="The ring around the domain.")
-    holes: tuple[Ring, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
-
-    def rings(self) -> "tuple[rings.Ring, list[rings.Ring]]":
-        """Geometry of the outer ring and of the holes.
-
-        Raises
-        ------
-        GeometryError, CaseError, FileError
-            With the ring.
-        """
-        first = _rings(self.outer, 0)
-        if len(first) > 1:
-            raise GeometryError(
-                f"{ring_name(0)}: {len(first)} rings are in the file: choose one by feature or layer, or give the file "
-                "as the whole domain"
-            )
-        holes: list[rings.Ring] = []
-        for model in self.holes:
-            holes += _rings(model, len(holes) + 1)
-        return first[0], holes
-
-
-def _rings(model: Ring, number: int) -> "list[rings.Ring]":
-    """The rings of one entry; errors tell which one it is."""
-    try:
-        return rings_of(model)
-    except BubblemeshError as error:
-        raise type(error)(f"{ring_name(number)}: {error}") from None
-
-
-class WholeFile(FileDomain, Parts):
-    """The area that the rings of another file bound, with regions and what is embedded."""
-
-
-DOMAINS = Choice("a mapping", ("outer", "file"))
-
-Domain = Annotated[
-    Annotated[RingDomain, Tag("<outer>")] | Annotated[WholeFile, Tag("<file>")],
-    Discriminator(DOMAINS.tag),
-    BeforeValidator(DOMAINS.checked),
-]
 
 
 class Output(Strict):
@@ -147,7 +91,7 @@ class Case(Strict):
     parameters: dict[Annotated[str, AfterValidator(_parameter_name)], Constant] = Field(
         default={}, description="Constants that expressions may name."
     )
-    domain: Domain = Field(description="The domain to mesh.")
+    domain: DomainKeys = Field(description="The domain to mesh.")
     spacing: WantedSpacing = Field(
         description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
     )
@@ -180,3 +124,19 @@ class Case(Strict):
         for number, region in enumerate(self.domain.regions):
             if isinstance(region.spacing, str):
                 yield ("domain", "regions", number, "spacing"), region.spacing
+
+
+def case_schema() -> dict[str, Any]:
+    """The JSON Schema of the case file, for editors, with the methods and all keys that a method may use."""
+    # Imported here since the methods need SciPy, for which reading a case should not wait.
+    from bubblemesh.packing.configure import all_options
+    from bubblemesh.packing.methods import METHODS
+
+    schema = Case.model_json_schema()
+    properties = schema["properties"]
+    properties["method"]["enum"] = list(METHODS)
+    for section in ("packing", "schedule"):
+        properties[section] |= {"properties": {}, "additionalProperties": False}
+    for option in all_options():
+        properties[option.section]["properties"][option.key] = {"description": option.meaning, **option.schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

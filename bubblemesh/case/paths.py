@@ -1,14 +1,11 @@
 """The path ring of a case file: a point, then lines and curves."""
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, OneLabel, Point, Strict, described, filled
-
-if TYPE_CHECKING:
-    from bubblemesh.geometry import rings
 
 
 class LinePiece(Strict):
@@ -17,14 +14,8 @@ class LinePiece(Strict):
     to: Point = Field(description="End [x, y] of the line.")
     label: OneLabel = None
 
-    def piece(self) -> "rings.LineTo":
-        """The line's geometry."""
-        from bubblemesh.geometry import rings
 
-        return rings.LineTo(self.to, self.label)
-
-
-class Arc(Strict):
+class ArcKeys(Strict):
     """Measures of a circular arc."""
 
     to: Point = Field(description="End [x, y] of the arc.")
@@ -35,17 +26,11 @@ class Arc(Strict):
 class ArcPiece(Strict):
     """A circular arc of a path."""
 
-    arc: Arc = Field(description="The arc's end, center and turn.")
+    arc: ArcKeys = Field(description="The arc's end, center and turn.")
     label: OneLabel = None
 
-    def piece(self) -> "rings.ArcTo":
-        """The arc's geometry."""
-        from bubblemesh.geometry import rings
 
-        return rings.ArcTo(self.arc.to, self.arc.center, self.arc.turn == "left", self.label)
-
-
-class Spline(Strict):
+class SplineKeys(Strict):
     """Measures of a spline."""
 
     through: Annotated[tuple[Point, ...], BeforeValidator(filled)] = Field(
@@ -56,14 +41,8 @@ class Spline(Strict):
 class SplinePiece(Strict):
     """A cubic spline of a path."""
 
-    spline: Spline = Field(description="The spline's points.")
+    spline: SplineKeys = Field(description="The spline's points.")
     label: OneLabel = None
-
-    def piece(self) -> "rings.SplineTo":
-        """The spline's geometry."""
-        from bubblemesh.geometry import rings
-
-        return rings.SplineTo(self.spline.through, self.label)
 
 
 PIECES = Choice("a point [x, y], or a mapping", ("to", "arc", "spline"))
@@ -103,20 +82,6 @@ class PathLine(Strict):
     )
     label: OneLabel = None
 
-    def pieces(self) -> "tuple[tuple[float, float], list[rings.LineTo | rings.ArcTo | rings.SplineTo]]":
-        """The first point, and the geometry of the pieces from there."""
-        from bubblemesh.geometry import rings
-
-        start, *rest = self.path
-        assert isinstance(start, tuple)
-        return start, [rings.LineTo(entry) if isinstance(entry, tuple) else entry.piece() for entry in rest]
-
 
 class PathRing(PathLine):
     """A ring of lines and curves."""
-
-    def ring(self) -> "rings.Ring":
-        """The ring's geometry."""
-        from bubblemesh.geometry import rings
-
-        return rings.path(*self.pieces(), self.label)

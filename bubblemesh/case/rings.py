@@ -1,28 +1,23 @@
 """The rings of a case file: one model for each shape, chosen by the key that names it."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
     BeforeValidator,
     Discriminator,
     Field,
     Tag,
     ValidationInfo,
+    field_validator,
 )
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import Choice, Label, Number, OneLabel, Point, Positive, Strict, listed
-from bubblemesh.case.files import FileRing
-from bubblemesh.case.followed import Traced
 from bubblemesh.case.paths import PathRing
-from bubblemesh.errors import GeometryError
-
-if TYPE_CHECKING:
-    from bubblemesh.geometry import rings
-
-# Each method imports the geometry by itself: it needs SciPy, which `bubblemesh schema` should not wait for.
+from bubblemesh.readers.selection import Unit
 
 
 def _one_per_side(labels: Sequence[str] | None, info: ValidationInfo) -> Sequence[str] | None:
@@ -53,20 +48,31 @@ SideLabels = Annotated[
 ]
 
 
-class PolygonRing(Traced, Strict):
+class FollowedKeys(BaseModel):
+    """What the straight sides of a ring may be followed by, as a curve."""
+
+    corners: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=180)] | None = Field(
+        default=None, description="Only vertices that turn by more degrees are nodes; the rest is spaced anew."
+    )
+    smooth: bool = Field(default=False, description="With corners: follow a spline through the vertices between them.")
+    tolerance: Positive | None = Field(
+        default=None, description="With corners: largest distance of the mesh from the ring as given."
+    )
+
+    @field_validator("smooth", "tolerance")
+    @classmethod
+    def _with_corners(cls, value: Any, info: ValidationInfo) -> Any:
+        if value and info.data.get("corners", 0.0) is None:
+            raise PydanticCustomError("traced", "needs corners: give the angle above which vertices stay nodes")
+        return value
+
+
+class PolygonRing(FollowedKeys, Strict):
     """A polygon; each of its corners is a node, unless `corners` says otherwise."""
 
     polygon: tuple[Point, ...] = Field(description="Corners [x, y] in order, turning either way.")
     label: OneLabel = None
     labels: SideLabels = None
-
-    def ring(self) -> "rings.Ring":
-        """The ring's geometry."""
-        from bubblemesh.geometry import rings
-
-        if not self.polygon:
-            raise GeometryError("a polygon has no points: give at least three")
-        return self.traced(rings.polygon(self.polygon, self.labels, self.label))
 
 
 class RectangleRing(Strict):
@@ -78,14 +84,8 @@ class RectangleRing(Strict):
     label: OneLabel = None
     labels: SideLabels = None
 
-    def ring(self) -> "rings.Ring":
-        """The ring's geometry."""
-        from bubblemesh.geometry import rings
 
-        return rings.rectangle(*self.rectangle, labels=self.labels, label=self.label)
-
-
-class Circle(Strict):
+class CircleKeys(Strict):
     """Measures of a circle."""
 
     center: Point = Field(description="Center [x, y].")
@@ -95,17 +95,11 @@ class Circle(Strict):
 class CircleRing(Strict):
     """A circle."""
 
-    circle: Circle = Field(description="The circle's center and radius.")
+    circle: CircleKeys = Field(description="The circle's center and radius.")
     label: OneLabel = None
 
-    def ring(self) -> "rings.Ring":
-        """The ring's geometry."""
-        from bubblemesh.geometry import rings
 
-        return rings.circle(self.circle.center, self.circle.radius, self.label)
-
-
-class Ellipse(Strict):
+class EllipseKeys(Strict):
     """Measures of an ellipse."""
 
     center: Point = Field(description="Center [x, y].")
@@ -118,30 +112,59 @@ class Ellipse(Strict):
 class EllipseRing(Strict):
     """An ellipse."""
 
-    ellipse: Ellipse = Field(description="The ellipse's center, radii and angle.")
+    ellipse: EllipseKeys = Field(description="The ellipse's center, radii and angle.")
     label: OneLabel = None
 
-    def ring(self) -> "rings.Ring":
-        """The ring's geometry."""
-        from bubblemesh.geometry import rings
 
-        return rings.ellipse(self.ellipse.center, self.ellipse.radii, self.ellipse.angle, self.label)
+def _one_or_more(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
 
 
-def rings_of(model: "Ring") -> "list[rings.Ring]":
-    """The geometry of one ring, or of all that a file holds."""
-    return model.rings() if isinstance(model, FileRing) else [model.ring()]
+def _feature(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    if not whole and not (isinstance(value, dict) and value):
+        raise PydanticCustomError("feature", "must be a number from 0 on, or a property with its value")
+    return value
 
 
-SHAPES = Choice("a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file"))
+class GeometryFile(FollowedKeys, Strict):
+    """A file with rings, and what to take of it."""
 
-Ring = Annotated[
+    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
+    layer: Annotated[tuple[str, ...], BeforeValidator(_one_or_more)] = Field(
+        default=(), description="Layer to read, or a list of layers; all by default."
+    )
+    feature: Annotated[int | dict[str, Any] | None, BeforeValidator(_feature)] = Field(
+        default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
+    )
+    units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
+    scale: Positive | None = Field(default=None, description="Factor from the file's lengths to the case's.")
+    join: Positive | None = Field(
+        default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
+    )
+    label: OneLabel = None
+
+    @field_validator("scale")
+    @classmethod
+    def _without_units(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("units") is not None:
+            raise PydanticCustomError("scale", "and units exclude each other: give one of the two")
+        return value
+
+
+class FileRing(GeometryFile):
+    """Rings of another file; `outer` takes one, an entry of `holes` all that are chosen."""
+
+
+RINGS = Choice("a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file"))
+
+RingKeys = Annotated[
     Annotated[PolygonRing, Tag("<polygon>")]
     | Annotated[RectangleRing, Tag("<rectangle>")]
     | Annotated[CircleRing, Tag("<circle>")]
     | Annotated[EllipseRing, Tag("<ellipse>")]
     | Annotated[PathRing, Tag("<path>")]
     | Annotated[FileRing, Tag("<file>")],
-    Discriminator(SHAPES.tag),
-    BeforeValidator(SHAPES.checked),
+    Discriminator(RINGS.tag),
+    BeforeValidator(RINGS.checked),
 ]

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, 
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
-from bubblemesh.case.fields import LARGEST, Choice, Count, Label, Point, Positive, Strict
+from bubblemesh.case.fields import LARGEST_NUMBER, Choice, Count, Label, Point, Positive, Strict
 
 
 class Growing(Strict):
@@ -17,7 +17,7 @@ class Growing(Strict):
     growth: Positive | None = Field(
         default=None, description="Growth per length away from it: by default that of the mapping, else 0.2."
     )
-    until: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST)] = Field(
+    until: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST_NUMBER)] = Field(
         default=0.0, description="Distance up to which the spacing stays at its size."
     )
 
@@ -50,7 +50,7 @@ class NearLine(Growing):
 
 PLACES = Choice("a mapping", ("label", "point", "line"))
 
-Near = Annotated[
+NearTerm = Annotated[
     Annotated[NearLabel, Tag("<label>")] | Annotated[NearPoint, Tag("<point>")] | Annotated[NearLine, Tag("<line>")],
     Discriminator(PLACES.tag),
     BeforeValidator(PLACES.checked),
@@ -85,7 +85,7 @@ class PlaceTerms(Strict):
     """Terms by values at places that the case itself names."""
 
     value: SpacingValue | None = Field(default=None, description="A number, or an expression in x and y.")
-    near: OneOrMore[Near] | None = Field(
+    near: OneOrMore[NearTerm] | None = Field(
         default=None, description="Size near something, growing with the distance from it, or a list of such."
     )
     labels: dict[Label, Positive] = Field(

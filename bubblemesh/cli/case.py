@@ -10,7 +10,7 @@ from bubblemesh.cli.stdio import write_new, write_output
 
 def schema() -> None:
     """Print the JSON Schema of the case file."""
-    from bubblemesh.case.schema import case_schema
+    from bubblemesh.case.models import case_schema
     from bubblemesh.meshfiles.report_json import json_text
 
     write_output(json_text(case_schema()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.labels import FORBIDDEN, LONGEST, is_writable
+from bubblemesh.labels import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
 
 Fields = Mapping[str, Floats]
@@ -74,8 +74,8 @@ def _unused(name: str, suffix: str, taken: Iterable[str]) -> str:
 def _check_name(name: str) -> None:
     if not is_writable(name):
         raise CaseError(
-            f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST} characters without "
-            f"{FORBIDDEN}"
+            f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST_NAME} characters "
+            f"without {FORBIDDEN}"
         )
 
 

@@ -1,42 +1,70 @@
 """The domain that a case describes."""
 
+from collections.abc import Iterator
+
 from bubblemesh.case import Case
-from bubblemesh.case.rings import rings_of
-from bubblemesh.errors import GeometryError
+from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys
+from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Ring
+from bubblemesh.messages import ring_name
+from bubblemesh.problem.rings import open_path, rings_of, rings_of_file
 
 
-def domain_of(case: Case) -> Domain:
-    """The rings of the case, with its regions and what is embedded.
+def case_domain(case: Case) -> Domain:
+    """The domain of a case's rings, with its regions and what is embedded.
 
     Raises
     ------
     GeometryError, CaseError, FileError
         With the place and what to do.
     """
-    return Domain.of(*case.domain.rings(), _parts(case))
+    outer, *holes = domain_rings(case.domain)
+    return Domain.of(outer, holes, _inner_parts(case.domain))
 
 
-def _parts(case: Case) -> Parts:
+def domain_rings(keys: DomainKeys) -> list[Ring]:
+    """The outer ring and the holes of a domain.
+
+    Raises
+    ------
+    GeometryError, CaseError, FileError
+        With the ring.
+    """
+    if isinstance(keys, FileDomain):
+        return rings_of_file(keys)
+    found: list[Ring] = []
+    for ring in (keys.outer, *keys.holes):
+        with prefixed(ring_name(len(found))):
+            several = rings_of(ring)
+            if not found and len(several) > 1:
+                raise GeometryError(
+                    f"{len(several)} rings are in the file: choose one by feature or layer, or give the file as the "
+                    "whole domain"
+                )
+        found += several
+    return found
+
+
+def _inner_parts(keys: InnerKeys) -> Parts:
     """Regions and what is embedded; errors tell which one it is.
 
     Raises
     ------
     GeometryError, CaseError, FileError
     """
-    regions = []
-    for model in case.domain.regions:
-        try:
-            rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
-            regions += [Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in rings_of(model.ring)]
-        except GeometryError as error:
-            raise GeometryError(f"region {model.name!r}: {error}") from None
     strands = []
-    for number, line in enumerate(case.domain.lines, start=1):
-        try:
-            strands.append(line.strand(default=f"line-{number}"))
-        except GeometryError as error:
-            raise GeometryError(f"line {number}: {error}") from None
-    points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(case.domain.points, start=1)]
-    return Parts(tuple(regions), case.domain.region, tuple(strands), tuple(points), case.domain.periodic)
+    for number, line in enumerate(keys.lines, start=1):
+        with prefixed(f"line {number}"):
+            strands.append(open_path(line, default=f"line-{number}"))
+    points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(keys.points, start=1)]
+    return Parts(tuple(_regions(keys)), keys.region, tuple(strands), tuple(points), keys.periodic)
+
+
+def _regions(keys: InnerKeys) -> Iterator[Region]:
+    for model in keys.regions:
+        with prefixed(f"region {model.name!r}"):
+            found = rings_of(model.ring)
+        rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
+        yield from (Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in found)

@@ -4,7 +4,7 @@ from bubblemesh.case import Case
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import configured, options
 from bubblemesh.problem.check import check_spacing
-from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.node_target import fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import Wanted, wanted_of
@@ -21,7 +21,7 @@ def prepare(case: Case) -> Problem:
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
-        domain = domain_of(case)
+        domain = case_domain(case)
     return prepare_in(domain, wanted_of(case, domain), task_of(case), seconds)
 
 

@@ -20,7 +20,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly
 
 
-def domain_of(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
+def polygon_domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
     """The domain that a polygon with names for its rings is.
 
     Raises

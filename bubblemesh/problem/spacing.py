@@ -10,8 +10,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
-from bubblemesh.case.spacing import Near as NearModel
-from bubblemesh.case.spacing import NearLabel, NearPoint, SpacingTerms
+from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.to_labels import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
@@ -140,7 +139,7 @@ def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
     growth = NEAR_GROWTH if terms.growth is None else terms.growth
-    models: tuple[NearModel, ...] = several(terms.near)
+    models: tuple[NearTerm, ...] = several(terms.near)
     for number, near in enumerate(models):
         with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
             distance = _distance(near, domain)
@@ -153,7 +152,7 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
 
 def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
     """Points (k, 2) near which the spacing is fine; the boundary and what is embedded are looked at anyhow."""
-    labels, models = set(terms.labels), tuple[NearModel, ...](several(terms.near))
+    labels, models = set(terms.labels), tuple[NearTerm, ...](several(terms.near))
     for near in models:
         if isinstance(near, NearLabel):
             labels.add(near.label)
@@ -165,7 +164,7 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
     yield np.array([at for at, label in domain.parts.points if label in labels]).reshape(-1, 2)
 
 
-def _distance(near: NearModel, domain: Domain) -> Distance:
+def _distance(near: NearTerm, domain: Domain) -> Distance:
     if isinstance(near, NearLabel):
         return distance_to(domain, [near.label])
     return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)

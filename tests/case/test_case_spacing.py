@@ -3,7 +3,7 @@
 import pytest
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.case.schema import case_schema
+from bubblemesh.case.models import case_schema
 from bubblemesh.case.template import TEMPLATE
 from bubblemesh.errors import CaseError
 

@@ -8,7 +8,7 @@ import pytest
 from batches import SMALL
 
 from bubblemesh.case import case_variants, load_case
-from bubblemesh.case.schema import case_schema
+from bubblemesh.case.models import case_schema
 from bubblemesh.errors import CaseError
 
 

@@ -72,6 +72,16 @@ def test_wrapping_clips_open_pieces_and_runs_on_in_closed_ones():
     assert_allclose(PLATE.wrapped(piece, np.array([-1, 9.0, -1, 7])), [0, 8, 2 * np.pi - 1, 7 - 2 * np.pi])
 
 
+def test_feet_are_where_the_points_lie_square_to_the_curve():
+    piece, s = nodes_on(PLATE, 20, np.random.default_rng(5))
+    inner = PLATE.closed[piece] | ((s > 0.1) & (s < PLATE.lengths[piece] - 0.1))
+    piece, s = piece[inner], s[inner]
+    points, tangents = PLATE.points(piece, s), PLATE.tangents(piece, s)
+    beside = points + 1e-3 * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+    foot = PLATE.foot(beside, piece, PLATE.wrapped(piece, s + 0.01), steps=12, longest=0.02)
+    assert_allclose(PLATE.points(piece, foot), points, atol=1e-9)
+
+
 def test_polyline_lies_on_the_boundary_and_closes_each_ring():
     line = PolygonalCopy.of(PLATE)
     assert_allclose(line.points, PLATE.points(line.piece, line.s), atol=1e-14)

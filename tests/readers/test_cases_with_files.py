@@ -6,9 +6,9 @@ from geometry_files import HOLE, PLATE, WKT, collection
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, GeometryError
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.groups import group_names
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.run.pipeline import mesh_case
 
 
@@ -21,14 +21,14 @@ class TestCases:
     def test_a_domain_is_a_file_beside_the_case(self, written):
         written("plate.wkt", WKT)
         case = self.case(written, "{file: plate.wkt, label: rim, hole_label: bore, units: mm}")
-        found = Domain.of(*case.domain.rings())
+        found = case_domain(case)
         assert found.boundary.labels == ("rim", "bore")
         assert found.polygon.area == pytest.approx(15e-6)
 
     def test_rings_are_files_and_an_entry_of_holes_may_be_several(self, written):
         written("hole.csv", "1 1\n2 1\n2 2\n\n3 3\n3.5 3\n3.5 3.5\n")
         case = self.case(written, "{outer: {rectangle: [0, 0, 4, 4]}, holes: [{file: hole.csv, label: bore}]}")
-        found = Domain.of(*case.domain.rings())
+        found = case_domain(case)
         assert found.hole_count == 2
         assert found.boundary.labels == ("outer", "bore")
 
@@ -36,19 +36,19 @@ class TestCases:
         written("two.csv", "1 1\n2 1\n2 2\n\n3 3\n3.5 3\n3.5 3.5\n")
         case = self.case(written, "{outer: {file: two.csv}}")
         with pytest.raises(GeometryError, match="the outer ring: 2 rings are in the file: choose one"):
-            case.domain.rings()
+            case_domain(case)
 
     def test_errors_of_a_file_name_the_ring(self, written):
         case = self.case(written, "{outer: {rectangle: [0, 0, 4, 4]}, holes: [{file: a.csv}]}")
         with pytest.raises(FileError, match=r"hole 1: .*a\.csv: the file cannot be read: there is no such file"):
-            case.domain.rings()
+            case_domain(case)
 
     def test_labels_of_the_case_stand_above_those_of_the_file(self, written):
         written("plate.geojson", collection(PLATE, names=("plate",)))
         found = {"{file: plate.geojson}": ("plate", "hole-1")}
         found["{file: plate.geojson, label: rim, hole_label: bore}"] = ("rim", "bore")
         for text, labels in found.items():
-            assert Domain.of(*self.case(written, text).domain.rings()).boundary.labels == labels
+            assert case_domain(self.case(written, text)).boundary.labels == labels
 
     def test_all_rings_of_a_file_are_one_region(self, written):
         written("fibres.csv", "0.5 0.5\n1.5 0.5\n1.5 1.5\n0.5 1.5\n\n2.5 2.5\n3.5 2.5\n3.5 3.5\n2.5 3.5\n")
@@ -76,7 +76,7 @@ class TestCases:
         written("plate.wkt", WKT)
         written("base.yaml", "domain: {file: plate.wkt}\nspacing: 0.5\n")
         case = load_case(written("sub/case.yaml", "base: ../base.yaml\n"))
-        assert Domain.of(*case.domain.rings()).polygon.area == pytest.approx(15)
+        assert case_domain(case).polygon.area == pytest.approx(15)
 
     @pytest.mark.parametrize(
         ("text", "message"),

@@ -7,7 +7,7 @@ from lattices import uniform
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.domain import domain_of
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.spacing.rules.thin_walls import thin_walls
 
 RECTANGLE = rings.rectangle(0, 0, 2, 1)
@@ -48,4 +48,4 @@ def test_walls_finer_than_can_be_told_cost_no_more_than_others():
 
 def test_embedded_lines_are_none():
     text = "domain: {outer: {rectangle: [0, 0, 1, 1]}, lines: [{path: [[0.2, 0.2], [0.8, 0.2]]}]}\nspacing: 0.1"
-    assert len(thin_walls(domain_of(load_case("-", text=text)), uniform(0.05))[0]) == 0
+    assert len(thin_walls(case_domain(load_case("-", text=text)), uniform(0.05))[0]) == 0
