@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from bubblemesh.batch import BatchOptions, Progress, Row, case_files, plan_cases, run_batch
 from bubblemesh.batch.dispatch import Workers
-from bubblemesh.batch.worker import Outcome
 
 SMALL = """\
 domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}
@@ -48,7 +47,7 @@ class Threads(Workers):
 
     def failure(self, error):
         """Workers of a test fail in no other way than the test says."""
-        return Outcome(99, repr(error))
+        return 99, repr(error)
 
 
 @contextmanager

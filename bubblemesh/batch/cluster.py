@@ -13,7 +13,7 @@ from uuid import uuid4
 
 from bubblemesh import __version__
 from bubblemesh.batch.dispatch import Workers
-from bubblemesh.batch.worker import Note, Outcome
+from bubblemesh.batch.worker import Note
 from bubblemesh.errors import CaseError, FileError, LimitError
 
 T = TypeVar("T")
@@ -85,18 +85,15 @@ class ClusterWorkers(Workers):
     def missing(self) -> str | None:
         return f"no workers are at {self._address}: waiting for them" if self._threads == 0 else None
 
-    def failure(self, error: BaseException) -> Outcome:
+    def failure(self, error: BaseException) -> tuple[int, str]:
         from distributed.scheduler import KilledWorker
 
         if isinstance(error, KilledWorker):
             times = error.allowed_failures + 1
-            return Outcome(LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory")
+            return LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory"
         cause = error.__cause__ or error  # Dask wraps what went wrong when a worker unpacked the job
-        return Outcome(
-            FileError.exit_code,
-            f"no worker could take it: {type(cause).__name__}: {cause}: is bubblemesh {__version__} installed there, "
-            "with the same Python?",
-        )
+        advice = f"is bubblemesh {__version__} installed there, with the same Python?"
+        return FileError.exit_code, f"no worker could take it: {type(cause).__name__}: {cause}: {advice}"
 
     def _ask(self) -> None:
         self._asked = monotonic()

@@ -12,7 +12,7 @@ from typing import TypeVar
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job, Note, Outcome, Tell, mesh_job
-from bubblemesh.errors import BubblemeshError, FileError
+from bubblemesh.errors import FileError
 
 T = TypeVar("T")
 
@@ -72,8 +72,8 @@ class Workers(ABC):
         """How many jobs to have submitted, so that no worker has to wait."""
 
     @abstractmethod
-    def failure(self, error: BaseException) -> Outcome:
-        """Outcome of a job that could not be run, from the exception of its future."""
+    def failure(self, error: BaseException) -> tuple[int, str]:
+        """Exit code and words for a job that could not be run, from the exception of its future."""
 
     def missing(self) -> str | None:
         """What to say while there are no workers; else None."""
@@ -103,12 +103,11 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
             progress.wait(missing)
         while left and len(running) < capacity:
             entry = left.popleft()
-            try:
-                job = entry.job()
-            except BubblemeshError as error:
-                yield entry, Outcome(error.exit_code, str(error))
-            else:
+            job = entry.job()
+            if isinstance(job, Job):
                 submit(entry, job)
+            else:
+                yield entry, Outcome(job)
         ended, _ = wait(running, TICK, FIRST_COMPLETED)
         for _ in range(workers.notes.qsize()):
             number, finished_rounds, nodes = workers.notes.get()
@@ -117,24 +116,19 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
         for future in ended:
             entry, job = running.pop(future)
             times = submitted[job.number]
-            problem = _problem(future, workers)
+            try:
+                problem = future.exception()
+            except CancelledError:
+                raise FileError(workers.lost) from None
             if isinstance(problem, WorkerDied) and times < ATTEMPTS:
                 submit(entry, job)
                 continue
-            outcome = future.result() if problem is None else _failure(problem, workers, entry, times)
+            outcome = future.result() if problem is None else Outcome(_failed(job.row, problem, workers, times))
             attempts = max(times, begun[job.number])  # a cluster tries again by itself
-            yield entry, replace(outcome, attempts=attempts, inputs=job.digest())
+            yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts, inputs=job.digest()))
 
 
-def _problem(future: Future[Outcome], workers: Workers) -> BaseException | None:
-    """Why a job could not be run, if it could not."""
-    try:
-        return future.exception()
-    except CancelledError:
-        raise FileError(workers.lost) from None
-
-
-def _failure(problem: BaseException, workers: Workers, entry: Entry, times: int) -> Outcome:
-    outcome = workers.failure(problem)
+def _failed(row: Row, problem: BaseException, workers: Workers, times: int) -> Row:
+    code, words = workers.failure(problem)
     attempts = f" (in each of {times} attempts)" if times > 1 else ""
-    return replace(outcome, error=f"{entry.source}: {outcome.error}{attempts}")
+    return row.failed(code, f"{row.source}: {words}{attempts}")

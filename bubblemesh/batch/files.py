@@ -13,6 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from bubblemesh.batch.plan import BatchOptions, Entry
+from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Outcome, is_full
 from bubblemesh.errors import FileError
 from bubblemesh.files import reason, unwritten
@@ -102,14 +103,15 @@ def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
         remove()
 
 
-def write_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Outcome:
-    """Write the files of a case, all or none; the outcome tells if that fails.
+def write_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Row:
+    """Write the files of a case, all or none; the row tells if that fails.
 
     Raises
     ------
     FileError
         If a disk is full: that of the results, or of a worker.
     """
+    row, is_at_end = outcome.row, outcome.full
     folder = entry.destination.folder if entry.destination else None
     if outcome.files and folder is not None:
         try:
@@ -117,9 +119,8 @@ def write_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Outcom
                 for name, content in outcome.files.items():
                     (staging / name).write_bytes(content)
         except FileError as error:
-            problem = f"{entry.source}: {error}"
-            unwritten = Outcome(error.exit_code, problem, warnings=outcome.warnings, full=is_full(error))
-            outcome = replace(unwritten, attempts=outcome.attempts, inputs=outcome.inputs)
-    if outcome.full:
-        raise FileError(f"{outcome.error}: {MAKE_ROOM}")
-    return outcome
+            row = replace(row, figures={}, files={}).failed(error.exit_code, f"{row.source}: {error}")
+            is_at_end = is_full(error)
+    if is_at_end:
+        raise FileError(f"{row.error}: {MAKE_ROOM}")
+    return row

@@ -19,7 +19,7 @@ def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
     for entry in entries if options.page else ():
         alike = [path for path in entry.files if path.name == page.name]
         if any(os.path.realpath(path) == os.path.realpath(page) for path in alike):
-            raise CaseError(f"{entry.source}: its page would be that of the batch: give the case another name")
+            raise CaseError(f"{entry.row.source}: its page would be that of the batch: give the case another name")
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from threading import Lock, Thread
 from typing import Any, TypeVar
 
 from bubblemesh.batch.dispatch import WorkerDied, Workers
-from bubblemesh.batch.worker import Note, Outcome
+from bubblemesh.batch.worker import Note
 from bubblemesh.errors import FileError, LimitError
 
 T = TypeVar("T")
@@ -81,10 +81,10 @@ class LocalWorkers(Workers):
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
         return self._threads.submit(self._call, function, arguments)
 
-    def failure(self, error: BaseException) -> Outcome:
+    def failure(self, error: BaseException) -> tuple[int, str]:
         if isinstance(error, WorkerDied):
-            return Outcome(error.exit_code, error.message)
-        return Outcome(FileError.exit_code, f"no worker process could take it: {type(error).__name__}: {error}")
+            return error.exit_code, error.message
+        return FileError.exit_code, f"no worker process could take it: {type(error).__name__}: {error}"
 
     def start(self) -> None:
         """Start the processes, which begin to load what they need."""

@@ -3,11 +3,13 @@
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from glob import glob, has_magic
 from pathlib import Path
 from typing import TypeVar
 
+from bubblemesh import __version__
+from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
@@ -82,52 +84,33 @@ class Entry:
     ----------
     number : int
         Its place in the batch, from 1.
-    source : str
-        Its file.
-    name : str
-    variant : Variant
-        Which of the file's cases it is.
+    row : Row
+        What is known of it before it is meshed; why, if it cannot be read.
     case : Case, optional
     destination : Destination, optional
         Where its results go.
-    folder : str, optional
-        The destination's folder, seen from the summary's.
-    error : BubblemeshError, optional
-        Why it cannot be read; then there is neither case nor destination.
     """
 
     number: int
-    source: str
-    name: str
-    variant: Variant = field(default_factory=Variant)
+    row: Row
     case: Case | None = None
     destination: Destination | None = None
-    folder: str | None = None
-    error: BubblemeshError | None = None
-
-    @property
-    def key(self) -> tuple[str | None, str]:
-        """Folder and name, which no two cases of a batch share and which the case's row has too."""
-        return self.folder, self.name
 
     @property
     def files(self) -> list[Path]:
         """All files that may be written."""
         return self.destination.files if self.destination else []
 
-    def job(self) -> Job:
-        """Job of the case, with the contents that the files named in it have now.
-
-        Raises
-        ------
-        BubblemeshError
-            If the case could not be read, or one of the files cannot.
-        """
+    def job(self) -> Job | Row:
+        """Job of the case, with what the files that it names hold now; the row if the case or a file is unreadable."""
         if self.case is None or self.destination is None:
-            raise self.error or FileError(f"{self.source}: not read")
-        with prefixed(self.source):
-            files = {str(path): _content(path) for path in named_files(self.case)}
-        return Job(self.number, self.source, self.case, self.destination, files)
+            return self.row
+        try:
+            with prefixed(self.row.source):
+                files = {str(path): _content(path) for path in named_files(self.case)}
+        except BubblemeshError as error:
+            return self.row.failed(error.exit_code, str(error))
+        return Job(self.number, self.row, self.case, self.destination, files)
 
 
 def _content(path: Path) -> bytes:
@@ -151,7 +134,7 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
         try:
             variants = case_variants(source, overrides=options.overrides)
         except BubblemeshError as error:
-            entries.append(Entry(len(entries) + 1, source, Path(source).stem, error=error))
+            entries.append(Entry(len(entries) + 1, _row(source).failed(error.exit_code, str(error))))
         else:
             entries += (_entry(number, source, one, options) for number, one in enumerate(variants, len(entries) + 1))
     _require_apart(entries, sources)
@@ -159,14 +142,21 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
 
 
 def _entry(number: int, source: str, variant: Variant, options: BatchOptions) -> Entry:
+    row = _row(source, variant)
     # With a slash at its end it is a folder, whatever its name looks like.
     output = None if options.folder is None else f"{options.folder}/"
     try:
         case = load_case(source, overrides=options.overrides, variant=variant)
         place = destination(case, source, output, None, page=options.page)
     except BubblemeshError as error:
-        return Entry(number, source, Path(source).stem + variant.label, variant, error=error)
-    return Entry(number, source, str(case.name), variant, case, place, _seen_from(options.root, place.folder or Path()))
+        return Entry(number, row.failed(error.exit_code, str(error)))
+    folder = _seen_from(options.root, place.folder or Path())
+    return Entry(number, replace(row, case=str(case.name), folder=folder), case, place)
+
+
+def _row(source: str, variant: Variant | None = None) -> Row:
+    label, values = (variant.label, variant.values) if variant else ("", ())
+    return Row(Path(source).stem + label, source, 0, dict(values), version=__version__)
 
 
 def _seen_from(root: Path, folder: Path) -> str:
@@ -187,14 +177,14 @@ def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
             place = os.path.join(folder, path.name)  # noqa: PTH118 (ten times faster, and there may be many)
             owner = owners.setdefault(place, entry)
             if owner is not entry:
-                advice = f"give one of them another name than {entry.name!r}, or another output.directory and no -o"
+                advice = f"give one of them another name than {entry.row.case!r}, or another output.directory and no -o"
                 raise CaseError(f"{_called(owner)} and {_called(entry)} would both write {path}: {advice}")
             if place in cases:
                 raise FileError(f"{cases[place]}: the results of {_called(entry)} would overwrite this case file")
 
 
 def _called(entry: Entry) -> str:
-    return f"{entry.source} ({entry.name})" if entry.variant.label else entry.source
+    return f"{entry.row.source} ({entry.row.case})" if entry.row.sweep else entry.row.source
 
 
 def case_files(paths: Sequence[str]) -> list[str]:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
-from bubblemesh.errors import BubblemeshError, RequirementError
+from bubblemesh.batch.worker import Job
+from bubblemesh.errors import RequirementError
 from bubblemesh.meshfiles.history import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
@@ -16,7 +17,7 @@ DONE = (0, RequirementError.exit_code)  # with these, another run would end the 
 
 def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
     """Rows, by the numbers of their entries, whose inputs are the same now and whose files are all as written."""
-    known = {entry.key: entry for entry in entries if entry.case is not None}
+    known = {entry.row.key: entry for entry in entries if entry.case is not None}
     digests: dict[int, str | None] = {}
     found: dict[int, Row] = {}
     for row in rows:
@@ -24,7 +25,8 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict
         if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
             continue
         if entry.number not in digests:
-            digests[entry.number] = _digest(entry)
+            job = entry.job()
+            digests[entry.number] = job.digest() if isinstance(job, Job) else None
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found
@@ -32,9 +34,9 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict
 
 def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
     """Rows of cases outside the batch."""
-    keys = {entry.key for entry in entries}
-    sources = {entry.source for entry in entries}
-    unreadable = {entry.source for entry in entries if entry.case is None}
+    keys = {entry.row.key for entry in entries}
+    sources = {entry.row.source for entry in entries}
+    unreadable = {entry.row.source for entry in entries if entry.case is None}
 
     def is_of_others(row: Row) -> bool:
         if row.folder is None:  # its file could not be read: nobody knows which cases it stands for
@@ -48,13 +50,6 @@ def _has_extras(row: Row, entry: Entry) -> bool:
     """Whether the row has a mesh, and the page and the tables that the case wants beside it."""
     extras = {path.name for path in entry.files if path.name.endswith(EXTRAS)}
     return bool(row.files) and extras <= row.files.keys()
-
-
-def _digest(entry: Entry) -> str | None:
-    try:
-        return entry.job().digest()
-    except BubblemeshError:
-        return None
 
 
 def _intact(row: Row, root: Path) -> bool:

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from bubblemesh.meshfiles.report_json import json_ready
@@ -64,7 +64,7 @@ def _value_at(report: Any, keys: tuple[str, ...]) -> Any:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one case.
+    """What became of one case; before it is meshed, what is known of it.
 
     Attributes
     ----------
@@ -111,6 +111,10 @@ class Row:
     def key(self) -> tuple[str | None, str]:
         """What no two cases of a batch share."""
         return self.folder, self.case
+
+    def failed(self, exit_code: int, error: str) -> Self:
+        """Row that tells of an error, too."""
+        return replace(self, exit_code=exit_code, error=error)
 
     @classmethod
     def parse(cls, line: bytes) -> Self | None:

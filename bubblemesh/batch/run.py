@@ -1,10 +1,9 @@
 """The story of a batch: cases go to the workers, files and rows come back."""
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing, nullcontext
 from typing import Any
 
-from bubblemesh import __version__
 from bubblemesh.batch.cluster import cluster_workers, require_address
 from bubblemesh.batch.dispatch import Progress, Workers, dispatch
 from bubblemesh.batch.files import reserved, tidied, write_files
@@ -13,8 +12,7 @@ from bubblemesh.batch.local import local_workers
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.resume import rows_of_others, unchanged
 from bubblemesh.batch.row import Row
-from bubblemesh.batch.summary import recorded, summary, totals
-from bubblemesh.batch.worker import Outcome
+from bubblemesh.batch.summary import Summary, recorded, totals
 from bubblemesh.errors import CaseError
 from bubblemesh.resources import available_cores
 
@@ -67,7 +65,7 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
             tidied(own, options),
             # Only who has workers begins a summary: an old one is not given up for nothing.
             hire(len(left)) if left else nullcontext() as workers,
-            summary(root, options.suffix, [*others, *done.values()]) as rows,
+            closing(Summary(root, options.suffix, [*others, *done.values()])) as rows,
             indexed(lambda: _in_order(rows.rows, own), options),
         ):
             progress.begin(own, len(done), rows.path)
@@ -75,31 +73,14 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
                 progress.finish(number, row, unchanged=True)
             results = dict(done)
             for entry, outcome in dispatch(left, workers, progress) if workers else ():
-                results[entry.number] = row = _row(entry, write_files(entry, outcome, options))
+                results[entry.number] = row = write_files(entry, outcome, options)
                 rows.append(row)
                 progress.finish(entry.number, row)
+            rows.keep()
     return totals([results[entry.number] for entry in own], len(done))
-
-
-def _row(entry: Entry, outcome: Outcome) -> Row:
-    return Row(
-        case=entry.name,
-        source=entry.source,
-        sweep=dict(entry.variant.values),
-        exit_code=outcome.exit_code,
-        error=outcome.error,
-        figures=outcome.figures,
-        warnings=outcome.warnings,
-        attempts=outcome.attempts,
-        folder=entry.folder,
-        version=__version__,
-        inputs=outcome.inputs,
-        files=outcome.digests,
-        traceback=outcome.traceback,
-    )
 
 
 def _in_order(rows: Iterable[Row], own: Iterable[Entry]) -> list[Row]:
     """Rows in the order of the cases, after those of cases outside the batch."""
-    numbers = {entry.key: entry.number for entry in own}
+    numbers = {entry.row.key: entry.number for entry in own}
     return sorted(rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))

@@ -1,8 +1,7 @@
 """The summary of a batch on the disk: summary.jsonl and summary.csv, which grow by a row for each case."""
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ STEM = "summary"
 
 
 class Summary:
-    """Two files with the same rows.
+    """Two files that begin with these rows, in place of old ones, and grow; a FileError if they cannot be written.
 
     Attributes
     ----------
@@ -125,23 +124,6 @@ class Lines:
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
-
-
-@contextmanager
-def summary(folder: Path, suffix: str, rows: Iterable[Row]) -> Iterator[Summary]:
-    """Open a summary that begins with these rows, in place of an old one, and is there when the block ends.
-
-    Raises
-    ------
-    FileError
-        If it cannot be written; then an old one is as it was.
-    """
-    growing = Summary(folder, suffix, rows)
-    try:
-        yield growing
-        growing.keep()
-    finally:
-        growing.close()
 
 
 def recorded(folder: Path, suffix: str | None = None) -> list[Row]:

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from bubblemesh import __version__
-from bubblemesh.batch.row import figures_of
+from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, located
 from bubblemesh.files import local_copies, reason
@@ -36,8 +36,8 @@ class Job:
     ----------
     number : int
         The case's place in the batch.
-    source : str
-        What messages call the case file.
+    row : Row
+        What is known of the case before it is meshed.
     case : Case
     destination : Destination
         Where the results are to go, and in which formats.
@@ -48,7 +48,7 @@ class Job:
     """
 
     number: int
-    source: str
+    row: Row
     case: Case
     destination: Destination
     files: Mapping[str, bytes]
@@ -88,52 +88,33 @@ class Outcome:
 
     Attributes
     ----------
-    exit_code : int
-        What ``bubblemesh run`` would have ended with.
-    error : str, optional
-    figures : mapping
-        Those of the report that a summary has; empty if there is no mesh.
-    warnings : tuple of str
+    row : Row
     files : mapping of str to bytes
         Contents of the files to write, by their names; either all or none.
-    digests : mapping of str to str
-        Their SHA-256 hashes.
-    traceback : str, optional
-        Where an error of the program happened.
     full : bool
         Whether there was no space on a disk, which the cases to come would meet as well.
-    attempts : int
-        How often the job was begun, as far as the process that runs the batch knows.
-    inputs : str, optional
-        The job's digest.
     """
 
-    exit_code: int = 0
-    error: str | None = None
-    figures: Mapping[str, Any] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    row: Row
     files: Mapping[str, bytes] = field(default_factory=dict)
-    digests: Mapping[str, str] = field(default_factory=dict)
-    traceback: str | None = None
     full: bool = False
-    attempts: int = 0
-    inputs: str | None = None
 
 
 def mesh_job(job: Job, tell: Tell) -> Outcome:
     """Mesh a case and make its files; an error is an outcome, too."""
+    row = job.row
     try:
         return _mesh(job, tell)
     except BubblemeshError as error:
-        return Outcome(error.exit_code, str(error), full=is_full(error))
+        return Outcome(row.failed(error.exit_code, str(error)), full=is_full(error))
     except MemoryError:
-        return Outcome(LimitError.exit_code, f"{job.source}: {OUT_OF_MEMORY}")
+        return Outcome(row.failed(LimitError.exit_code, f"{row.source}: {OUT_OF_MEMORY}"))
     except OSError as error:
-        problem = f"{job.source}: no place for temporary files: {reason(error)}"
-        return Outcome(FileError.exit_code, problem, full=is_full(error))
+        problem = f"{row.source}: no place for temporary files: {reason(error)}"
+        return Outcome(row.failed(FileError.exit_code, problem), full=is_full(error))
     except Exception as error:
-        problem = f"{job.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
-        return Outcome(1, problem, traceback=traceback.format_exc())
+        problem = f"{row.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
+        return Outcome(replace(row.failed(1, problem), traceback=traceback.format_exc()))
 
 
 def _mesh(job: Job, tell: Tell) -> Outcome:
@@ -143,7 +124,7 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
         )
     tell((job.number, 0, 0))
     forget_peak_memory()
-    with located(job.source, job.case.origin):
+    with located(job.row.source, job.case.origin):
         with local_copies(job.files):
             problem = prepare(job.case)
         result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
@@ -151,10 +132,10 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
             report = replace(job.destination, folder=Path(folder)).deliver(result)
             files = {name: Path(folder, name).read_bytes() for name in report["files"]}
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
-    outcome = Outcome(0, None, figures_of(report), tuple(report["warnings"]), files, digests)
-    if result.verdict is None:
-        return outcome
-    return replace(outcome, exit_code=result.verdict.exit_code, error=f"{job.source}: {result.verdict}")
+    row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=digests)
+    if result.verdict is not None:
+        row = row.failed(result.verdict.exit_code, f"{row.source}: {result.verdict}")
+    return Outcome(row, files)
 
 
 def is_full(error: BaseException) -> bool:

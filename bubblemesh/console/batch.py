@@ -38,7 +38,7 @@ class BatchProgress(console.Display, Progress):
 
     def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
         self.summary = summary
-        self.names = {entry.number: entry.name for entry in entries}
+        self.names = {entry.number: entry.row.case for entry in entries}
         self.bar.update(self.task, total=len(entries))
 
     def note(self, number: int, finished_rounds: int, nodes: int) -> None:

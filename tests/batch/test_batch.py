@@ -110,7 +110,7 @@ def test_events_tell_of_all_cases_of_rounds_and_of_ends(here):
     write(here, a=SMALL, b=SMALL)
     begun, *events = events_of(".")
     assert isinstance(begun, Begun)
-    assert [entry.name for entry in begun.entries] == ["a", "b"]
+    assert [entry.row.case for entry in begun.entries] == ["a", "b"]
     for number in (1, 2):
         nodes = next(
             event.row.figures["nodes"] for event in events if isinstance(event, Finished) and event.number == number

@@ -134,17 +134,17 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(cluster, here):
 def test_a_call_that_kills_every_worker_is_given_up(cluster):
     cluster.hire(3)
     with cluster_workers(cluster.address) as crew:
-        outcome = crew.failure(crew.submit(os._exit, 1).exception(timeout=60))
-    assert (outcome.exit_code, outcome.error) == (6, "3 workers in turn ended over it, perhaps for want of memory")
+        code, words = crew.failure(crew.submit(os._exit, 1).exception(timeout=60))
+    assert (code, words) == (6, "3 workers in turn ended over it, perhaps for want of memory")
     cluster.hire(1)
 
 
 def test_a_worker_without_what_the_job_needs_is_told_of(cluster):
     with cluster_workers(cluster.address) as crew:
-        outcome = crew.failure(crew.submit(results_in, ".").exception(timeout=60))  # a module of the tests
-    assert outcome.exit_code == 5
-    assert f"is bubblemesh {bubblemesh.__version__} installed there, with the same Python?" in outcome.error
-    assert outcome.error.startswith("no worker could take it: ModuleNotFoundError: No module named 'batches'")
+        code, words = crew.failure(crew.submit(results_in, ".").exception(timeout=60))  # a module of the tests
+    assert code == 5
+    assert f"is bubblemesh {bubblemesh.__version__} installed there, with the same Python?" in words
+    assert words.startswith("no worker could take it: ModuleNotFoundError: No module named 'batches'")
 
 
 def test_an_interrupt_takes_the_cases_off_the_cluster(cluster, here):

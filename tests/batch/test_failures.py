@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,7 @@ from batches import (
 )
 
 from bubblemesh.batch import BatchOptions, plan_cases
-from bubblemesh.batch.worker import Job, mesh_job
+from bubblemesh.batch.worker import mesh_job
 from bubblemesh.case import overrides_of
 from bubblemesh.errors import FileError
 
@@ -115,7 +116,7 @@ def test_a_job_is_done_where_its_files_are_not(here):
     job = entry.job()
     (here / "data").rename("elsewhere")
     outcome = mesh_job(job, lambda note: None)
-    assert outcome.error is None
+    assert outcome.row.error is None
     report = json.loads(outcome.files["a.report.json"])
     assert report["parameters"]["domain"]["file"] == "data/p.poly"
     assert report["area"] == pytest.approx(1)
@@ -125,10 +126,10 @@ def test_a_worker_of_another_version_is_not_trusted(here):
     write(here, a=SMALL)
     (entry,) = plan_cases(["a.yaml"], BatchOptions())
     job = entry.job()
-    other = Job(job.number, job.source, job.case, job.destination, job.files, version="0.0.1")
+    other = replace(job, version="0.0.1")
     outcome = mesh_job(other, lambda note: None)
-    assert (outcome.exit_code, outcome.files) == (5, {})
-    assert "install the same version" in outcome.error
+    assert (outcome.row.exit_code, outcome.files) == (5, {})
+    assert "install the same version" in outcome.row.error
     assert job.digest() != other.digest()
 
 

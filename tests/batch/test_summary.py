@@ -5,8 +5,9 @@ import os
 import shutil
 import subprocess
 import sys
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 from batch_cases import between, failing, names, table_in, write
@@ -23,7 +24,9 @@ from batches import (
 )
 from typer.testing import CliRunner
 
+from bubblemesh.batch import BatchOptions
 from bubblemesh.batch.dispatch import WorkerDied
+from bubblemesh.batch.files import reserved
 from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import is_full
 from bubblemesh.cli import app
@@ -132,6 +135,31 @@ def test_shards_are_at_work_together_but_each_only_once(here):
     rows_of(".", workers=between(others), shard=(1, 2))
     assert [line["case"] for line in lines_of(Path("summary-1-of-2.jsonl"))] == ["a"]
     assert not [name for name in names(here) if name.startswith(".")]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSYS, errno.ENOTSUP, errno.ENOLCK])
+def test_a_file_system_without_locks_keeps_nobody_out(number, here, monkeypatch):
+    fcntl = pytest.importorskip("fcntl", reason="this system locks in another way")
+
+    def refuse(handle, how):
+        raise OSError(number, os.strerror(number))
+
+    write(here, a=SMALL)
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    rows_of("a.yaml", workers=between(lambda: rows_of("a.yaml", shard=(1, 2))))
+    assert len(lines_of(Path("summary.jsonl"))) == len(lines_of(Path("summary-1-of-2.jsonl"))) == 1
+    assert not [name for name in names(here) if name.startswith(".")]
+
+
+def test_shards_that_begin_at_once_do_not_hinder_each_other(here):
+    def begin(index):
+        with reserved(BatchOptions(shard=(index, 8))):
+            ready.wait(timeout=30)
+
+    ready = Barrier(8)
+    with ThreadPoolExecutor(8) as executor:
+        assert list(executor.map(begin, range(1, 9))) == [None] * 8
+    assert names(here) == []
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows removes no file that is open")

@@ -140,7 +140,7 @@ OLD = Row("old", "old.yaml", 0, figures=FINE, warnings=("told before",))
 
 
 def begin(progress, *names):
-    progress.begin([Entry(k, f"{name}.yaml", name) for k, name in enumerate(names, 1)], 1, Path("s"))
+    progress.begin([Entry(k, Row(name, f"{name}.yaml", 0)) for k, name in enumerate(names, 1)], 1, Path("s"))
 
 
 @pytest.mark.parametrize("quiet", [True, False])
