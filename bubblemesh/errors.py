@@ -74,6 +74,16 @@ def prefixed(place: object) -> Iterator[None]:
 
 
 @contextmanager
+def about(key: Key) -> Iterator[None]:
+    """Note the key of the case that errors are about, unless a more exact one is noted already."""
+    try:
+        yield
+    except BubblemeshError as error:
+        error.about = error.about or key
+        raise
+
+
+@contextmanager
 def at_key(*path: str | int) -> Iterator[None]:
     """Put the key of the case that errors are about before their texts."""
     try:

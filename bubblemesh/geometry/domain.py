@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
@@ -55,9 +55,10 @@ class Domain:
         rings = [_turned(outer, +1), *(_turned(hole, -1) for hole in holes)]
         names = [ring_name(number, ring.origin) for number, ring in enumerate(rings)]
         for ring, name in zip(rings, names, strict=True):
-            simple_polygon(outline(ring), name)
+            with about(ring.key):
+                simple_polygon(outline(ring), name)
         boundary = split_at_contacts(Boundary.of(rings))
-        require_domain(PolygonalCopy.of(boundary).rings(), names)
+        require_domain(PolygonalCopy.of(boundary).rings(), names, [ring.key for ring in rings])
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)

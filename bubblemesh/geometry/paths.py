@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.errors import Key
 from bubblemesh.geometry import curves
 
 Point = tuple[float, float]
@@ -117,6 +118,8 @@ class Ring:
         Outline of the ring as it was given, where it is followed as a curve.
     origin : str, optional
         File and place in it that the ring comes from, for messages.
+    key : Key
+        Key of the case that gives the ring, which errors are about.
     """
 
     sides: tuple[Side, ...]
@@ -124,6 +127,7 @@ class Ring:
     notes: tuple[str, ...] = ()
     given: Floats | None = field(default=None, compare=False)
     origin: str | None = field(default=None, compare=False)
+    key: Key = field(default=Key(), compare=False)
 
     def reversed(self) -> "Ring":
         """The ring run the other way."""

@@ -7,7 +7,7 @@ import shapely
 from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.messages import place
 
 SMALLEST = 1e-70  # extent whose fourth power is still a number
@@ -15,22 +15,29 @@ SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend o
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
-def require_domain(outlines: Sequence[Floats], names: Sequence[str]) -> None:
+def require_domain(outlines: Sequence[Floats], names: Sequence[str], keys: Sequence[Key]) -> None:
     """Check the polygonal copies (m, 2) of the rings, the outer one first, which messages call by their ``names``.
+
+    Errors are about the keys of the rings in the case.
 
     Raises
     ------
     GeometryError
         With the ring's name and the coordinates of the first fault.
     """
-    polygons = [simple_polygon(outline, name) for outline, name in zip(outlines, names, strict=True)]
-    for hole, name in zip(polygons[1:], names[1:], strict=True):
-        _require_inside(hole, polygons[0], name)
+    polygons: list[shapely.Polygon] = []
+    for outline, name, key in zip(outlines, names, keys, strict=True):
+        with about(key):
+            polygons.append(simple_polygon(outline, name))
+    for hole, name, key in zip(polygons[1:], names[1:], keys[1:], strict=True):
+        with about(key):
+            _require_inside(hole, polygons[0], name)
     holes = np.array(polygons[1:], dtype=object)
     tree = shapely.STRtree(holes)
     for i, j in zip(*tree.query(holes, predicate="intersects"), strict=True):
         if i < j:
-            _require_apart(polygons[1 + i], polygons[1 + j], names[1 + i], names[1 + j])
+            with about(keys[1 + j]):
+                _require_apart(polygons[1 + i], polygons[1 + j], names[1 + i], names[1 + j])
     whole = shapely.Polygon(outlines[0], outlines[1:])
     if not whole.is_valid:
         fault, where = _explained(whole)

@@ -1,6 +1,6 @@
 """The spacing checked in its domain, and made finer where its rules and the boundary ask for it."""
 
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, Task
@@ -24,10 +24,11 @@ def check_spacing(
         With the place and what to do.
     """
     max_nodes = task.max_nodes
-    if len(domain.periodic) and not task.method.relaxation.boundary_stays:
-        raise CaseError(
-            "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
-        )
+    with about(Key(["domain", "periodic"])):
+        if len(domain.periodic) and not task.method.relaxation.boundary_stays:
+            raise CaseError(
+                "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
+            )
     with timed(seconds, "spacing"):
         spacing, rules = request.at(scale), request.rules
         survey = surveyed(domain, spacing, max_nodes)

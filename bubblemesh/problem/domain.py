@@ -1,15 +1,18 @@
 """The domain that a case describes."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys
-from bubblemesh.errors import GeometryError, prefixed
+from bubblemesh.errors import GeometryError, Key, about, prefixed
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import ring_name
 from bubblemesh.problem.rings import open_path, rings_of, rings_of_file
+
+DOMAIN = Key(["domain"])
 
 
 def case_domain(case: Case) -> Domain:
@@ -20,8 +23,9 @@ def case_domain(case: Case) -> Domain:
     GeometryError, CaseError, FileError
         With the place and what to do.
     """
-    outer, *holes = domain_rings(case.domain)
-    return Domain.of(outer, holes, _inner_parts(case.domain))
+    with about(DOMAIN):
+        outer, *holes = domain_rings(case.domain)
+        return Domain.of(outer, holes, _inner_parts(case.domain))
 
 
 def domain_rings(keys: DomainKeys) -> list[Ring]:
@@ -35,9 +39,11 @@ def domain_rings(keys: DomainKeys) -> list[Ring]:
     if isinstance(keys, FileDomain):
         return rings_of_file(keys)
     found: list[Ring] = []
-    for ring in (keys.outer, *keys.holes):
-        with prefixed(ring_name(len(found))):
-            several = rings_of(ring)
+    paths = [("outer",), *(("holes", number) for number in range(len(keys.holes)))]
+    for path, ring in zip(paths, (keys.outer, *keys.holes), strict=True):
+        key = Key((*DOMAIN, *path))
+        with prefixed(ring_name(len(found))), about(key):
+            several = [replace(one, key=key) for one in rings_of(ring)]
             if not found and len(several) > 1:
                 raise GeometryError(
                     f"{len(several)} rings are in the file: choose one by feature or layer, or give the file as the "
@@ -56,15 +62,16 @@ def _inner_parts(keys: InnerKeys) -> Parts:
     """
     strands = []
     for number, line in enumerate(keys.lines, start=1):
-        with prefixed(f"line {number}"):
+        with prefixed(f"line {number}"), about(Key((*DOMAIN, "lines", number - 1))):
             strands.append(open_path(line, default=f"line-{number}"))
     points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(keys.points, start=1)]
     return Parts(tuple(_regions(keys)), keys.region, tuple(strands), tuple(points), keys.periodic)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
-    for model in keys.regions:
-        with prefixed(f"region {model.name!r}"):
-            found = rings_of(model.ring)
+    for number, model in enumerate(keys.regions):
+        key = Key((*DOMAIN, "regions", number))
+        with prefixed(f"region {model.name!r}"), about(key):
+            found = [replace(ring, key=key) for ring in rings_of(model.ring)]
         rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
         yield from (Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in found)

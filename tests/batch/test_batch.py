@@ -170,7 +170,7 @@ def test_the_command_tells_of_each_case_in_plain_lines_and_ends_with_the_largest
     assert process.stdout == ""
     lines = process.stderr.splitlines()
     assert any(line.startswith("[") and "/4] a: " in line and " nodes, q " in line for line in lines)
-    assert any(line.startswith("error: [") and "/4] b.yaml: domain: the outer ring" in line for line in lines)
+    assert any(line.startswith("error: [") and "/4] b.yaml:1: domain: the outer ring" in line for line in lines)
     assert any(line.startswith("warning: c: ") for line in lines)
     assert lines[-1] == "4 cases: 2 done, 2 failed; summary in out/summary.jsonl"
     assert "\x1b" not in process.stderr

@@ -46,7 +46,7 @@ def test_failing_cases_are_rows_beside_the_others(here):
         ("missing", 5),
     ]
     for row, part in [
-        (0, "a.yaml: domain: the outer ring"),
+        (0, "a.yaml:1: domain: the outer ring"),
         (1, "b.yaml:1: domain"),
         (3, "max_nodes"),
         (4, "e.yaml: the mesh is written, but misses what the case requires: quality_mean is 0."),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
@@ -80,7 +80,8 @@ def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: 
     for region, outline in zip(parts.regions, outlines, strict=True):
         if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
             where = place(shapely.get_coordinates(outline)[0])
-            raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
+            with about(region.ring.key):
+                raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
 
 
 def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
@@ -160,6 +161,6 @@ def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:
     for number, region in enumerate(regions, start=1):
         if number not in seen:
             where = place(shapely.get_coordinates(region.polygon)[0])
-            raise GeometryError(
-                f"nothing is left of region {region.name!r} at {where} beside the regions within it: remove one of them"
-            )
+            problem = f"nothing is left of region {region.name!r} at {where} beside the regions within it"
+            with about(region.ring.key):
+                raise GeometryError(f"{problem}: remove one of them")

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Integers
+from bubblemesh.errors import about
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.paths import Line, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import outline
@@ -27,7 +28,8 @@ class Region:
     def polygon(self) -> shapely.Polygon:
         """Fine polygonal copy."""
         origin = f" ({self.ring.origin})" if self.ring.origin else ""
-        polygon = simple_polygon(outline(self.ring), f"the ring of region {self.name!r}{origin}")
+        with about(self.ring.key):
+            polygon = simple_polygon(outline(self.ring), f"the ring of region {self.name!r}{origin}")
         shapely.prepare(polygon)
         return polygon
 

@@ -1,0 +1,54 @@
+"""Errors of the geometry tell the key, and so the line, of what they are about."""
+
+import pytest
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import BubblemeshError, located
+from bubblemesh.problem.prepare import prepare
+
+CASE = """\
+spacing: 0.1
+domain:
+  outer:
+    rectangle: [0, 0, 4, 2]
+  holes:
+    - {circle: {center: [1, 1], radius: 0.2}}
+    - {circle: {center: [3, 1], radius: 0.2}}
+  regions:
+    - {name: fine, ring: {rectangle: [1.5, 0.5, 2, 1.5]}}
+    - {name: core, ring: {rectangle: [2.1, 0.5, 2.5, 1.5]}}
+  lines:
+    - {path: [[0.2, 0.2], [0.4, 0.2]]}
+  periodic:
+    - [left, right]
+"""
+PLAIN = CASE.partition("  periodic")[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("rectangle: [0, 0, 4, 2]", "polygon: [[0, 0], [4, 2], [4, 0], [0, 2]]", "a.yaml:3: domain: the outer ring c"),
+        ("[3, 1]", "[9, 1]", "a.yaml:7: domain: hole 2 at (9.2, 1) lies outside"),
+        ("[3, 1]", "[1.1, 1]", "a.yaml:7: domain: hole 1 and hole 2 overlap"),
+        ("{circle: {center: [3, 1], radius: 0.2}}", "{polygon: []}", "a.yaml:7: domain: hole 2: a polygon has no"),
+        ("{circle: {center: [3, 1], radius: 0.2}}", "{file: no.csv}", "a.yaml:7: hole 2: no.csv: the file cannot"),
+        ("[2.1, 0.5, 2.5, 1.5]", "[7, 0, 8, 1]", "a.yaml:10: domain: region 'core' at (7, 0) lies outside"),
+        ("[2.1, 0.5, 2.5, 1.5]", "[2, 1, 2, 1]", "a.yaml:10: domain: region 'core': the ring at (2, 1) has fewer"),
+        ("[0.4, 0.2]]", "[0.2, 0.2]]", "a.yaml:12: domain: line 1: the line at (0.2, 0.2) has no length"),
+        ("[0.2, 0.2], [0.4", "[7, 0.2], [8", "a.yaml:2: domain: the line 'line-1' at (7.5, 0.2) lies outside"),
+    ],
+)
+def test_errors_of_the_geometry_tell_the_line(old, new, message):
+    assert old in PLAIN
+    case = load_case("a.yaml", text=PLAIN.replace(old, new))
+    with pytest.raises(BubblemeshError) as caught, located("a.yaml", case.origin):
+        prepare(case)
+    assert str(caught.value).startswith(message)
+
+
+def test_periodic_sides_that_are_not_there_tell_the_line():
+    case = load_case("a.yaml", text=CASE)
+    problem = r"^a\.yaml:13: domain: periodic: there is no side 'left'"
+    with pytest.raises(BubblemeshError, match=problem), located("a.yaml", case.origin):
+        prepare(case)
