@@ -5,8 +5,6 @@ import signal
 from contextlib import suppress
 from types import FrameType
 
-__all__ = ["main"]
-
 INTERRUPTED = 130
 
 

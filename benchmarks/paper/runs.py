@@ -12,7 +12,7 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.meshfiles.report_json import json_text
 from bubblemesh.packing.forces import BoundForce
 from bubblemesh.packing.neighbours import Neighbours
-from bubblemesh.problem.problem import prepared
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import Result, mesh_case
 
 CONFIGS = Path(__file__).parents[2] / "configs" / "paper"
@@ -82,7 +82,7 @@ def _key(case: Case) -> str:
 
 def profiled(case: Case) -> dict[str, float]:
     """Share of each stage of Table 1 in the time of a run, in per cent."""
-    method = prepared(case).method
+    method = prepare(case).method
     functions = {
         "initialization": type(method.placement).__call__,
         "adjacency": Neighbours.of.__func__,

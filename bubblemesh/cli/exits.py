@@ -1,4 +1,4 @@
-"""How a command ends: errors and signals become a message and an exit code."""
+"""Errors and signals that end a command become a message and an exit code."""
 
 import os
 import signal

@@ -129,12 +129,12 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
 
 
 def left_out(mesh: Path, kinds: Sequence[str]) -> list[str]:
-    """What to say of a mesh's cells that are no triangles."""
+    """Warnings of a mesh file's cells that are no triangles."""
     return [f"{mesh}: cells that are no triangles are left out: {', '.join(kinds)}"] if kinds else []
 
 
 def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
-    """What to say of a mesh whose triangles do not all turn the same way."""
+    """Warnings of a mesh whose triangles do not all turn the same way."""
     from bubblemesh.meshes.quality import inverted
     from bubblemesh.messages import place
 

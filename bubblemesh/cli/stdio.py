@@ -10,7 +10,7 @@ from bubblemesh.files import read_case, unwritten
 
 
 def read_input() -> str:
-    """All of the standard input.
+    """Text of the standard input, the whole of it.
 
     Raises
     ------

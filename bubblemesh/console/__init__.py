@@ -1,4 +1,4 @@
-"""What the user sees on the terminal; all of it goes to the error stream, which leaves the output to data."""
+"""The terminal and what its displays share; all goes to the error stream, which leaves the output to data."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -44,7 +44,7 @@ class Display:
         self.live = live if terminal.is_terminal and not quiet else None
 
     def picture(self) -> Group:
-        """What to draw now."""
+        """The lines to draw now."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:

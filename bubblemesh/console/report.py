@@ -13,7 +13,7 @@ CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they 
 
 
 def show_estimate(figures: Mapping[str, Any]) -> None:
-    """What a case asks for, before any packing; ``figures`` are those of its estimate."""
+    """Show an estimate, whose figures tell what a case asks for, before any packing."""
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
     scale = f", with the spacing times {figures['budget']['scale']:.4g}" if "budget" in figures else ""
@@ -36,13 +36,13 @@ def _extremes(spacing: Mapping[str, Any], size: float) -> str:
 
 
 def _change(figures: Mapping[str, Any], than: str, size: float) -> str:
-    """How much finer the spacing became than something."""
+    """Line on how much finer the spacing became than something."""
     where = "" if figures["ratio_at"] is None else f" at {_place(figures['ratio_at'], size)}"
     return f"finer than {than} on {figures['share']:.1%} of the area, at most {figures['ratio']:.3g} times{where}"
 
 
 def show_quality(figures: Mapping[str, Any]) -> None:
-    """The quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
+    """Show the quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
     quality = figures["quality"]
     ideal = figures.get("ideal_nodes")
     rows = {
@@ -72,7 +72,7 @@ def show_quality(figures: Mapping[str, Any]) -> None:
 
 
 def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
-    """What is known of the error of a solution, before and after."""
+    """Rows on the error of a solution before and after, as far as it is known."""
     true = ""
     if figures.get("effectivity") is not None:
         true = f", {figures['effectivity']:.3f} times the true one of {figures['true_error']:.4g}"
@@ -86,7 +86,7 @@ def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
 
 
 def show_files(folder: str, files: Sequence[str]) -> None:
-    """The files that were written."""
+    """Show which files were written."""
     _show({"files": ", ".join(files) + ("" if folder in (".", "") else f" in {folder}")})
 
 

@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from bubblemesh.run.report import RoundRow
 
 
-COLUMNS = {
-    "round": 5,
-    "nodes": 8,
-    "deleted": 8,
-    "inserted": 8,
-    "mean q": 7,
-    "least q": 7,
-    "mean speed": 10,
-    "time": 8,
-}  # and their widths
+COLUMNS = {  # width, and how a round fills it
+    "round": (5, "{0.round}"),
+    "nodes": (8, "{0.nodes_after}"),
+    "deleted": (8, "{0.deleted}"),
+    "inserted": (8, "{0.inserted}"),
+    "mean q": (7, "{0.quality_mean:.4f}"),
+    "least q": (7, "{0.quality_min:.3f}"),
+    "mean speed": (10, "{0.mean_speed:.2e}"),
+    "time": (8, "{0.seconds:.2f} s"),
+}
 DISPENSABLE = ("mean speed", "inserted", "deleted")  # where a terminal is narrow, the first of them first
 REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and elsewhere
 TOLD_FROM = 0.02  # share of the packing before which its speed is not known
@@ -44,20 +44,11 @@ class PackingProgress(console.Display):
 
     def show(self, row: "RoundRow") -> None:
         """Add a finished round."""
-        cells = (
-            f"{row.round}",
-            f"{row.nodes_after}",
-            f"{row.deleted}",
-            f"{row.inserted}",
-            f"{row.quality_mean:.4f}",
-            f"{row.quality_min:.3f}",
-            f"{row.mean_speed:.2e}",
-            f"{row.seconds:.2f} s",
-        )
+        cells = tuple(text.format(row) for _, text in COLUMNS.values())
         self.rows.append(cells)
         if self.live is None and not self.quiet:
             for line in [tuple(COLUMNS), cells] if len(self.rows) == 1 else [cells]:
-                padded = (f"{cell:>{width}}" for cell, width in zip(line, COLUMNS.values(), strict=True))
+                padded = (f"{cell:>{width}}" for cell, (width, _) in zip(line, COLUMNS.values(), strict=True))
                 console.terminal.print(Text(" ".join(padded)))
 
     def advance(self, share: float) -> None:
@@ -92,7 +83,7 @@ class PackingProgress(console.Display):
         names = _fitting(console.terminal.width)
         table = console.new_table(padding=(0, 1, 0, 0))
         for name in names:
-            table.add_column(name, justify="right", no_wrap=True, min_width=COLUMNS[name])
+            table.add_column(name, justify="right", no_wrap=True, min_width=COLUMNS[name][0])
         for cells in self.rows[-most:]:
             table.add_row(*(cell for name, cell in zip(COLUMNS, cells, strict=True) if name in names))
         return table
@@ -102,6 +93,6 @@ def _fitting(width: int) -> list[str]:
     """The columns that a terminal of some width has room for."""
     names = list(COLUMNS)
     for name in DISPENSABLE:
-        if sum(COLUMNS[kept] + 1 for kept in names) - 1 > width:
+        if sum(COLUMNS[kept][0] + 1 for kept in names) - 1 > width:
             names.remove(name)
     return names

@@ -17,6 +17,7 @@ from bubblemesh.pages.charts import Line, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag
 from bubblemesh.pages.scene import Scene
 from bubblemesh.pages.text import whole
+from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
 
 DASHES = ("", "9 4", "2 3", "9 3 2 3")
 COLOURINGS = {"quality": "Quality q", "ratio": "Edge length l/d", "region": "Region", "none": "None"}
@@ -33,7 +34,14 @@ def scales(scene: Scene) -> Markup:
     low, high = scene.quality.limits
     below, above = scene.ratio.limits
     regions = [
-        tag("li", tag("svg", tag("rect", width=26, height=12, class_=f"region-{k % 8}"), aria_hidden="true"), " ", name)
+        tag(
+            "li",
+            tag(
+                "svg", tag("rect", width=26, height=12, class_=f"region-{k % len(REGION_COLOURS)}"), aria_hidden="true"
+            ),
+            " ",
+            name,
+        )
         for k, name in enumerate(scene.mesh.regions)
     ]
     legends = {
@@ -56,8 +64,16 @@ def labels(mesh: Mesh) -> Markup:
     counts = np.bincount(mesh.facet_labels, minlength=len(mesh.labels)).tolist()
     items = []
     for k, (name, count) in enumerate(zip(mesh.labels, counts, strict=True)):
-        dashes = DASHES[k // 8 % 4] or None
-        line = tag("line", x1=1, y1=6, x2=25, y2=6, class_=f"label-line label-{k % 8}", stroke_dasharray=dashes)
+        dashes = DASHES[k // len(LABEL_COLOURS) % len(DASHES)] or None
+        line = tag(
+            "line",
+            x1=1,
+            y1=6,
+            x2=25,
+            y2=6,
+            class_=f"label-line label-{k % len(LABEL_COLOURS)}",
+            stroke_dasharray=dashes,
+        )
         sample = tag("svg", line, viewBox="0 0 26 12", aria_hidden="true")
         button = tag(
             "button",

@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import transaction
@@ -32,8 +32,6 @@ POINTS_PER_INCH = 72
 COLOURS = 256
 FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
-
-
 STANDARD = PlotOptions()
 
 
@@ -193,14 +191,10 @@ def _add_triangles(
         colormap = colouring.colormap.with_extremes(bad=BARE)
         triangles.set(array=np.ma.masked_invalid(colouring.values[shown]), cmap=colormap, clim=colouring.limits)
     if options.nodes:
-        x, y = _nodes(mesh, shown).T
+        x, y = mesh.points[np.unique(mesh.triangles[shown])].T
         size = float(np.clip(NODE_SHARE * points, 0.4, 4))
         axes.plot(x, y, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=len(x) > style.most_vectors)
     return triangles
-
-
-def _nodes(mesh: Mesh, shown: Booleans) -> Floats:
-    return mesh.points[np.unique(mesh.triangles[shown])]
 
 
 def _arrange(axes: Axes, box: View, options: PlotOptions) -> None:

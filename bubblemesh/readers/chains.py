@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
@@ -45,8 +45,8 @@ def rings_of_curves(curves: Sequence[CompoundCurve], join: float | None) -> tupl
     curves = [curve for curve in curves if curve.start != curve.end]
     if not curves:
         return closed, []
-    ends = np.array([[curve.start, curve.end] for curve in curves], float).reshape(-1, 2)
-    stops = np.array([curve.start for curve in curves] + [end_of(piece) for s in curves for piece in s.pieces])
+    ends = np.array([point for curve in curves for point in (curve.start, curve.end)], float)
+    stops = np.array([point for curve in curves for point in (curve.start, *map(end_of, curve.pieces))])
     rounding = JOIN * float(np.ptp(stops, axis=0).max())
     reach = rounding if join is None else join
     node = _clustered(ends, reach)
@@ -126,35 +126,24 @@ def _loops(node: Integers) -> list[list[Link]]:
 def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
     """The curve run as the link tells, with its ends at the meeting places."""
     run = _reversed(curve) if link.backward else curve
-    (x0, y0), (x1, y1) = meet[link.begin].tolist(), meet[link.end].tolist()
-    pieces = list(run.pieces)
-    if len(pieces) == 1:
-        pieces = [_between(run.start, pieces[0], (x0, y0), (x1, y1))]
-    else:
-        inner = end_of(pieces[0])
-        pieces[0] = _between(run.start, pieces[0], (x0, y0), inner)
-        before = end_of(pieces[-2])
-        pieces[-1] = _between(before, pieces[-1], before, (x1, y1))
-    return CompoundCurve((x0, y0), tuple(pieces), run.name)
+    stops = [run.start, *(end_of(piece) for piece in run.pieces)]
+    new = [_point(meet[link.begin]), *stops[1:-1], _point(meet[link.end])]
+    pieces = (_between(*ends) for ends in zip(run.pieces, stops, new, new[1:], strict=False))
+    return CompoundCurve(new[0], tuple(pieces), run.name)
 
 
-def _between(start: Point, piece: Piece, new_start: Point, new_end: Point) -> Piece:
-    """The piece with moved ends: an arc keeps its angle, a spline its inner points."""
+def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Piece:
+    """The piece from ``start`` with moved ends: an arc keeps its angle, a spline its inner points."""
     if isinstance(piece, LineTo):
         return piece._replace(to=new_end)
     if isinstance(piece, SplineTo):
         return piece._replace(through=[*piece.through[:-1], new_end])
     if new_start == start and new_end == piece.to:
         return piece
-    p, q, c = (np.array(values, float) for values in (start, piece.to, piece.center))
-    a, b = np.array(new_start), np.array(new_end)
-    chord, moved = q - p, b - a
-    if chord @ chord == 0:
-        return ArcTo(new_end, _pair(c + a - p), piece.left, piece.label)
-    # The similarity that takes the old chord to the new one takes the centre along.
-    turn = complex(*moved) / complex(*chord)
-    center = complex(*a) + complex(*(c - p)) * turn
-    return ArcTo(new_end, (center.real, center.imag), piece.left, piece.label)
+    # Points as complex numbers: the similarity that takes the old chord to the new one takes the centre along.
+    p, q, c, a, b = (complex(*point) for point in (start, piece.to, piece.center, new_start, new_end))
+    center = c + a - p if p == q else a + (c - p) * ((b - a) / (q - p))
+    return piece._replace(to=new_end, center=(center.real, center.imag))
 
 
 def _reversed(curve: CompoundCurve) -> CompoundCurve:
@@ -175,11 +164,8 @@ def _ring(curves: Sequence[CompoundCurve]) -> Ring:
     pieces = [piece for curve in curves for piece in curve.pieces]
     names = list(dict.fromkeys(curve.name for curve in curves))
     origin = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
-    try:
-        ring = _whole_circle(pieces) or rings.path(curves[0].start, pieces)
-    except GeometryError as error:
-        raise GeometryError(f"{origin}: {error}") from None
-    return replace(ring, origin=origin)
+    with prefixed(origin):
+        return replace(_whole_circle(pieces) or rings.path(curves[0].start, pieces), origin=origin)
 
 
 def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:
@@ -194,5 +180,5 @@ def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:
     return rings.circle(centers.mean(axis=0).tolist(), float(radii.mean()), arcs[0].label)
 
 
-def _pair(values: Floats) -> Point:
+def _point(values: Floats) -> Point:
     return float(values[0]), float(values[1])

@@ -10,7 +10,7 @@ from bubblemesh.geometry.curves import Splines, turning
 SEAM = 1e-4  # of a closed curve's parameter, beside its start
 SMOOTH_TURN = 0.01  # radians over the seam
 ACCURACY = 1e-6  # of the curve's extent: how far the spline may be from it
-FEWEST, MOST = 8, 4096  # intervals between points
+FEWEST, MOST_DOUBLINGS = 8, 9  # of the intervals between points
 
 
 def splines(curve: Callable[[Floats], Floats]) -> list[Floats]:
@@ -35,15 +35,12 @@ def _through(curve: Callable[[Floats], Floats]) -> Floats:
     curve : callable
         Gives the points (m, 2) at parameters (m,); smooth.
     """
-    intervals = FEWEST
-    while True:
-        t = np.linspace(0, 1, intervals + 1)
-        points = curve(t)
-        between = curve((t[1:] + t[:-1]) / 2)
-        extent = float(np.ptp(points, axis=0).max())
-        if intervals >= MOST or _departure(points, between) <= ACCURACY * extent:
-            return points
-        intervals *= 2
+    for doublings in range(MOST_DOUBLINGS + 1):
+        t = np.linspace(0, 1, FEWEST * 2**doublings + 1)
+        points, between = curve(t), curve((t[1:] + t[:-1]) / 2)
+        if _departure(points, between) <= ACCURACY * np.ptp(points, axis=0).max():
+            break
+    return points
 
 
 def _departure(points: Floats, between: Floats) -> float:

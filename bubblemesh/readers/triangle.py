@@ -3,51 +3,46 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from bubblemesh.errors import BubblemeshError, CaseError
+from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points
 
+Row = tuple[int, list[float]]  # line and numbers
 
-class Rows:
+
+def _rows(path: Path) -> Iterator[Row]:
     """The lines of a file that hold numbers, one after the other."""
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        words = line.partition("#")[0].split()
+        if words:
+            try:
+                yield number, [float(word) for word in words]
+            except ValueError:
+                raise CaseError(f"line {number}: not a row of numbers: {shown(line, 40)!r}") from None
 
-    def __init__(self, path: Path) -> None:
-        self._rows = self._numbered(read_text(path))
 
-    def _numbered(self, text: str) -> Iterator[tuple[int, list[float]]]:
-        for number, line in enumerate(text.splitlines(), start=1):
-            words = line.partition("#")[0].split()
-            if words:
-                try:
-                    yield number, [float(word) for word in words]
-                except ValueError:
-                    raise CaseError(f"line {number}: not a row of numbers: {shown(line, 40)!r}") from None
+def _next(rows: Iterator[Row], columns: int, what: str) -> Row:
+    """The next row, which must have so many columns."""
+    number, row = next(rows, (0, []))
+    if len(row) < columns:
+        raise CaseError(f"{f'line {number}' if row else 'the end of the file'}: expected {what}")
+    return number, row
 
-    def head(self, what: str) -> tuple[int, list[float]]:
-        """Number of rows that follow in a section, and the further numbers of the line that says so."""
-        line, (count, *more) = self._next(1, what)
-        if not (count >= 0 and count.is_integer()):
-            raise CaseError(f"line {line}: {count:g} is no number of rows: expected {what}")
-        return int(count), more
 
-    def section(self, count: int, columns: int, what: str) -> Iterator[tuple[int, list[float]]]:
-        """Line and numbers of each row."""
-        for _ in range(count):
-            yield self._next(columns, what)
+def _head(rows: Iterator[Row], what: str) -> tuple[int, list[float]]:
+    """Number of rows that follow in a section, and the further numbers of the line that says so."""
+    line, (count, *more) = _next(rows, 1, what)
+    if not (count >= 0 and count.is_integer()):
+        raise CaseError(f"line {line}: {count:g} is no number of rows: expected {what}")
+    return int(count), more
 
-    def rest(self) -> bool:
-        """Whether there are more rows."""
-        return next(self._rows, None) is not None
 
-    def _next(self, columns: int, what: str) -> tuple[int, list[float]]:
-        number, row = next(self._rows, (0, []))
-        if len(row) < columns:
-            where = f"line {number}" if row else "the end of the file"
-            raise CaseError(f"{where}: expected {what}")
-        return number, row
+def _section(rows: Iterator[Row], count: int, what: str) -> Iterator[Row]:
+    """Rows of a section, each with three columns or more."""
+    return (_next(rows, 3, what) for _ in range(count))
 
 
 def read_poly(path: Path) -> FeatureCollection:
@@ -60,21 +55,21 @@ def read_poly(path: Path) -> FeatureCollection:
     FileError, CaseError
         With the line.
     """
-    rows = Rows(path)
-    count, dimension = rows.head("the number of vertices")
+    rows = _rows(path)
+    count, dimension = _head(rows, "the number of vertices")
     vertices = _vertices(rows, count, dimension) if count else _vertices_beside(path.with_suffix(".node"))
-    count, marked = rows.head("the number of segments")
+    count, marked = _head(rows, "the number of segments")
     curves = []
-    for line, (_, begin, end, *marker) in rows.section(count, 3, "a segment: its number and two vertices"):
+    for line, (_, begin, end, *marker) in _section(rows, count, "a segment: its number and two vertices"):
         name = f"segment in line {line}"
         if begin not in vertices or end not in vertices:
             missing = begin if begin not in vertices else end
             raise CaseError(f"{name}: there is no vertex {missing:g}: vertices are named by their numbers")
         label = f"{marker[0]:g}" if marked and marked[0] and marker and marker[0] else None
         curves.append(CompoundCurve(vertices[begin], (LineTo(vertices[end], label),), name))
-    count, _ = rows.head("the number of holes")
-    holes = [(x, y) for _, (_, x, y, *_) in rows.section(count, 3, "a hole: its number, x and y")]
-    notes = ("regions and area limits of the file are not used",) if rows.rest() else ()
+    count, _ = _head(rows, "the number of holes")
+    holes = [(x, y) for _, (_, x, y, *_) in _section(rows, count, "a hole: its number, x and y")]
+    notes = ("regions and area limits of the file are not used",) if next(rows, None) is not None else ()
     return FeatureCollection(
         (Feature("the segments", curves=tuple(curves)),), notes, tuple(finite_points(holes, "hole"))
     )
@@ -82,19 +77,17 @@ def read_poly(path: Path) -> FeatureCollection:
 
 def _vertices_beside(path: Path) -> dict[float, Point]:
     """Vertices of a ``.node`` file; errors name it."""
-    try:
-        rows = Rows(path)
-        return _vertices(rows, *rows.head("the number of vertices"))
-    except BubblemeshError as error:
-        raise type(error)(f"its vertices are in {path.name}: {error}") from None
+    with prefixed(f"its vertices are in {path.name}"):
+        rows = _rows(path)
+        return _vertices(rows, *_head(rows, "the number of vertices"))
 
 
-def _vertices(rows: Rows, count: int, dimension: list[float]) -> dict[float, Point]:
+def _vertices(rows: Iterator[Row], count: int, dimension: list[float]) -> dict[float, Point]:
     """Vertices by their numbers."""
     if dimension and dimension[0] != 2:
         raise CaseError(f"the vertices have {dimension[0]:g} dimensions: only those of the plane are read")
     found: dict[float, Point] = {}
-    for line, (number, x, y, *_) in rows.section(count, 3, "a vertex: its number, x and y"):
+    for line, (number, x, y, *_) in _section(rows, count, "a vertex: its number, x and y"):
         if number in found:
             raise CaseError(f"line {line}: the vertex {number:g} is given twice: number them one after the other")
         (found[number],) = finite_points([(x, y)], f"vertex in line {line}")
