@@ -34,7 +34,7 @@ def packed(text, method="multilevel"):
     """Domain and last net of a case."""
     problem = prepare(load_case("parts.yaml", text=text, method=method))
     domain = problem.domain
-    levels = problem.method.levels(domain, problem.spacing, problem.expected_nodes)
+    levels = problem.method.levels(domain, problem.packing_spacing, problem.expected_nodes)
     *_, last = rounds(problem.method.placement(domain, levels[0], 100_000), domain, levels, problem.method)
     return domain, last.net
 

@@ -62,7 +62,7 @@ def _dense(coarse: Runs, dense: Runs) -> Figure:
 
 def _start_and_end(run: Runs) -> Figure:
     problem = prepare(run.case)
-    start = problem.method.placement(problem.domain, problem.spacing, run.case.limits.max_nodes)
+    start = problem.method.placement(problem.domain, problem.packing_spacing, run.case.limits.max_nodes)
     figure = Figure(figsize=(10, 5), layout="constrained")
     for axes, points in zip(figure.subplots(1, 2), (start.x, run.first.mesh.points), strict=True):
         _nodes(axes, points)

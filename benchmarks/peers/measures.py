@@ -52,9 +52,9 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     sides, count = unique_edges(triangles)
     _require_surface(points, triangles, sides, count, problem.domain.hole_count)
     shape = shape_quality(points, triangles)
-    fit = spacing_fit(points, sides, problem.wanted.between(points[sides]))
+    fit = spacing_fit(points, sides, problem.spacing.between(points[sides]))
     rim = points[np.unique(sides[count == 1])]
-    astray = problem.domain.nearest(rim).distance / problem.wanted.extended(rim)
+    astray = problem.domain.nearest(rim).distance / problem.spacing.extended(rim)
     return Figures(
         nodes=len(points),
         mean=shape.mean,

@@ -26,14 +26,14 @@ def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
     problem = prepare(case)
     with clock:
         h0 = _lattice_distance(problem)
-        return distmesh(problem.domain, problem.wanted, h0, np.random.default_rng(0))
+        return distmesh(problem.domain, problem.spacing, h0, np.random.default_rng(0))
 
 
 def _lattice_distance(problem: Problem) -> float:
     """The distance in the first lattice that gives about the ideal number of nodes, those of the boundary included."""
     minimum, ideal = problem.survey.minimum, problem.survey.ideal_nodes
     points = _lattice(problem.domain, minimum)
-    d = problem.wanted(points[problem.domain.contains(points)])
+    d = problem.spacing(points[problem.domain.contains(points)])
     return float(minimum * np.sqrt(((minimum / d) ** 2).sum() / ideal))
 
 

@@ -64,7 +64,7 @@ def _write_spacing(problem: Problem, path: Path) -> float:
     """Write the spacing on a grid, y running faster; return its largest value."""
     x0, y0, x1, y1 = problem.domain.bounds
     x, y = np.linspace(x0, x1, GRID + 1), np.linspace(y0, y1, GRID + 1)
-    d = problem.wanted.extended(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2))
+    d = problem.spacing.extended(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2))
     with path.open("w") as file:
         file.write("MSHID=3;EUCLIDEAN-GRID\nNDIMS=2\n")
         for number, column in ((1, x), (2, y)):

@@ -33,7 +33,7 @@ def _refined(problem: Problem, largest_area: float) -> tuple[Floats, Integers]:
     found = triangle.triangulate(_outline(problem), "pq30YQ")
     for _ in range(PASSES):
         count = len(found["vertices"])
-        d = problem.wanted(found["vertices"][found["triangles"]].mean(axis=1))
+        d = problem.spacing(found["vertices"][found["triangles"]].mean(axis=1))
         found["triangle_max_area"] = largest_area * np.sqrt(3) / 4 * d**2
         found = triangle.triangulate(found, "rpq30aYQ")
         if len(found["vertices"]) == count:
@@ -42,7 +42,7 @@ def _refined(problem: Problem, largest_area: float) -> tuple[Floats, Integers]:
 
 
 def _outline(problem: Problem) -> dict[str, Floats | Integers]:
-    points, edges = boundary_nodes(problem.domain.boundary, problem.wanted, problem.survey.minimum)
+    points, edges = boundary_nodes(problem.domain.boundary, problem.spacing, problem.survey.minimum)
     holes = [hole.representative_point().coords[0] for hole in _holes(problem)]
     return {"vertices": points, "segments": edges} | ({"holes": np.array(holes)} if holes else {})
 

@@ -25,7 +25,7 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.spacing import Wanted, nodes_of, rules_of, within_limits
+from bubblemesh.problem.spacing import SpacingRequest, rules_of, within_limits
 from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
@@ -94,7 +94,7 @@ def adapted(
     expected = predicted_error(
         estimate,
         equivalent_sizes(solution.points, solution.triangles),
-        problem.wanted.between(solution.points[solution.triangles]),
+        problem.spacing.between(solution.points[solution.triangles]),
     )
     adaptation = figures | {
         "wanted": asdict(target),
@@ -109,18 +109,18 @@ def _posed(
     case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, seconds: dict[str, float]
 ) -> tuple[Problem, dict[str, Any]]:
     """The next mesh as a problem, and how it starts."""
-    mesh = solution.points, solution.triangles
+    mesh, terms = (solution.points, solution.triangles), case.spacing_terms
     sizes = equivalent_sizes(*mesh)
     if target.error is not None:
         nodes, wanted = None, sizes_for_error(estimate, sizes, target.error * estimate.solution)
     else:
-        nodes = target.nodes or nodes_of(case) or len(solution.points)
+        nodes = target.nodes or terms.nodes or len(solution.points)
         wanted = sizes_for_nodes(estimate, sizes, nodes)
     field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
-    at = within_limits(case, (Spacing(field),), field.spots)
-    task, rules = task_of(case), rules_of(case)
+    at = within_limits(terms, (Spacing(field),), field.spots)
+    task, rules = task_of(case), rules_of(terms)
     rules = replace(rules, growth=rules.growth or GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
@@ -128,7 +128,7 @@ def _posed(
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_in(domain, Wanted(at, rules, nodes), task, seconds, "nodes"), start
+    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, "nodes"), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

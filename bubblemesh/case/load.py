@@ -14,7 +14,8 @@ from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text
 from bubblemesh.errors import CaseError
-from bubblemesh.spacing.expression import Expression
+
+DEEPEST = 4  # parts of the keys that errors of the geometry and the spacing tell the lines of
 
 
 def load_case(
@@ -113,6 +114,10 @@ class _Places:
                 return f"{change.source}: {change.key}" if change.key else change.source
         return place_of(self.layers, path)
 
+    def is_option(self, path: Sequence[str | int]) -> bool:
+        """Whether an option, not a file, set the value at the key path."""
+        return any(change.covers(path) for change in self.changes if change.key is None)
+
     def message(self, path: Sequence[str | int], problem: object) -> str:
         """A problem with its place and key."""
         return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
@@ -124,11 +129,10 @@ def _checked(data: dict[str, Any], places: _Places) -> Case:
         case = Case.model_validate(data, context=_parameters(data))
     except ValidationError as error:
         raise CaseError("\n".join(problems(error, Case, places))) from None
-    _check_spacing(case, places)
     _check_names(case, places)
-    _check_method(case, places)
-    late = dict.fromkeys([*_paths(data["spacing"], "spacing"), *(path for path, _ in case.expressions())])
-    return case.coming_from(Origin({path: places(path) for path in late}))
+    case, warnings = _with_method(case, places)
+    late = [*_paths(data["spacing"], "spacing"), *_paths(data["domain"], "domain")]
+    return case.loaded(Origin({path: places(path) for path in late if len(path) <= DEEPEST}), warnings)
 
 
 def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
@@ -146,14 +150,6 @@ def _parameters(data: dict[str, Any]) -> dict[str, float]:
     return {str(name): value for name, value in values if type(value) in (int, float)}
 
 
-def _check_spacing(case: Case, places: _Places) -> None:
-    for path, text in case.expressions():
-        try:
-            Expression.parse(text, case.parameters)
-        except CaseError as error:
-            raise CaseError(places.message(path, error)) from None
-
-
 def _check_names(case: Case, places: _Places) -> None:
     """Every region needs a name of its own."""
     seen = {case.domain.region: "domain.region"}
@@ -165,12 +161,30 @@ def _check_names(case: Case, places: _Places) -> None:
         seen[region.name] = ".".join(map(str, path))
 
 
-def _check_method(case: Case, places: _Places) -> None:
-    # Imported here since the methods need SciPy, for which a wrong case should not wait.
-    from bubblemesh.packing.configure import OptionError, configured
+def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
+    """The case with its method configured, and warnings on options that are left out.
 
+    Options in files are left out if an option of the command line names a method that does not use them, but another
+    one does.
+    """
+    # Imported here since the methods need SciPy, for which a wrong case should not wait.
+    from bubblemesh.packing.configure import OptionError, all_options, unused_keys
+
+    warnings = []
     try:
-        configured(case.method, case.packing, case.schedule)
+        if places.is_option(["method"]):
+            given = {"packing": dict(case.packing), "schedule": dict(case.schedule)}
+            unused = unused_keys(case.method, **given)
+            known = {(option.section, option.key) for option in all_options()} if unused else set()
+            for section, key in unused:
+                if (section, key) in known and not places.is_option([section, key]):
+                    del given[section][key]
+                    warnings.append(
+                        f"{section}.{key}: the method {case.method!r} does not use this key: it is left out"
+                    )
+            case = case.model_copy(update=given) if warnings else case
+        _ = case.configured_method
     except OptionError as error:
         path = [error.section] if error.key is None else [error.section, error.key]
         raise CaseError(places.message(path, error.message)) from None
+    return case, tuple(warnings)

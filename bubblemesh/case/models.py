@@ -1,7 +1,8 @@
 """The case file's models and its JSON Schema, whose text their descriptions are."""
 
-from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -15,10 +16,13 @@ from pydantic_core import PydanticCustomError
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict
-from bubblemesh.case.spacing import WantedSpacing, expressions
+from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
+
+if TYPE_CHECKING:
+    from bubblemesh.packing.methods import Method
 
 
 def _parameter_name(name: str) -> str:
@@ -106,24 +110,49 @@ class Case(Strict):
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")
 
     _origin: Origin = PrivateAttr(default=Origin())
+    _warnings: tuple[str, ...] = PrivateAttr(default=())
 
     @property
     def origin(self) -> Origin:
         """Where its keys stand, if it comes from a file."""
         return self._origin
 
-    def coming_from(self, origin: Origin) -> "Case":
-        """The same case with another origin."""
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was left out of it on loading."""
+        return self._warnings
+
+    def loaded(self, origin: Origin, warnings: tuple[str, ...]) -> "Case":
+        """The same case with another origin, and warnings."""
         case = self.model_copy()
-        case._origin = origin
+        case._origin, case._warnings = origin, warnings
         return case
 
-    def expressions(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
-        """Key paths and texts of all expressions."""
-        yield from ((("spacing", *path), text) for path, text in expressions(self.spacing))
-        for number, region in enumerate(self.domain.regions):
-            if isinstance(region.spacing, str):
-                yield ("domain", "regions", number, "spacing"), region.spacing
+    @property
+    def spacing_terms(self) -> SpacingTerms:
+        """The terms of the spacing, of which a plain value is the only one."""
+        return as_terms(self.spacing)
+
+    @cached_property
+    def configured_method(self) -> "Method":
+        """The method with the options that the case gives it.
+
+        Raises
+        ------
+        OptionError
+            If there is no such method or option; `load_case` has seen to that.
+        """
+        # Imported here since the methods need SciPy, for which a wrong case should not wait.
+        from bubblemesh.packing.configure import configured
+
+        return configured(self.method, self.packing, self.schedule)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy, with some other values; one with another method or options is configured anew."""
+        copy = super().model_copy(update=update, deep=deep)
+        if update:
+            copy.__dict__.pop("configured_method", None)
+        return copy
 
 
 def case_schema() -> dict[str, Any]:

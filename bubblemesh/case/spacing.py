@@ -1,13 +1,31 @@
 """The spacing request of a case file: one value, or several terms of which the smallest counts."""
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
+from bubblemesh.case.faults import problems
 from bubblemesh.case.fields import LARGEST_NUMBER, Choice, Count, Label, Point, Positive, Strict
+from bubblemesh.errors import CaseError
+from bubblemesh.spacing.expression import Expression
+
+Value = float | Expression
+PLAIN = (int, float, str, Expression)
 
 
 class Growing(Strict):
@@ -57,6 +75,23 @@ NearTerm = Annotated[
 ]
 
 
+def _expression(value: Any, info: ValidationInfo) -> Expression:
+    """The expression of a text, with the parameters that are the validation's context."""
+    if isinstance(value, Expression):
+        return value
+    try:
+        return Expression.parse(value, info.context or {})
+    except CaseError as error:
+        raise PydanticCustomError("expression", "{problem}", {"problem": str(error)}) from None
+
+
+ExpressionText = Annotated[
+    Expression,
+    PlainValidator(_expression, json_schema_input_type=str),
+    PlainSerializer(lambda expression: expression.given, return_type=str),
+]
+
+
 def _one_of(*types: type, wording: str) -> BeforeValidator:
     """Check for the types of a spacing, so that a message speaks of all of them."""
 
@@ -71,13 +106,13 @@ def _one_of(*types: type, wording: str) -> BeforeValidator:
 def _tag(value: Any) -> str:
     if isinstance(value, dict | BaseModel):
         return "<terms>"
-    return "<text>" if isinstance(value, str) else "<number>"
+    return "<text>" if isinstance(value, str | Expression) else "<number>"
 
 
 SpacingValue = Annotated[
-    Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")],
+    Annotated[Positive, Tag("<number>")] | Annotated[ExpressionText, Tag("<text>")],
     Discriminator(_tag),
-    _one_of(int, float, str, wording="a number or an expression in x and y"),
+    _one_of(*PLAIN, wording="a number or an expression in x and y"),
 ]
 
 
@@ -112,7 +147,7 @@ class SpacingTerms(DataTerms, PlaceTerms):
     )
 
     @property
-    def basis(self) -> tuple[str, float | str | None]:
+    def basis(self) -> tuple[str, Value | None]:
         """Key and value of what counts where no other term does: the maximum if there is no value and no data."""
         if self.value is None and not self.data:
             return "maximum", self.maximum
@@ -129,17 +164,34 @@ class SpacingTerms(DataTerms, PlaceTerms):
 
 
 WantedSpacing = Annotated[
-    Annotated[Positive, Tag("<number>")] | Annotated[str, Tag("<text>")] | Annotated[SpacingTerms, Tag("<terms>")],
+    Annotated[Positive, Tag("<number>")]
+    | Annotated[ExpressionText, Tag("<text>")]
+    | Annotated[SpacingTerms, Tag("<terms>")],
     Discriminator(_tag),
-    _one_of(int, float, str, dict, BaseModel, wording="a number, an expression in x and y, or a mapping of terms"),
+    _one_of(*PLAIN, dict, BaseModel, wording="a number, an expression in x and y, or a mapping of terms"),
 ]
 
 
-def expressions(spacing: float | str | SpacingTerms) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """Key paths below ``spacing`` and texts of all expressions."""
-    if isinstance(spacing, str):
-        yield (), spacing
-    elif isinstance(spacing, SpacingTerms):
-        values: dict[tuple[str | int, ...], float | str | None] = {("value",): spacing.value}
-        values |= {("regions", name): value for name, value in spacing.regions.items()}
-        yield from ((path, value) for path, value in values.items() if isinstance(value, str))
+class _Given(Strict):
+    """What the keys in messages on the terms that a program gives start with."""
+
+    spacing: SpacingTerms = Field(description="The terms.")
+
+
+def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
+    """The terms that a program gives as a mapping.
+
+    Raises
+    ------
+    CaseError
+        If the mapping is not valid; each line of the message names a key.
+    """
+    try:
+        return _Given.model_validate({"spacing": dict(spacing)}).spacing
+    except ValidationError as error:
+        raise CaseError("\n".join(problems(error, _Given, lambda path: ""))) from None
+
+
+def as_terms(spacing: Value | SpacingTerms) -> SpacingTerms:
+    """The terms, of which a plain value is the only one."""
+    return spacing if isinstance(spacing, SpacingTerms) else SpacingTerms(value=spacing)

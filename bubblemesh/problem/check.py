@@ -4,7 +4,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.spacing import Wanted
+from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.resources import timed
 from bubblemesh.spacing.rules.periodic import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
@@ -14,7 +14,7 @@ ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announ
 
 
 def check_spacing(
-    domain: Domain, asked: Wanted, task: Task, seconds: dict[str, float], scale: float | None = None
+    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], scale: float | None = None
 ) -> Problem:
     """Check the spacing, at some scale, in the domain, and make it finer where its rules and the boundary ask for it.
 
@@ -29,25 +29,26 @@ def check_spacing(
             "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
         )
     with timed(seconds, "spacing"):
-        wanted, rules = asked.at(scale), asked.rules
-        survey = surveyed(domain, wanted, max_nodes)
-        ruled = rules(domain, wanted.floored(survey.minimum / 2), max_nodes)
-        tied = limited_across_sides(domain, ruled)
-        wanted = tied.spacing
-        if max(ruled.ratio, tied.ratio) > 1:
-            survey = surveyed(domain, wanted, max_nodes)
-        short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
-        grading = limited_for_packing_across_sides(domain, tied, short.joined(coarse))
-        spacing = grading.spacing
+        spacing, rules = request.at(scale), request.rules
+        survey = surveyed(domain, spacing, max_nodes)
+        after_rules = rules(domain, spacing.floored(survey.minimum / 2), max_nodes)
+        after_periodic = limited_across_sides(domain, after_rules)
+        spacing = after_periodic.spacing
+        if max(after_rules.ratio, after_periodic.ratio) > 1:
+            survey = surveyed(domain, spacing, max_nodes)
+        short, coarse = short_pieces(domain, spacing), coarse_curves(domain, spacing)
+        for_packing = limited_for_packing_across_sides(domain, after_periodic, short.joined(coarse))
         expected = survey.ideal_nodes
-        if spacing is not wanted:
-            expected = ideal_nodes(domain, spacing, max_nodes, ESTIMATE)
+        if for_packing.spacing is not spacing:
+            expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE)
         told = (
             *domain.notes,
-            *asked.warnings,
+            *request.warnings,
             *warnings.sharp_angles(domain),
             *warnings.refined_boundary(short, coarse),
-            *warnings.limited_growth(grading, rules.growth, scale),
-            *warnings.narrow_parts(domain, spacing),
+            *warnings.limited_growth(for_packing, rules.growth, scale),
+            *warnings.narrow_parts(domain, for_packing.spacing),
         )
-    return Problem(task, domain, wanted, spacing, survey, expected, ruled, tied, told, seconds)
+    return Problem(
+        task, domain, spacing, for_packing.spacing, survey, expected, after_rules, after_periodic, told, seconds
+    )

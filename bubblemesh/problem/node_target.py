@@ -10,7 +10,7 @@ from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.check import check_spacing
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.spacing import Wanted
+from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.resources import timed
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
@@ -58,7 +58,7 @@ class ScaleSearch:
     Attributes
     ----------
     domain : Domain
-    wanted : Wanted
+    request : SpacingRequest
     nodes : int
         The target.
     task : Task
@@ -69,7 +69,7 @@ class ScaleSearch:
     """
 
     domain: Domain
-    wanted: Wanted
+    request: SpacingRequest
     nodes: int
     task: Task
     seconds: dict[str, float]
@@ -78,7 +78,7 @@ class ScaleSearch:
     @cached_property
     def scales(self) -> "Scales":
         """Scales for rough numbers of nodes."""
-        return Scales.of(self.domain, self.wanted.at)
+        return Scales.of(self.domain, self.request.at)
 
     def problem(self, expected: float, start: float | None = None) -> Problem:
         """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
@@ -88,7 +88,7 @@ class ScaleSearch:
 
         def count(scale: float) -> float:
             try:
-                problems[scale] = check_spacing(self.domain, self.wanted, spent, self.seconds, scale)
+                problems[scale] = check_spacing(self.domain, self.request, spent, self.seconds, scale)
             except LimitError:
                 return np.inf
             return problems[scale].expected_nodes
@@ -100,7 +100,7 @@ class ScaleSearch:
 
 
 def fit_node_target(
-    domain: Domain, wanted: Wanted, nodes: int, task: Task, seconds: dict[str, float], asked: str
+    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], asked: str
 ) -> Problem:
     """Make the problem with the scale of the spacing at which so many nodes are expected.
 
@@ -114,7 +114,7 @@ def fit_node_target(
             f"limits.max_nodes: {asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
             "fewer or raise the limit"
         )
-    return ScaleSearch(domain, wanted, nodes, task, seconds, asked).problem(nodes)
+    return ScaleSearch(domain, request, nodes, task, seconds, asked).problem(nodes)
 
 
 def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, int]]) -> Problem:

@@ -2,12 +2,12 @@
 
 from bubblemesh.case import Case
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.configure import configured, options
+from bubblemesh.packing.configure import options
 from bubblemesh.problem.check import check_spacing
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.node_target import fit_node_target
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.spacing import Wanted, wanted_of
+from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.resources import timed
 
 
@@ -22,21 +22,21 @@ def prepare(case: Case) -> Problem:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)
-    return prepare_in(domain, wanted_of(case, domain), task_of(case), seconds)
+    return prepare_in(domain, case_spacing(case, domain), task_of(case), seconds)
 
 
 def prepare_in(
-    domain: Domain, wanted: Wanted, task: Task, seconds: dict[str, float], asked: str = "spacing.nodes"
+    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], asked: str = "spacing.nodes"
 ) -> Problem:
     """Make a problem of a domain and a spacing request; ``asked`` is what messages call its number of nodes."""
-    if wanted.nodes is None:
-        return check_spacing(domain, wanted, task, seconds)
-    return fit_node_target(domain, wanted, wanted.nodes, task, seconds, asked)
+    if request.nodes is None:
+        return check_spacing(domain, request, task, seconds)
+    return fit_node_target(domain, request, request.nodes, task, seconds, asked)
 
 
 def task_of(case: Case) -> Task:
     """How to mesh a case."""
-    method = configured(case.method, case.packing, case.schedule)
+    method = case.configured_method
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
     limits, requirements = case.limits, case.require.model_dump(exclude_none=True)
     return Task(

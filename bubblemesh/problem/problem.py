@@ -55,14 +55,14 @@ class Problem:
     ----------
     task : Task
     domain : Domain
-    wanted, spacing : Spacing
-        What the case asks for, and what the packing goes by: finer where the boundary is.
+    spacing, packing_spacing : Spacing
+        What the case asks for, and what the packing goes by: finer where the boundary needs it.
     survey : Survey
-        Extremes of the wanted spacing and the ideal number of nodes.
+        Extremes of the spacing and the ideal number of nodes.
     expected_nodes : float
-        The same number for the spacing that the packing goes by.
-    ruled, tied : LimitedSpacing
-        How the rules of the wanted spacing changed it, and then the counterparts of periodic sides, if they did.
+        The same number for the packing spacing.
+    after_rules, after_periodic : LimitedSpacing
+        How the rules of the spacing changed it, and then the counterparts of periodic sides, if they did.
     warnings : tuple of str
     seconds : dict
         Time taken, by stage.
@@ -72,12 +72,12 @@ class Problem:
 
     task: Task
     domain: Domain
-    wanted: Spacing
     spacing: Spacing
+    packing_spacing: Spacing
     survey: Survey
     expected_nodes: float
-    ruled: LimitedSpacing
-    tied: LimitedSpacing
+    after_rules: LimitedSpacing
+    after_periodic: LimitedSpacing
     warnings: tuple[str, ...]
     seconds: dict[str, float]
     node_target: "NodeTarget | None" = None
@@ -89,21 +89,21 @@ class Problem:
 
     @property
     def refined(self) -> bool:
-        """Whether the packing goes by a finer spacing than the wanted one somewhere."""
-        return self.spacing is not self.wanted
+        """Whether the packing spacing is finer than the spacing somewhere."""
+        return self.packing_spacing is not self.spacing
 
     @property
     def changes(self) -> dict[str, LimitedSpacing]:
-        """What made the wanted spacing finer than its terms, as reports name it."""
-        found = {"rules": self.ruled, "periodic": self.tied}
-        if self.tied is self.ruled:
+        """What made the spacing finer than its terms, as reports name it."""
+        found = {"rules": self.after_rules, "periodic": self.after_periodic}
+        if self.after_periodic is self.after_rules:
             del found["periodic"]
         return {name: changed for name, changed in found.items() if changed.ratio > 1}
 
     @cached_property
-    def packed(self) -> Extremes:
-        """Extremes of the spacing that the packing goes by."""
+    def packing_extremes(self) -> Extremes:
+        """Extremes of the packing spacing."""
         survey = self.survey
         if not self.refined:
             return Extremes(survey.minimum, survey.minimum_at, survey.maximum, survey.maximum_at)
-        return extremes(self.domain, self.spacing)
+        return extremes(self.domain, self.packing_spacing)

@@ -8,13 +8,13 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.given import spacing_case
+from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.distance.to_labels import distance_to
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
-from bubblemesh.problem.spacing import Wanted, wanted_of
+from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly
@@ -73,7 +73,9 @@ def _names(labels: Sequence[str] | None, count: int) -> Sequence[str | None]:
     return labels
 
 
-def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain) -> Wanted:
+def spacing_of(
+    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain
+) -> SpacingRequest:
     """The spacing, whose values are checked, and its rules.
 
     Raises
@@ -82,9 +84,9 @@ def spacing_of(spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floa
         If it is neither a number nor an expression nor a mapping of terms nor a function.
     """
     if isinstance(spacing, Mapping):
-        return wanted_of(spacing_case(spacing, [region.name for region in domain.parts.regions]), domain)
+        return spacing_request(checked_terms(spacing), domain)
     term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
-    return Wanted(partial(_scaled, term))
+    return SpacingRequest(partial(_scaled, term))
 
 
 def _scaled(term: Term, scale: float | None) -> Spacing:

@@ -1,6 +1,6 @@
-"""The spacing that a case asks for: its terms, bound to its domain."""
+"""The spacing request: the terms of a case's spacing, bound to its domain."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,7 +10,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
-from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms
+from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.to_labels import Distance, distance_to, distance_to_line
 from bubblemesh.geometry.domain import Domain
@@ -25,12 +25,13 @@ from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUni
 
 UNLIMITED = (0.0, np.inf)
 NO_RULES = Rules()
+OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
 APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What is asked of a spacing.
+class SpacingRequest:
+    """What is asked of the spacing in a domain.
 
     Attributes
     ----------
@@ -49,53 +50,56 @@ class Wanted:
     warnings: tuple[str, ...] = ()
 
 
-def wanted_of(case: Case, domain: Domain) -> Wanted:
-    """The case's spacing.
+def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
+    """The spacing request of a case; errors as of `spacing_request`."""
+    own = {
+        region.name: (region.spacing, Key(["domain", "regions", number, "spacing"]))
+        for number, region in enumerate(case.domain.regions)
+        if region.spacing is not None
+    }
+    request = spacing_request(case.spacing, domain, own)
+    return replace(request, warnings=(*case.warnings, *request.warnings))
+
+
+def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
+    """What a value, or terms, and the regions' own values ask for in a domain.
 
     Raises
     ------
     CaseError
         If a term names a label or a region that is not there; with the key.
     """
-    terms, value = _mapping(case), _value(case, domain)
-    limits, near, functions = _limits_within(terms, case, domain), _near(terms, domain), data_functions(terms)
-    found = value, *limits, *near, *(Spacing(data, key=_always(key)) for key, data in functions.items())
+    terms = as_terms(spacing)
+    key, value = terms.basis
+    path = ("spacing", key) if spacing is terms else ("spacing",)
+    rest = Spacing(nothing) if value is None else _bound(value, domain, *path)
+    functions = data_functions(terms)
+    found = (
+        _by_region(rest, domain, own or {}),
+        *_limits_within(terms, domain),
+        *_near(terms, domain),
+        *(Spacing(data, key=_always(key)) for key, data in functions.items()),
+    )
     spots = np.vstack([*_spots(terms, domain), *(data.spots for data in functions.values())])
     astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in functions.items()))
-    return Wanted(within_limits(case, found, spots, terms.scale), rules_of(case), terms.nodes, tuple(astray))
+    return SpacingRequest(within_limits(terms, found, spots, terms.scale), rules_of(terms), terms.nodes, tuple(astray))
 
 
 def within_limits(
-    case: Case, terms: tuple[Spacing, ...], spots: Floats, own_scale: float = 1.0
+    terms: SpacingTerms, found: tuple[Spacing, ...], spots: Floats, own_scale: float = 1.0
 ) -> Callable[[float | None], Spacing]:
-    """The smallest of terms at a scale, or else their own, within the case's limits; fine near spots (k, 2)."""
-    limits = _limits(case)
+    """The smallest of some spacings at a scale, or else their own, within the terms' limits; fine near spots (k, 2)."""
+    limits = terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
 
     def at(scale: float | None) -> Spacing:
-        return replace(_combined(terms, own_scale if scale is None else scale, limits), spots=spots)
+        return replace(_combined(found, own_scale if scale is None else scale, limits), spots=spots)
 
     return at
 
 
-def nodes_of(case: Case) -> int | None:
-    """How many nodes the case's spacing is to be scaled for."""
-    return _mapping(case).nodes
-
-
-def _limits(case: Case) -> tuple[float, float]:
-    """The least and the largest value of the case's spacing."""
-    terms = _mapping(case)
-    return terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
-
-
-def rules_of(case: Case) -> Rules:
-    """What the case's spacing has to respect."""
-    terms = _mapping(case)
+def rules_of(terms: SpacingTerms) -> Rules:
+    """What the spacing has to respect."""
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
-
-
-def _mapping(case: Case) -> SpacingTerms:
-    return case.spacing if isinstance(case.spacing, SpacingTerms) else SpacingTerms(value=case.spacing)
 
 
 def _combined(terms: tuple[Spacing, ...], scale: float, limits: tuple[float, float]) -> Spacing:
@@ -106,26 +110,14 @@ def _combined(terms: tuple[Spacing, ...], scale: float, limits: tuple[float, flo
     return Spacing(combination, key=combination.key, costly=combination.costly)
 
 
-def _value(case: Case, domain: Domain) -> Spacing:
-    """The value that the case gives, with those of the regions that have one of their own in its place."""
-    made: dict[float | str, Spacing] = {}
-    finer = {}
-    for number, model in enumerate(case.domain.regions):
-        if model.spacing is not None:
-            path = "domain", "regions", number, "spacing"
-            if model.spacing not in made:
-                made[model.spacing] = _bound(model.spacing, case, domain, *path)
-            finer[model.name] = made[model.spacing], Key(path)
-    own = [RegionSpacing(region, *finer[region.name]) for region in domain.parts.regions if region.name in finer]
-    return by_region(_rest(case, domain), own)
-
-
-def _rest(case: Case, domain: Domain) -> Spacing:
-    """The value where no region has one of its own."""
-    if not isinstance(case.spacing, SpacingTerms):
-        return _bound(case.spacing, case, domain, "spacing")
-    key, value = case.spacing.basis
-    return Spacing(nothing) if value is None else _bound(value, case, domain, "spacing", key)
+def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:
+    """A spacing, with those of the regions that have one of their own in its place."""
+    made: dict[Value, Spacing] = {}
+    for value, key in own.values():
+        if value not in made:
+            made[value] = _bound(value, domain, *key)
+    finer = [region for region in domain.parts.regions if region.name in own]
+    return by_region(rest, [RegionSpacing(region, made[own[region.name][0]], own[region.name][1]) for region in finer])
 
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
@@ -170,12 +162,12 @@ def _distance(near: NearTerm, domain: Domain) -> Distance:
     return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
-def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[Spacing]:
+def _limits_within(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """The largest spacings within regions."""
     regions, rest = domain.parts.regions, domain.parts.rest
     for name, value in terms.regions.items():
         key = Key(["spacing", "regions", name])
-        term = _bound(value, case, domain, *key)
+        term = _bound(value, domain, *key)
         mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
         if name != rest:
             if not mine:
@@ -189,10 +181,11 @@ def _limits_within(terms: SpacingTerms, case: Case, domain: Domain) -> Iterator[
         yield replace(term, function=within)
 
 
-def _bound(value: float | str, case: Case, domain: Domain, *path: str | int) -> Spacing:
+def _bound(value: Value, domain: Domain, *path: str | int) -> Spacing:
     """The value of a key: a number, or an expression that may measure distances in the domain."""
     with at_key(*path):
-        term = Expression.parse(str(value), case.parameters, partial(distance_to, domain))
+        bound = value if isinstance(value, Expression) else Expression.parse(str(value))
+        term = bound.measuring(partial(distance_to, domain))
     return Spacing(term, key=_always(Key(path)), costly=costly(term))
 
 

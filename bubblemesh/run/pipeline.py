@@ -122,7 +122,7 @@ def pack(problem: Problem, begun: float, on_round: OnRound, on_share: OnShare) -
     task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
     clock = Clock(task.time_limit, begun, on_share)
     with timed(seconds, "placement"):
-        spacing = tabulated(domain, problem.spacing)
+        spacing = tabulated(domain, problem.packing_spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
         first = start_row(start, connect(start, domain).triangles)
@@ -147,8 +147,8 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         mesh = mesh_of(last.net, domain)
         require_conforming(mesh)
         departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
-        figures = mesh_figures(mesh.points, mesh.triangles, problem.wanted.between)
-        error, fields = area_error(mesh), triangle_fields(mesh, problem.wanted)
+        figures = mesh_figures(mesh.points, mesh.triangles, problem.spacing.between)
+        error, fields = area_error(mesh), triangle_fields(mesh, problem.spacing)
         straight = 0
         if task.order == 2:
             mesh, straight = mesh.second_order()

@@ -27,7 +27,7 @@ class Preview(NamedTuple):
 
 def previewed(problem: Problem) -> Preview:
     """The spacing that the packing goes by, on triangles that are fine enough for a picture and no finer."""
-    domain, wanted = problem.domain, problem.spacing
+    domain, wanted = problem.domain, problem.packing_spacing
     finest, coarsest = FINEST * domain.size, COARSEST * domain.size
 
     def shown(x: Floats, y: Floats) -> Floats:
@@ -35,4 +35,4 @@ def previewed(problem: Problem) -> Preview:
 
     spacing = Spacing(shown, finest)
     mesh = mesh_of(connect_inside(ErrorDiffusion()(domain, spacing, ENOUGH), domain, spacing), domain)
-    return Preview(mesh, wanted(mesh.points), problem.packed)
+    return Preview(mesh, wanted(mesh.points), problem.packing_extremes)

@@ -57,11 +57,15 @@ class Expression:
         The constants it may name.
     costly : bool
         Whether it measures distances that take long.
+    given : str
+        The text with the space around it.
     """
 
     text: str
     parameters: Mapping[str, float] = field(hash=False)
     costly: bool
+    given: str = field(repr=False, compare=False)
+    _tree: ast.expr = field(repr=False, compare=False)
     _evaluate: Evaluate = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
 
@@ -87,10 +91,22 @@ class Expression:
         CaseError
             If the text is not such an expression; the message names the column and the part of the text.
         """
-        text, parameters = text.strip(), dict(parameters or {})
-        builder = _Builder(text, COORDINATES, _constants(parameters), distance_to)
-        evaluate = builder.built(parsed(text), 0)
-        return cls(text, parameters, builder.costly, evaluate, distance_to)
+        return cls._of(text, dict(parameters or {}), parsed(text.strip()), distance_to)
+
+    @classmethod
+    def _of(
+        cls, given: str, parameters: Mapping[str, float], tree: ast.expr, distance_to: DistanceTo | None
+    ) -> "Expression":
+        builder = _Builder(given.strip(), COORDINATES, _constants(parameters), distance_to)
+        evaluate = builder.built(tree, 0)
+        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to)
+
+    def measuring(self, distance_to: DistanceTo) -> "Expression":
+        """The same expression with values for its calls of the distance; a CaseError as of `parse`."""
+        return self._of(self.given, self.parameters, self._tree, distance_to)
+
+    def __str__(self) -> str:
+        return self.text
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values at the points (x, y), in the arrays' common shape; nan and infinite ones are passed on."""
@@ -101,7 +117,7 @@ class Expression:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.
-        return Expression.parse, (self.text, self.parameters, self._distance_to)
+        return Expression.parse, (self.given, self.parameters, self._distance_to)
 
 
 def constant(text: str, parameters: Mapping[str, float]) -> float:

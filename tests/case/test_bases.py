@@ -35,7 +35,7 @@ def test_a_case_takes_over_what_it_does_not_say(folder):
 
 def test_mappings_join_their_keys_and_other_values_are_replaced(folder):
     case = case_of(folder, "base: base.yaml\nspacing: h\npacking: {w2: 0.6}\ndomain: {holes: []}\n")
-    assert case.spacing == "h"
+    assert case.spacing.text == "h"
     assert case.packing == {"w1": 1.5, "w2": 0.6}
     assert case.domain.holes == ()
     assert case.parameters == {"h": 0.1, "k": 2}

@@ -10,6 +10,7 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.case.template import TEMPLATE
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.packing.methods import METHODS
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.rings import rings_of
 
 
@@ -153,12 +154,12 @@ class TestLoading:
     def test_template_loads(self):
         case = case_of(TEMPLATE)
         assert (case.name, case.method) == ("plate", "multilevel")
-        assert isinstance(case.spacing, str)
+        assert case.spacing.text.startswith("h*(1 + 2*max")
 
     def test_case_survives_json(self):
         case = case_of(TEMPLATE)
-        assert Case.model_validate_json(case.model_dump_json()) == case
-        assert Case.model_validate(case.model_dump()) == case
+        assert Case.model_validate_json(case.model_dump_json(), context=case.parameters) == case
+        assert Case.model_validate(case.model_dump(), context=case.parameters) == case
 
     @pytest.mark.parametrize(("old", "new", "message"), INVALID, ids=[new[:40] for _, new, _ in INVALID])
     def test_problem_names_place_and_key(self, old, new, message):
@@ -196,7 +197,7 @@ class TestLoading:
             overrides=["domain.holes.0.circle.radius=0.3", "parameters.h=1e-1", "spacing=h*2", "limits.max_nodes=1e4"],
         )
         assert case.domain.holes[0].circle.radius == 0.3
-        assert (case.spacing, case.parameters, case.limits.max_nodes) == ("h*2", {"h": 0.1}, 10_000)
+        assert (case.spacing.text, case.parameters, case.limits.max_nodes) == ("h*2", {"h": 0.1}, 10_000)
 
     def test_plain_spacing_that_gets_a_key_becomes_the_value(self):
         one, other = (
@@ -204,7 +205,7 @@ class TestLoading:
             for text in ("x + 2", "{value: x + 2}")
         )
         assert one.spacing == other.spacing
-        assert (one.spacing.value, one.spacing.nodes) == ("x + 2", 50)
+        assert (one.spacing.value.text, one.spacing.nodes) == ("x + 2", 50)
 
     @pytest.mark.parametrize(
         ("option", "message"),
@@ -231,6 +232,30 @@ class TestLoading:
     def test_method_and_seed_options(self):
         case = case_of(SQUARE, method="accelerated", seed=7)
         assert (case.method, case.packing) == ("accelerated", {"seed": 7})
+
+    def test_options_of_another_method_are_left_out_where_an_option_names_the_method(self):
+        text = SQUARE + "method: accelerated\npacking: {seed: 3, w2: 0.7}\nschedule: {c_out: 0.3}\n"
+        case = case_of(text, method="multilevel")
+        assert (case.method, case.packing, case.schedule) == ("multilevel", {"seed": 3}, {})
+        assert case.warnings == (
+            "packing.w2: the method 'multilevel' does not use this key: it is left out",
+            "schedule.c_out: the method 'multilevel' does not use this key: it is left out",
+        )
+        assert prepare(case).warnings[:2] == case.warnings
+        assert case_of(text).warnings == ()
+
+    def test_options_that_no_method_knows_stay_errors_and_so_do_those_of_the_command_line(self):
+        text = SQUARE + "packing: {w2: 0.7}\n"
+        assert message_of(text).startswith("folder/plate.yaml:8: packing.w2: the method 'multilevel' does not use")
+        zzz = message_of(SQUARE + "packing: {zzz: 1}\n", method="bpm")
+        assert zzz.startswith("folder/plate.yaml:8: packing.zzz: ")
+        both = message_of(SQUARE, method="multilevel", overrides=["packing.w2=0.7"])
+        assert both.startswith("--set packing.w2: packing.w2: the method 'multilevel' does not use this key")
+
+    def test_a_copy_with_another_method_is_configured_anew(self):
+        case = case_of(SQUARE)
+        assert case.configured_method is case.configured_method
+        assert case.model_copy(update={"method": "bpm"}).configured_method == METHODS["bpm"]
 
     def test_unknown_method_and_option(self):
         name = next(iter(METHODS))

@@ -101,11 +101,11 @@ def test_steepness_of_a_linear_spacing_is_its_gradient(gradient):
 def test_coarse_spacing_is_between_the_wanted_one_and_its_double(example):
     problem = prepare(load_case("example.yaml", text=BARE[example]))
     scheme = Doubling(coarsest_nodes=1, steepest=3.0)
-    *coarse, finest = scheme(problem.domain, problem.spacing, 300)
+    *coarse, finest = scheme(problem.domain, problem.packing_spacing, 300)
     assert len(coarse) >= 3
-    assert finest is problem.spacing
+    assert finest is problem.packing_spacing
     points = np.vstack([inside(problem.domain), problem.domain.polygonal_copy.points])
-    wanted = problem.spacing(points)
+    wanted = problem.packing_spacing(points)
     for number, spacing in enumerate(reversed(coarse), start=1):
         d = spacing(points)
         assert (d >= wanted).all()

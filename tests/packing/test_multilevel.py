@@ -41,7 +41,7 @@ def run_of(text, seed=0):
     """Placed bubbles, spacings of the levels and rounds."""
     problem = prepare(load_case("case.yaml", text=text, seed=seed))
     method = problem.method
-    levels = method.levels(problem.domain, problem.spacing, problem.expected_nodes)
+    levels = method.levels(problem.domain, problem.packing_spacing, problem.expected_nodes)
     start = method.placement(problem.domain, levels[0], 100_000)
     return problem, start, levels, list(rounds(start, problem.domain, levels, method))
 
@@ -110,7 +110,7 @@ def test_opening_round_has_the_most_steps_but_for_the_shaking(fine):
 def test_bubbles_of_the_last_round_have_the_wanted_spacing_and_are_all_connected(fine):
     problem, _, _, done = fine
     net = done[-1].net
-    np.testing.assert_allclose(net.bubbles.d, problem.spacing(net.bubbles.x), rtol=1e-12)
+    np.testing.assert_allclose(net.bubbles.d, problem.packing_spacing(net.bubbles.x), rtol=1e-12)
     assert (net.valence > 0).all()
     distance = problem.domain.signed_distance(net.bubbles.x)
     assert (distance[net.bubbles.interior] > 0).all()

@@ -23,7 +23,7 @@ def problem_of(text):
 
 
 def packed(problem, watch):
-    levels = problem.method.levels(problem.domain, problem.spacing, problem.expected_nodes)
+    levels = problem.method.levels(problem.domain, problem.packing_spacing, problem.expected_nodes)
     start = problem.method.placement(problem.domain, levels[0], 10**6)
     return levels, [*rounds(start, problem.domain, levels, problem.method, watch)]
 

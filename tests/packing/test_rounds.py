@@ -27,8 +27,8 @@ ACCELERATED = METHODS["accelerated"]
 def run_of(seed=0, **schedule):
     overrides = [f"schedule.{key}={value}" for key, value in schedule.items()]
     problem = prepare(load_case("example.yaml", text=EXAMPLES["2"], seed=seed, overrides=overrides))
-    start = problem.method.placement(problem.domain, problem.spacing, 10_000)
-    return start, list(rounds(start, problem.domain, [problem.spacing], problem.method)), problem.method
+    start = problem.method.placement(problem.domain, problem.packing_spacing, 10_000)
+    return start, list(rounds(start, problem.domain, [problem.packing_spacing], problem.method)), problem.method
 
 
 @pytest.fixture(scope="module")

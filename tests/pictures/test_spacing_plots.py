@@ -55,7 +55,7 @@ def test_the_mesh_of_a_picture_is_never_large_and_never_coarse(spacing):
 def test_values_and_extremes_are_those_that_the_packing_goes_by():
     problem = problem_of(REFINED)
     shown = previewed(problem)
-    np.testing.assert_allclose(shown.spacing, problem.spacing(shown.mesh.points))
+    np.testing.assert_allclose(shown.spacing, problem.packing_spacing(shown.mesh.points))
     assert shown.extremes.maximum == pytest.approx(0.2)
     assert shown.extremes.minimum == pytest.approx(0.02 * np.pi / 3, rel=0.05)
     assert np.hypot(shown.extremes.minimum_at[0] - 1.5, shown.extremes.minimum_at[1] - 0.5) < 0.03
@@ -73,7 +73,7 @@ def test_colours_tell_the_spacing(text, norm):
     pixels = np.asarray(figure.canvas.buffer_rgba())[::-1] / 255
     for point in ((0.3, 0.8), (1.0, 0.2), (1.9, 0.9), (0.1, 0.1)):
         column, row = np.rint(axes.transData.transform(point)).astype(int)
-        wanted = mpl.colormaps["viridis"](colours.norm(problem.spacing(np.array([point]))[0]))
+        wanted = mpl.colormaps["viridis"](colours.norm(problem.packing_spacing(np.array([point]))[0]))
         np.testing.assert_allclose(pixels[row, column, :3], wanted[:3], atol=0.03)
     column, row = np.rint(axes.transData.transform((1.5, 0.5))).astype(int)
     np.testing.assert_allclose(pixels[row, column, :3], 1)  # the hole
@@ -104,8 +104,8 @@ def test_extremes_are_marked_where_they_are():
     problem = problem_of(WIDE)
     axes = figure_of(problem, "A title").axes[0]
     places = [line.get_xydata()[0] for line in axes.lines]
-    np.testing.assert_allclose(places, [(0.5, 0.25), problem.packed.maximum_at], atol=1e-3)
-    assert [text.get_text() for text in axes.texts] == ["least 0.01", f"largest {problem.packed.maximum:.4g}"]
+    np.testing.assert_allclose(places, [(0.5, 0.25), problem.packing_extremes.maximum_at], atol=1e-3)
+    assert [text.get_text() for text in axes.texts] == ["least 0.01", f"largest {problem.packing_extremes.maximum:.4g}"]
     assert axes.get_title() == "A title"
     assert {text.get_text() for text in axes.get_legend().get_texts()} == {"s", "e", "n", "w", "hole-1"}
 
@@ -142,7 +142,7 @@ def test_an_estimate_tells_the_extremes_of_both_spacings():
     assert (found["spacing"]["minimum"], found["spacing"]["maximum"]) == (0.2, 0.2)
     assert found["packed_spacing"]["minimum"] == pytest.approx(0.021, abs=0.001)
     assert "packed_spacing" not in estimate(problem_of(UNIFORM))
-    assert problem_of(UNIFORM).packed.maximum == 0.1
+    assert problem_of(UNIFORM).packing_extremes.maximum == 0.1
 
 
 # The commands

@@ -35,7 +35,7 @@ def posed(folder, spacing, **options):
 
 
 def values(folder, spacing, *points):
-    return posed(folder, spacing).wanted(np.array(points, float))
+    return posed(folder, spacing).spacing(np.array(points, float))
 
 
 def square_mesh(path, **data):
@@ -100,7 +100,7 @@ class TestTerms:
         (tmp_path / "base.yaml").write_text(f"{PLATE}\nspacing: {{{raster}}}")
         path = tmp_path / "below/case.yaml"
         for text, expected in [("base: ../base.yaml", 0.1), (f"base: ../base.yaml\nspacing: {{{raster}}}", 0.2)]:
-            wanted = prepare(load_case(path, text=text)).wanted
+            wanted = prepare(load_case(path, text=text)).spacing
             assert wanted(np.array([[0.1, 0.1]])) == pytest.approx(expected)
 
     def test_the_report_tells_what_was_given(self, tmp_path):

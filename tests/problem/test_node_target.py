@@ -82,7 +82,7 @@ def test_spacings_of_regions_are_scaled_too():
         for overrides in ([], ["spacing.nodes=400", "spacing.scale=7"])
     )
     points = np.array([[0.6, 0.5], [0.55, 0.6], [1.5, 0.9], [1.9, 0.1]])
-    np.testing.assert_allclose(scaled.wanted(points), scaled.node_target.scale * plain.wanted(points))
+    np.testing.assert_allclose(scaled.spacing(points), scaled.node_target.scale * plain.spacing(points))
 
 
 def test_the_nodes_decide_whatever_the_scale_of_the_case_was():

@@ -9,7 +9,8 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.python_input import spacing_of
-from bubblemesh.problem.spacing import wanted_of
+from bubblemesh.problem.spacing import case_spacing
+from bubblemesh.run.report import estimate
 
 DOMAIN = """
 parameters: {h: 0.1}
@@ -43,7 +44,7 @@ WALL = np.min([X, 4 - X, Y, 2 - Y, BORE], axis=0)
 
 def wanted(spacing, own=""):
     case = load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', own)}spacing: {spacing}\n")
-    return wanted_of(case, BOUND).at(None)
+    return case_spacing(case, BOUND).at(None)
 
 
 def values(spacing, own=""):
@@ -149,7 +150,7 @@ domain:
 spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, growth: 0.4}, value: 0.25}
 """
     domain = domain_of(text.partition("spacing")[0])
-    spacing = wanted_of(load_case("plate.yaml", text=text), domain).at(None)
+    spacing = case_spacing(load_case("plate.yaml", text=text), domain).at(None)
     assert spacing.costly
     a, b, wall = (domain.distance_to(POINTS, label) for label in ("a", "b", "wall"))
     expected = np.min([0.02 + 0.2 * a, 0.05 + 0.2 * b, 0.03 + 0.4 * b, 0.1 + 0.2 * wall, np.full(len(X), 0.25)], axis=0)
@@ -188,7 +189,7 @@ def test_places_where_it_may_be_fine_are_known():
 def test_a_tiny_spot_is_not_passed_by():
     text = f"{DOMAIN.replace('OWN', '')}spacing: {{value: 0.5, near: {{point: [3.01, 0.17], size: 1e-4, growth: 9}}}}\n"
     problem = prepare(load_case("plate.yaml", text=text))
-    assert problem.packed.minimum == pytest.approx(1e-4, rel=0.05)
+    assert problem.packing_extremes.minimum == pytest.approx(1e-4, rel=0.05)
 
 
 SCALED = [
@@ -220,5 +221,11 @@ def test_small_spots_of_terms_are_not_passed_over(terms, at, size):
     text = "domain: {outer: {rectangle: [0, 0, 2, 1]}}\nspacing: {maximum: 0.2, growth: 0.2, %s}"
     problem = prepare(load_case("-", text=text % (terms % points if "%s" in terms else terms)))
     away = np.add(at, [[0, 0], [0, 0.01], [0, 0.1]])
-    np.testing.assert_allclose(problem.spacing(away), size + 0.2 * np.array([0, 0.01, 0.1]), rtol=0.05)
+    np.testing.assert_allclose(problem.packing_spacing(away), size + 0.2 * np.array([0, 0.01, 0.1]), rtol=0.05)
     assert problem.survey.minimum == pytest.approx(size, rel=0.01)
+
+
+def test_the_estimate_tells_the_labels_of_all_that_is_inside_too():
+    problem = prepare(load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', '')}spacing: 0.2\n"))
+    inner = {"bore", "core-rim", "seed-rim", "crack", "well"}
+    assert set(estimate(problem)["labels"]) == {"bottom", "right", "top", "left", *inner}

@@ -329,3 +329,15 @@ def test_random_arithmetic_agrees_with_numpy(tree):
     with np.errstate(all="ignore"):
         expected = np.broadcast_to(computed(tree), X.shape)
     np.testing.assert_array_equal(Expression.parse(written(tree))(X, Y), expected)
+
+
+def test_distances_are_bound_to_an_expression_that_is_parsed_already():
+    expression = Expression.parse(" x + distance('1')\n", {"h": 2.0})
+    assert (expression.text, expression.given, str(expression)) == (
+        "x + distance('1')",
+        " x + distance('1')\n",
+        expression.text,
+    )
+    bound = expression.measuring(Circles())
+    np.testing.assert_array_equal(bound(X, Y), Expression.parse(expression.text, {}, Circles())(X, Y))
+    assert bound.parameters == {"h": 2.0}

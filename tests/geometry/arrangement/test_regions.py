@@ -87,7 +87,7 @@ def test_an_embedded_point_is_a_node(method):
 
 
 def spacing_of(text, *points):
-    return prepare(load_case("spacing.yaml", text=text)).wanted(np.array(points, float)).tolist()
+    return prepare(load_case("spacing.yaml", text=text)).spacing(np.array(points, float)).tolist()
 
 
 def test_the_spacing_of_a_region_counts_inside_and_the_finest_on_the_rim():

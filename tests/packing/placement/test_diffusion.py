@@ -89,7 +89,7 @@ def test_number_hardly_depends_on_the_leaves(leaf):
 @pytest.mark.parametrize("example", BARE)
 def test_examples_start_with_the_ideal_number(example):
     problem = prepare(load_case("example.yaml", text=BARE[example]))
-    bubbles = ErrorDiffusion()(problem.domain, problem.spacing, ENOUGH)
+    bubbles = ErrorDiffusion()(problem.domain, problem.packing_spacing, ENOUGH)
     assert len(bubbles) == pytest.approx(problem.expected_nodes, rel=0.04)
 
 

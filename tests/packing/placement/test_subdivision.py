@@ -60,11 +60,11 @@ def test_first_example_changes_its_interior_exactly_at_one_weight():
 @pytest.mark.parametrize("example", ["1", "2", "3", "4"])
 def test_bubbles_are_inside_and_keep_their_clearance(example):
     problem = prepare(load_case("example.yaml", text=EXAMPLES[example]))
-    bubbles = problem.method.placement(problem.domain, problem.spacing, ENOUGH)
+    bubbles = problem.method.placement(problem.domain, problem.packing_spacing, ENOUGH)
     distance = problem.domain.signed_distance(bubbles.x)
     assert np.abs(distance[: bubbles.boundary_count]).max() < 1e-12
     assert (distance[bubbles.interior] > 0.3 * bubbles.d[bubbles.interior]).all()
-    np.testing.assert_array_equal(bubbles.d, problem.spacing(bubbles.x))
+    np.testing.assert_array_equal(bubbles.d, problem.packing_spacing(bubbles.x))
 
 
 def test_runaway_subdivision_stops_at_the_limit():

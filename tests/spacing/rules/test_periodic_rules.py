@@ -55,11 +55,11 @@ def test_a_fine_spot_reaches_across_all_sides(at):
     spacing = f"{{value: 0.15, near: {{point: [{at[0]}, {at[1]}], size: 0.01}}, growth: 0.2}}"
     shifts = [(dx, dy) for dx in (-2, 0, 2) for dy in (-1, 0, 1)]
     expected = np.minimum(0.01 + 0.2 * from_copies(at, shifts), 0.15)
-    np.testing.assert_allclose(problem_of(spacing, BOTH).wanted(POINTS), expected, rtol=0.12)
+    np.testing.assert_allclose(problem_of(spacing, BOTH).spacing(POINTS), expected, rtol=0.12)
 
 
 def test_curved_sides_are_followed():
-    wanted = problem_of("{value: 0.15, near: {label: left, size: 0.01}, growth: 0.2}", outline=MOONS).wanted
+    wanted = problem_of("{value: 0.15, near: {label: left, size: 0.01}, growth: 0.2}", outline=MOONS).spacing
     beside = np.linspace(-1.3, 1.3, 9)
     rim = np.column_stack([2 + 0.49 * np.cos(beside), 0.5 + 0.49 * np.sin(beside)])
     np.testing.assert_allclose(wanted(rim), 0.012, rtol=0.12)
@@ -69,7 +69,7 @@ def test_curved_sides_are_followed():
 @pytest.mark.parametrize("spacing", ["0.1", "{value: 0.1, growth: 0.2}", "0.1 + 0.02*sin(pi*x)*y"])
 def test_nothing_changes_where_both_sides_agree(spacing):
     problem = problem_of(spacing)
-    assert problem.tied is problem.ruled
+    assert problem.after_periodic is problem.after_rules
     assert "periodic" not in estimate(problem)
 
 
@@ -93,8 +93,8 @@ def test_short_edges_beside_one_side_make_the_other_one_fine():
         "labels: [bottom, right, top, tooth, tooth, top, left]}"
     )
     problem = problem_of("0.2", outline=outline)
-    assert problem.spacing(np.array([[1.99, 0.99]]))[0] < 0.04
-    assert problem.wanted(np.array([[1.99, 0.99]]))[0] == 0.2
+    assert problem.packing_spacing(np.array([[1.99, 0.99]]))[0] < 0.04
+    assert problem.spacing(np.array([[1.99, 0.99]]))[0] == 0.2
 
 
 def test_the_finer_spacing_of_both_sides_is_that_of_either():
@@ -124,4 +124,4 @@ def test_grading_across_the_sides_ends(monkeypatch):
     monkeypatch.setattr(sides, "gradient_limited", counted)
     problem = problem_of("{value: 0.2, near: {point: [0.02, 0.03], size: 0.004}}", BOTH)
     assert len(graded_times) <= 4
-    assert problem.spacing is problem.tied.spacing
+    assert problem.packing_spacing is problem.after_periodic.spacing
