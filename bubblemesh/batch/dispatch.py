@@ -1,4 +1,4 @@
-"""How cases go to workers, wherever these are, and come back."""
+"""Cases go to workers, wherever these are, and come back."""
 
 from abc import ABC, abstractmethod
 from collections import Counter, deque
@@ -69,14 +69,14 @@ class Workers(ABC):
 
     @abstractmethod
     def capacity(self) -> int:
-        """How many jobs to have submitted, so that no worker has to wait."""
+        """Number of jobs to have submitted, so that no worker has to wait."""
 
     @abstractmethod
     def failure(self, error: BaseException) -> tuple[int, str]:
         """Exit code and words for a job that could not be run, from the exception of its future."""
 
     def missing(self) -> str | None:
-        """What to say while there are no workers; else None."""
+        """Warning while there are no workers; else None."""
         return None
 
 

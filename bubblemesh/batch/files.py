@@ -74,7 +74,7 @@ def _locked(path: Path, refusal: str, seconds: float = 0.1) -> Iterator[None]:
 
 
 def staging_prefix(folder: Path, options: BatchOptions) -> str:
-    """How the names begin of folders in a folder of results in which the files of a case wait until all are there.
+    """Beginning of the names of staging folders, in which the files of a case wait until all of them are there.
 
     Batches with different summaries may write into one folder at the same time. So the names tell the summary, which
     one batch at a time has: what an earlier one has left there is of no use to anybody.

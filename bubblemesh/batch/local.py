@@ -28,7 +28,7 @@ FAREWELL = 5.0  # seconds that a worker whose pipe is closed has to see that the
 
 @contextmanager
 def local_workers(count: int) -> Iterator[Workers]:
-    """So many processes with one thread of NumPy each; they end with the block, at once if by an exception."""
+    """Start processes with one thread of NumPy each; they end with the block, at once if by an exception."""
     with (
         _environment(dict.fromkeys(THREADS, "1")),
         TemporaryDirectory(prefix="bubblemesh-", ignore_cleanup_errors=True) as staging,

@@ -1,4 +1,4 @@
-"""What a batch is to do: its options, and all cases by their names before the first of them is meshed."""
+"""The plan of a batch: its options, and all cases by their names before the first of them is meshed."""
 
 import os
 import re
@@ -25,7 +25,7 @@ PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those 
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """What holds for all cases of a batch.
+    """Options that hold for all cases of a batch.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class BatchOptions:
 
     @property
     def suffix(self) -> str:
-        """What the shard adds to the names of the summary's files."""
+        """Part of the names of the summary's files that tells the shard, such as ``-03-of-16``."""
         index, count = self.shard
         return "" if count == 1 else f"-{index:0{len(str(count))}}-of-{count}"
 

@@ -1,4 +1,4 @@
-"""Which cases an earlier batch has done, and which of its rows stay."""
+"""Going on after an earlier batch: the cases that it has done, and the rows that stay."""
 
 from collections.abc import Iterable, Sequence
 from hashlib import file_digest

@@ -64,7 +64,7 @@ def _value_at(report: Any, keys: tuple[str, ...]) -> Any:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one case; before it is meshed, what is known of it.
+    """Outcome of one case in figures; before it is meshed, what is known of it.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Row:
 
     @property
     def key(self) -> tuple[str | None, str]:
-        """What no two cases of a batch share."""
+        """Folder and name, which no two cases of a batch share."""
         return self.folder, self.case
 
     def failed(self, exit_code: int, error: str) -> Self:

@@ -20,7 +20,7 @@ Hire = Callable[[int], AbstractContextManager[Workers]]
 
 
 def workers_at(jobs: int | None, cluster: str | None) -> Hire:
-    """What gives the workers for a number of cases: so many local processes, or those of a cluster.
+    """Function that gives workers for a number of cases: so many local processes, or those of a cluster.
 
     Raises
     ------

@@ -72,7 +72,7 @@ class Summary:
             self._table.close()
 
     def _written(self) -> "tuple[Lines, Lines]":
-        """Both files, written anew."""
+        """Lines and table, written anew."""
         table = self.path.with_suffix(".csv")
         texts = {
             self.path: "".join(row.line() for row in self.rows),
@@ -144,7 +144,7 @@ def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
 
 
 def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
-    """What ``--json`` prints of the rows of a batch; its exit code is 0 if all of theirs are, else the largest."""
+    """Counts and rows of a batch, as ``--json`` prints them; the exit code is the largest of the rows, or 0."""
     codes = [row.exit_code for row in rows]
     counts = {"cases": len(rows), "failed": sum(code != 0 for code in codes), "unchanged": unchanged}
     return counts | {"exit_code": max(codes, default=0), "rows": [row.data() for row in rows]}

@@ -84,7 +84,7 @@ def _with_contents(value: Any, contents: Mapping[str, str]) -> Any:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job.
+    """Row and files that come back for a job.
 
     Attributes
     ----------
