@@ -18,7 +18,7 @@ OWN_KEYS = ("base", "name", "sweep")  # that a case does not take over from its 
 
 
 @dataclass(frozen=True)
-class Layer:
+class SourceFile:
     """One file of a case, with what messages call it."""
 
     source: str
@@ -26,7 +26,7 @@ class Layer:
     folder: Path = Path()
 
 
-def layers_of(path: Path, source: str, text: str) -> list[Layer]:
+def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
     """The files of a case, from the one that has no base to the case itself.
 
     Parameters
@@ -45,10 +45,10 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
     FileError
         If a base cannot be read.
     """
-    layers = [Layer(source, document_of(text, source), path.parent)]
+    files = [SourceFile(source, document_of(text, source), path.parent)]
     seen = [realpath(path)]
-    while (base := layers[0].document.data.get("base")) is not None:
-        place = f"{layers[0].source}:{layers[0].document.line(('base',))}: base"
+    while (base := files[0].document.data.get("base")) is not None:
+        place = f"{files[0].source}:{files[0].document.line(('base',))}: base"
         if not isinstance(base, str) or not base:
             raise CaseError(f"{place}: must be the name of a case file (found {base!r})")
         path = path.parent / base
@@ -59,20 +59,20 @@ def layers_of(path: Path, source: str, text: str) -> list[Layer]:
             text = read_text(path)
         except FileError as error:
             raise FileError(f"{place}: {error}") from None
-        layers.insert(0, Layer(str(path), document_of(text, str(path)), path.parent))
-    return layers
+        files.insert(0, SourceFile(str(path), document_of(text, str(path)), path.parent))
+    return files
 
 
-def merged(layers: Sequence[Layer]) -> dict[str, Any]:
-    """The data of all layers: a key of a later one replaces that of an earlier one, and mappings join their keys.
+def merged(files: Sequence[SourceFile]) -> dict[str, Any]:
+    """The data of all files: a key of a later one replaces that of an earlier one, and mappings join their keys.
 
     That goes one level deep: ``packing: {w2: 0.7}`` keeps the base's ``w1``, but a ring is replaced as a whole.
     """
     data: dict[str, Any] = {}
-    for layer in layers:
+    for file in files:
         data = {key: value for key, value in data.items() if key not in OWN_KEYS}
-        for key, given in layer.document.data.items():
-            value = _at_home(key, given, layer.folder)
+        for key, given in file.document.data.items():
+            value = _at_home(key, given, file.folder)
             present = data.get(key)
             data[key] = {**present, **value} if isinstance(present, dict) and isinstance(value, dict) else value
     data.pop("base", None)
@@ -89,7 +89,7 @@ def _at_home(key: str, value: Any, folder: Path) -> Any:
 
 
 def _with_files_found(value: Any, folder: Path) -> Any:
-    """The same data, with the folder before the names of files in it."""
+    """Copy of data with the folder before the names of files in it."""
     if isinstance(value, list):
         return [_with_files_found(entry, folder) for entry in value]
     if not isinstance(value, dict):
@@ -98,7 +98,7 @@ def _with_files_found(value: Any, folder: Path) -> Any:
     return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
 
 
-def place_of(layers: Sequence[Layer], path: Sequence[str | int]) -> str:
+def place_of(files: Sequence[SourceFile], path: Sequence[str | int]) -> str:
     """File and line of the value at a key path, or of what comes nearest to it."""
-    known = max(reversed(layers), key=lambda layer: layer.document.depth(path))
+    known = max(reversed(files), key=lambda file: file.document.depth(path))
     return f"{known.source}:{known.document.line(path) or 1}"

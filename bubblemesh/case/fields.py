@@ -55,7 +55,7 @@ class Choice(NamedTuple):
         return TAG.format(next(key for key in self.keys if key in _keys(value)))
 
     def checked(self, value: Any) -> Any:
-        """The same value, if it is a mapping with exactly one of the keys."""
+        """Check that a value is a mapping with exactly one of the keys."""
         if isinstance(value, dict | BaseModel) and sum(key in _keys(value) for key in self.keys) == 1:
             return value
         context = {"what": self.what, "keys": ", ".join(self.keys), "hint": self._hint(value)}
@@ -83,7 +83,7 @@ def listed(count: int, what: str) -> BeforeValidator:
 
 
 def filled(value: Any) -> Any:
-    """The same value, if it is no empty list; Pydantic's own check would count the valid entries only."""
+    """Check that a value is no empty list; Pydantic's own check would count the valid entries only."""
     if isinstance(value, list | tuple) and not value:
         raise PydanticCustomError("empty", "must have at least one entry")
     return value

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bubblemesh.case.bases import Layer, layers_of, merged, place_of
+from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
 from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
@@ -89,18 +89,18 @@ def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[d
     for change in changes:
         if change.path[0] == "base":
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
-    layers = layers_of(path, source, read_text(path) if text is None else text)
-    data: Any = merged(layers)
+    files = source_files(path, source, read_text(path) if text is None else text)
+    data: Any = merged(files)
     for change in changes:
         data = applied(data, change)
-    return data, _Places(layers, changes)
+    return data, _Places(files, changes)
 
 
 @dataclass(frozen=True)
 class _Places:
-    """Where the values of a case come from."""
+    """Places that the values of a case come from."""
 
-    layers: Sequence[Layer]
+    files: Sequence[SourceFile]
     changes: Sequence[Override]
 
     def __call__(self, path: Sequence[str | int]) -> str:
@@ -108,11 +108,11 @@ class _Places:
         for change in reversed(self.changes):
             if change.covers(path):
                 return change.source
-        in_file = any(layer.document.depth(path) == len(path) for layer in self.layers)
+        in_file = any(file.document.depth(path) == len(path) for file in self.files)
         for change in () if in_file else reversed(self.changes):
             if change.leads_through(path):
                 return f"{change.source}: {change.key}" if change.key else change.source
-        return place_of(self.layers, path)
+        return place_of(self.files, path)
 
     def is_option(self, path: Sequence[str | int]) -> bool:
         """Whether an option, not a file, set the value at the key path."""
@@ -144,7 +144,7 @@ def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
 
 
 def _parameters(data: dict[str, Any]) -> dict[str, float]:
-    """Those parameters that are numbers: the others are reported where they stand."""
+    """Parameters of a case that are numbers: the others are reported where they stand."""
     found = data.get("parameters")
     values = found.items() if isinstance(found, dict) else ()
     return {str(name): value for name, value in values if type(value) in (int, float)}

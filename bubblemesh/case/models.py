@@ -114,16 +114,16 @@ class Case(Strict):
 
     @property
     def origin(self) -> Origin:
-        """Where its keys stand, if it comes from a file."""
+        """Places of the keys, if the case comes from a file."""
         return self._origin
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was left out of it on loading."""
+        """Warnings on keys that were left out on loading."""
         return self._warnings
 
     def loaded(self, origin: Origin, warnings: tuple[str, ...]) -> "Case":
-        """The same case with another origin, and warnings."""
+        """Copy of the case with its origin, and warnings on loading it."""
         case = self.model_copy()
         case._origin, case._warnings = origin, warnings
         return case

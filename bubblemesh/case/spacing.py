@@ -173,7 +173,7 @@ WantedSpacing = Annotated[
 
 
 class _Given(Strict):
-    """What the keys in messages on the terms that a program gives start with."""
+    """Parent of the terms that a program gives, with whose key messages start."""
 
     spacing: SpacingTerms = Field(description="The terms.")
 

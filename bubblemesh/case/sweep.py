@@ -93,7 +93,7 @@ def _example(sweep: object) -> str:
 
 
 def _problem(key: str, values: Any) -> str | None:
-    """What is wrong with a key and its values, if anything is."""
+    """Fault of a key and its values, if they have one."""
     if isinstance(values, Mapping) and values:
         inner = next(iter(values))
         return f"must be a list of values: write the key in one word, {key}.{inner}: [...]"
@@ -112,7 +112,7 @@ def _problem(key: str, values: Any) -> str | None:
 
 
 def _identity(value: Any) -> tuple[bool, Any]:
-    """What equal values share: 1 and 1.0 do, 1 and true do not."""
+    """Key that equal values share: 1 and 1.0 do, 1 and true do not."""
     return isinstance(value, bool), repr(value) if isinstance(value, list | dict) else value
 
 

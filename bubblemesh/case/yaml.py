@@ -32,7 +32,7 @@ class Node(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where a mapping has a key or a list an entry, and what is there."""
+    """Line where a mapping has a key or a list an entry, and the node that is there."""
 
     line: int
     node: Node

@@ -35,7 +35,7 @@ def prepare_in(
 
 
 def task_of(case: Case) -> Task:
-    """How to mesh a case."""
+    """Task of a case: its method, limits and requirements."""
     method = case.configured_method
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
     limits, requirements = case.limits, case.require.model_dump(exclude_none=True)

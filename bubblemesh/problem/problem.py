@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """How to mesh.
+    """Method, limits and requirements of a mesh.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Problem:
     survey : Survey
         Extremes of the spacing and the ideal number of nodes.
     expected_nodes : float
-        The same number for the packing spacing.
+        Ideal number of nodes for the packing spacing.
     after_rules, after_periodic : LimitedSpacing
         How the rules of the spacing changed it, and then the counterparts of periodic sides, if they did.
     warnings : tuple of str
@@ -94,7 +94,7 @@ class Problem:
 
     @property
     def changes(self) -> dict[str, LimitedSpacing]:
-        """What made the spacing finer than its terms, as reports name it."""
+        """Changes that made the spacing finer than its terms, as reports name them."""
         found = {"rules": self.after_rules, "periodic": self.after_periodic}
         if self.after_periodic is self.after_rules:
             del found["periodic"]

@@ -1,4 +1,4 @@
-"""What Python programs give: polygons of shapely and spacings of their own, checked."""
+"""Input of Python programs: polygons of shapely and spacings of their own, checked."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -45,7 +45,7 @@ def polygon_domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | N
 
 
 def _polygon(geometry: Any) -> shapely.Polygon:
-    """The one polygon that a shape is."""
+    """Polygon that a shape consists of."""
     if isinstance(geometry, shapely.MultiPolygon) and len(geometry.geoms) > 1:
         raise GeometryError(f"{len(geometry.geoms)} polygons: mesh one of them, or join them to one first")
     polygon = geometry.geoms[0] if isinstance(geometry, shapely.MultiPolygon) and geometry.geoms else geometry

@@ -28,7 +28,7 @@ from bubblemesh.readers.selection import Selection
 
 
 def rings_of(keys: RingKeys) -> list[Ring]:
-    """The one ring that some keys describe, or all those of the file that they name.
+    """Ring that some keys describe, or all rings of the file that they name.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _pieces(keys: PathLine) -> tuple[Point, list[Piece]]:
 
 
 def _selection(keys: GeometryFile) -> Selection:
-    """What to take of a file."""
+    """Selection of what a file holds."""
     return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.join)
 
 

@@ -31,7 +31,7 @@ APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 @dataclass(frozen=True)
 class SpacingRequest:
-    """What is asked of the spacing in a domain.
+    """Request for a spacing in a domain.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
 
 
 def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
-    """What a value, or terms, and the regions' own values ask for in a domain.
+    """Spacing request of a value, or of terms, and of the regions' own values in a domain.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def within_limits(
 
 
 def rules_of(terms: SpacingTerms) -> Rules:
-    """What the spacing has to respect."""
+    """Rules that the spacing has to respect."""
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
 
 
@@ -121,7 +121,7 @@ def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:
 
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
-    """What is fine near something, and grows from there: one term for all whose distance takes long."""
+    """Spacings that are fine near something, and grow from there: one term for all whose distance takes long."""
     found = tuple(_growing(terms, domain))
     yield from (Spacing(near) for near in found if not near.costly)
     slow = tuple(near for near in found if near.costly)

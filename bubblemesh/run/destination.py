@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Destination:
-    """Where to write.
+    """Folder, names and kinds of the files to write.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ def _looked_up(table: Mapping[Any, T], name: str, problem: str) -> T:
 
 
 def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:
-    """The same formats, if no two of them would be the same file."""
+    """Check that no two formats would be the same file."""
     mains = [FORMATS[name].files[0] for name in formats]
     for name, main in zip(formats, mains, strict=True):
         if formats.count(name) > 1:

@@ -39,7 +39,7 @@ class Clock:
 
     @property
     def warnings(self) -> list[str]:
-        """What the limit did to the mesh."""
+        """Warning on what the limit did to the mesh, if it was met."""
         if not self.over:
             return []
         return [
