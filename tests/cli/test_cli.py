@@ -331,7 +331,7 @@ def test_no_companion_of_the_mesh_overwrites_the_case_file(tmp_path):
 
 def test_errors_of_the_case_name_its_file(square, tmp_path):
     square.write_text(SQUARE.replace("[0, 0, 1, 1]", "[0, 0, 1, 0]"))
-    assert "square.yaml:2: domain: the outer ring" in failed(bubblemesh("run", "square.yaml", folder=tmp_path), 3)
+    assert "square.yaml:1: domain: the outer ring" in failed(bubblemesh("run", "square.yaml", folder=tmp_path), 3)
     square.write_text(SQUARE.replace("0.25", "x - 0.5"))
     assert "square.yaml:2: spacing: is " in failed(bubblemesh("check", "square.yaml", folder=tmp_path), 2)
 

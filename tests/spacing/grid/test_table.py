@@ -5,7 +5,7 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.run.pipeline import meshed
+from bubblemesh.run.pipeline import mesh_problem
 from bubblemesh.spacing.grid.table import ROUGH, SMALLEST, TOLERANCE, tabulated
 from bubblemesh.spacing.spacing import Spacing
 
@@ -139,5 +139,5 @@ spacing: "0.02 + 0.05*distance('bore')"
     monkeypatch.setattr(Domain, "distance_to", counted)
     problem = prepare(load_case("plate.yaml", text=text))
     asked.clear()
-    nodes = meshed(problem).report["nodes"]
+    nodes = mesh_problem(problem).report["nodes"]
     assert sum(asked) < 25 * nodes
