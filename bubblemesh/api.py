@@ -12,6 +12,7 @@ from bubblemesh.adaptivity import adapt as adapting
 from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
+from bubblemesh.case.models import Limits
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
@@ -25,7 +26,7 @@ from bubblemesh.run.report import RoundRow
 
 __all__ = ["Case", "Domain", "Mesh", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
 
-MAX_NODES = 2_000_000
+MAX_NODES = Limits().max_nodes
 
 
 def mesh(

@@ -32,7 +32,7 @@ from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import Field
 
-GROWTH = 0.3  # of the sizes per length, if the case does not say
+DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
 TINY = np.finfo(float).tiny
@@ -121,7 +121,7 @@ def _posed(
     field = replace(field, values=np.where(same, now, field.values))
     at = within_limits(terms, (Spacing(field),), field.spots)
     task, rules = task_of(case), rules_of(terms)
-    rules = replace(rules, growth=rules.growth or GROWTH)
+    rules = replace(rules, growth=rules.growth or DEFAULT_GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_kept(domain, at(None))

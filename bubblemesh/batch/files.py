@@ -103,7 +103,7 @@ def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
         remove()
 
 
-def write_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Row:
+def place_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Row:
     """Write the files of a case, all or none; the row tells if that fails.
 
     Raises

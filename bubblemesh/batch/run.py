@@ -6,7 +6,7 @@ from typing import Any
 
 from bubblemesh.batch.cluster import cluster_workers, require_address
 from bubblemesh.batch.dispatch import Progress, Workers, dispatch
-from bubblemesh.batch.files import reserved, tidied, write_files
+from bubblemesh.batch.files import place_files, reserved, tidied
 from bubblemesh.batch.index import indexed, require_no_index
 from bubblemesh.batch.local import local_workers
 from bubblemesh.batch.plan import BatchOptions, Entry
@@ -73,7 +73,7 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
                 progress.finish(number, row, unchanged=True)
             results = dict(done)
             for entry, outcome in dispatch(left, workers, progress) if workers else ():
-                results[entry.number] = row = write_files(entry, outcome, options)
+                results[entry.number] = row = place_files(entry, outcome, options)
                 rows.append(row)
                 progress.finish(entry.number, row)
             rows.keep()

@@ -14,7 +14,7 @@ from bubblemesh.errors import CaseError, FileError
 # The cases of a sweep are read one by one from the same files.
 document_of = lru_cache(maxsize=4)(read_document)
 
-OWN_KEYS = ("base", "name", "sweep")  # that a case does not take over from its base
+OWN_KEYS = ("base", "name", "sweep")  # that a case neither takes over from its base nor sweeps
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from itertools import combinations, product
 from math import prod
 from typing import Any
 
+from bubblemesh.case.bases import OWN_KEYS
 from bubblemesh.case.fields import described
 from bubblemesh.errors import CaseError
 
 MAX_CASES = 100_000
-OWN_KEYS = ("base", "name", "sweep")  # that no value can be set for
 
 SHOWABLE = re.compile(r"[A-Za-z0-9_.+-]{1,24}")
 

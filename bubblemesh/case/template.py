@@ -52,7 +52,7 @@ packing:
   seed: 0
   effort: normal                         # fast, normal or best
 
-# Rounds, iterations and viscosity: rounds, iterations, c0, c_in, c_out, c_odd.
+# Options of the published methods, fnpbs for example: rounds, iterations, c0, c_in, c_out.
 schedule: {}
 
 output:

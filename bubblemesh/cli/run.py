@@ -56,7 +56,7 @@ def run(
     require_distinct(as_json, output)
     place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
     if dry_run:
-        show_estimate(loaded, case, picture, as_json, quiet)
+        tell_estimate(loaded, case, picture, as_json, quiet)
         return
     if picture is not None:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
@@ -114,7 +114,7 @@ def check(
     picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    show_estimate(read_case(case, overrides), case, picture, as_json, quiet)
+    tell_estimate(read_case(case, overrides), case, picture, as_json, quiet)
 
 
 def read_case(case: str, overrides: Overrides) -> "Case":
@@ -161,7 +161,7 @@ def deliver(
         raise result.verdict
 
 
-def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
+def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
     """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
     from bubblemesh.console import report
@@ -172,7 +172,7 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     with located(source, case.origin):
         problem = prepare(case)
     if picture is not None:
-        draw_spacing(problem, picture)
+        draw_preview(problem, picture)
     figures = estimate(problem)
     if as_json:
         write_output(json_text(figures | ({} if picture is None else {"plot": picture})))
@@ -183,7 +183,7 @@ def show_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     console.warn(figures["warnings"])
 
 
-def draw_spacing(problem: "Problem", picture: Path) -> None:
+def draw_preview(problem: "Problem", picture: Path) -> None:
     """Draw the spacing of a problem."""
     from bubblemesh.pictures import spacing_plots
     from bubblemesh.pictures.plots import require_picture

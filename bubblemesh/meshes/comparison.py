@@ -12,10 +12,9 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import Histogram, lowest_shown, quality_histogram, spacing_histogram
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import edge_means, edge_ratios, mesh_figures, radius_ratios, spacing_fit
+from bubblemesh.meshes.quality import TARGET_SPACING, edge_means, edge_ratios, mesh_figures, radius_ratios, spacing_fit
 
 BINS = 10
-TARGET = "target_spacing"
 NOTHING = "-"
 ROWS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("nodes", ("nodes",), "d"),
@@ -75,7 +74,7 @@ def measured(
     CaseError
         If the spacing is not positive somewhere.
     """
-    target = cell_data.get(TARGET)
+    target = cell_data.get(TARGET_SPACING)
     edges, _ = unique_edges(mesh.triangles)
     figures = mesh_figures(mesh.points, mesh.triangles, spacing_between)
     lengths = None
@@ -83,7 +82,7 @@ def measured(
         lengths = spacing_between(mesh.points[edges])
     elif target is not None and target.ndim == 1:
         if not (target > 0).all():
-            raise CaseError(f"{path}: {TARGET} is not positive at some triangle: give a spacing")
+            raise CaseError(f"{path}: {TARGET_SPACING} is not positive at some triangle: give a spacing")
         lengths = edge_means(mesh.triangles, target)
         figures["spacing"] = asdict(spacing_fit(mesh.points, edges, lengths))
     ratios = None if lengths is None else edge_ratios(mesh.points, edges, lengths)

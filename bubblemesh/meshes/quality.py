@@ -12,6 +12,7 @@ from bubblemesh.meshes.edges import numbered_edges, unique_edges
 _DEGENERATE = 1e-14
 _REGULAR_VALENCE = 6
 _BINS = 10
+TARGET_SPACING = "target_spacing"  # name of the wanted spacing of triangles in mesh files
 _WORST = 5  # triangles that a report names
 
 

@@ -15,7 +15,7 @@ from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
 from bubblemesh.spacing.grid.leaves import Leaves, leaves
 from bubblemesh.spacing.rules.gap_sources import GapSources
-from bubblemesh.spacing.rules.grading import GROWTH, gradient_limited
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -80,8 +80,8 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
 
     loose = Spacing(enlarged, factor * spacing.floor)
     limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
-    narrow = GapSources(ACROSS, GROWTH, spacing)(domain, loose)
-    limited = gradient_limited(domain, loose, GROWTH, limits.joined(narrow)).spacing
+    narrow = GapSources(ACROSS, STEEPEST_GROWTH, spacing)(domain, loose)
+    limited = gradient_limited(domain, loose, STEEPEST_GROWTH, limits.joined(narrow)).spacing
     if limited is loose:
         return loose
     return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)

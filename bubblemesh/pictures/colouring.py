@@ -10,12 +10,11 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import radius_ratios, spacing_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios, spacing_ratios
 from bubblemesh.messages import meant
 from bubblemesh.pictures.styles import REGION_COLOURS, PlotOptionError
 
 OWN = ("quality", "spacing", "label", "material", "none")
-TARGET = "target_spacing"
 OUTER = 0.01  # share of the triangles beyond either end of a scale
 # Good triangles are pale and calm, so that the bad ones and the boundary are what one sees.
 QUALITY = LinearSegmentedColormap.from_list("quality", ["#a50f3c", "#e8683f", "#fbc66a", "#d8ebe4", "#7fb8c4"])
@@ -98,11 +97,13 @@ def _by_region(mesh: Mesh) -> Colouring:
 
 
 def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
-    wanted = data.cells.get(TARGET)
+    wanted = data.cells.get(TARGET_SPACING)
     if wanted is None or wanted.ndim != 1:
-        raise PlotOptionError("color", f"the mesh has no {TARGET} for its triangles, so that spacing cannot be shown")
+        raise PlotOptionError(
+            "color", f"the mesh has no {TARGET_SPACING} for its triangles, so that spacing cannot be shown"
+        )
     if not (wanted > 0).all():
-        raise PlotOptionError("color", f"{TARGET} is not positive at some triangle")
+        raise PlotOptionError("color", f"{TARGET_SPACING} is not positive at some triangle")
     return spacing_ratios(mesh.points, mesh.triangles[:, :3], wanted)
 
 

@@ -11,7 +11,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.distance.to_labels import distance_to
+from bubblemesh.geometry.distance.to_labels import distance_to_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
@@ -105,7 +105,7 @@ def _expression(spacing: float | str, domain: Domain) -> Expression:
             raise CaseError(f"spacing: is {value}: it has to be positive and finite")
         spacing = repr(float(value))
     try:
-        return Expression.parse(spacing, distance_to=partial(distance_to, domain))
+        return Expression.parse(spacing, distance_to=partial(distance_to_labels, domain))
     except CaseError as error:
         raise CaseError(f"spacing: {error}") from None
 

@@ -12,7 +12,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
-from bubblemesh.geometry.distance.to_labels import Distance, distance_to, distance_to_line
+from bubblemesh.geometry.distance.to_labels import Distance, distance_to_labels, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.data_terms import data_functions, elsewhere
@@ -138,7 +138,7 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
         yield Proximity(distance, near.size, growth if near.growth is None else near.growth, near.until)
     for label, size in terms.labels.items():
         with at_key("spacing", "labels", label):
-            distance = distance_to(domain, [label])
+            distance = distance_to_labels(domain, [label])
         yield Proximity(distance, size, growth)
 
 
@@ -158,7 +158,7 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
 
 def _distance(near: NearTerm, domain: Domain) -> Distance:
     if isinstance(near, NearLabel):
-        return distance_to(domain, [near.label])
+        return distance_to_labels(domain, [near.label])
     return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
@@ -185,7 +185,7 @@ def _bound(value: Value, domain: Domain, *path: str | int) -> Spacing:
     """The value of a key: a number, or an expression that may measure distances in the domain."""
     with at_key(*path):
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
-        term = bound.measuring(partial(distance_to, domain))
+        term = bound.measuring(partial(distance_to_labels, domain))
     return Spacing(term, key=_always(Key(path)), costly=costly(term))
 
 

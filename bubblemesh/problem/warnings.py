@@ -10,7 +10,7 @@ from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import place
-from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
@@ -113,13 +113,13 @@ def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | 
 
     Slopes go with a ``scale`` that was found for a number of nodes.
     """
-    if grading.steepest is None or (limit is not None and limit <= GROWTH):
+    if grading.steepest is None or (limit is not None and limit <= STEEPEST_GROWTH):
         return []
     at, size, growth = grading.steepest
     spacing = "the spacing" if scale is None else f"the spacing, times {scale:.3g} for the wanted number of nodes,"
     return [
-        f"{spacing} grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to {GROWTH:g}, "
-        f"finer on {grading.share:.1%} of the area, at most {grading.ratio:.3g} times"
+        f"{spacing} grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to "
+        f"{STEEPEST_GROWTH:g}, finer on {grading.share:.1%} of the area, at most {grading.ratio:.3g} times"
     ]
 
 

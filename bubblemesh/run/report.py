@@ -8,7 +8,7 @@ from typing import Any
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.deviation import Deviation
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
@@ -153,7 +153,7 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
     return {
         "quality": radius_ratios(mesh.points, mesh.triangles),
-        "target_spacing": wanted.between(mesh.points[mesh.triangles]),
+        TARGET_SPACING: wanted.between(mesh.points[mesh.triangles]),
     }
 
 

@@ -26,7 +26,7 @@ class Distance(Protocol):
         """Distances (m,) of points (m, 2)."""
 
 
-def distance_to(domain: Domain, labels: Sequence[str]) -> Distance:
+def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
     """Distance from all that has one of the labels; without any, from the rings of the domain.
 
     Raises

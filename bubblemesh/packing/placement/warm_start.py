@@ -10,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.levels import SingleLevel
+from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.placement import require_at_most
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
@@ -18,7 +18,6 @@ from bubblemesh.spacing.spacing import Spacing
 
 SAME = 0.03  # relative difference of sizes that is none
 CALM = 0.05  # relative difference of sizes up to which the order is left as it is
-NEAREST_TO_BOUNDARY = 0.5  # spacings
 LEAF = 0.35  # spacings
 
 

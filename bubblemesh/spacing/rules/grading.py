@@ -14,7 +14,7 @@ from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, short_interva
 from bubblemesh.spacing.rules.thin_walls import thin_walls
 from bubblemesh.spacing.spacing import Spacing
 
-GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
+STEEPEST_GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 ROUNDS = 60
 LOWERED = 1e-3  # relative change of the spacing that counts
 
@@ -102,12 +102,12 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
 
 def limited_for_packing(domain: Domain, before: LimitedSpacing, sources: Sources) -> LimitedSpacing:
     """The spacing, made to grow slowly enough for a packing, from the sources on as well."""
-    if before.growth is None or before.growth > GROWTH:
-        return gradient_limited(domain, before.spacing, GROWTH, sources)
+    if before.growth is None or before.growth > STEEPEST_GROWTH:
+        return gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources)
     if len(sources) == 0:
         return before
     # It grows slowly but for the cells in which it is interpolated.
-    return replace(gradient_limited(domain, before.spacing, GROWTH, sources), steepest=before.steepest)
+    return replace(gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources), steepest=before.steepest)
 
 
 def _spots(domain: Domain, spacing: Spacing) -> Sources:

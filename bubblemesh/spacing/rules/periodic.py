@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -31,7 +31,7 @@ def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> Limited
     sources = _finer_opposite(domain, after_rules.spacing)
     if len(sources) == 0:
         return after_rules
-    growth = GROWTH if after_rules.growth is None else after_rules.growth
+    growth = STEEPEST_GROWTH if after_rules.growth is None else after_rules.growth
     found = _settled(
         domain, after_rules, sources, lambda before, s: gradient_limited(domain, before.spacing, growth, s)
     )

@@ -7,7 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.rules.gap_sources import GapSources
-from bubblemesh.spacing.rules.grading import GROWTH, LimitedSpacing, gradient_limited
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -41,9 +41,9 @@ class Rules:
         LimitError
             If curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
         """
-        if (self.growth, self.per_circle, self.across) == (None, None, None):
+        if self == Rules(minimum=self.minimum):
             return LimitedSpacing(spacing)
-        growth, sources = GROWTH if self.growth is None else self.growth, Sources.none()
+        growth, sources = STEEPEST_GROWTH if self.growth is None else self.growth, Sources.none()
         if self.growth is not None:
             # What the boundary makes fine in any case would otherwise grow faster from there.
             sources = short_pieces(domain, spacing).joined(coarse_curves(domain, spacing))
@@ -52,7 +52,7 @@ class Rules:
             sources = sources.joined(curves)
         sources = sources.not_below(self.minimum)
         if self.across is not None:
-            gaps = GapSources(self.across, min(growth, GROWTH), self._least, max_nodes)
+            gaps = GapSources(self.across, min(growth, STEEPEST_GROWTH), self._least, max_nodes)
             sources = sources.joined(gaps(domain, spacing))
         return gradient_limited(domain, spacing, growth, sources)
 

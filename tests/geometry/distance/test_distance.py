@@ -10,7 +10,7 @@ from partitions import domain_of
 
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.closed_form import MOST
-from bubblemesh.geometry.distance.to_labels import distance_to, distance_to_line
+from bubblemesh.geometry.distance.to_labels import distance_to_labels, distance_to_line
 
 TEXT = """
 domain:
@@ -55,39 +55,39 @@ def brute_force(labels, points, domain=DOMAIN):
     ids=" ".join,
 )
 def test_distances_are_those_of_brute_force(labels):
-    np.testing.assert_allclose(distance_to(DOMAIN, labels)(POINTS), brute_force(labels, POINTS), atol=1e-7)
+    np.testing.assert_allclose(distance_to_labels(DOMAIN, labels)(POINTS), brute_force(labels, POINTS), atol=1e-7)
 
 
 def test_a_label_of_several_rings_is_all_of_them():
     circles = [((1, 1), 0.3), ((2, 0.5), 0.2)]
     each = [np.abs(np.hypot(*(POINTS - center).T) - radius) for center, radius in circles]
-    np.testing.assert_allclose(distance_to(DOMAIN, ["bore"])(POINTS), np.minimum(*each), atol=1e-12)
+    np.testing.assert_allclose(distance_to_labels(DOMAIN, ["bore"])(POINTS), np.minimum(*each), atol=1e-12)
 
 
 def test_without_a_label_it_is_the_rings():
     labels = ["base", "cap", "roof", "bore", "slot", "outer"]
-    np.testing.assert_allclose(distance_to(DOMAIN, [])(POINTS), brute_force(labels, POINTS), atol=1e-7)
-    np.testing.assert_allclose(distance_to(DOMAIN, [])(POINTS), DOMAIN.nearest(POINTS).distance, atol=1e-12)
+    np.testing.assert_allclose(distance_to_labels(DOMAIN, [])(POINTS), brute_force(labels, POINTS), atol=1e-7)
+    np.testing.assert_allclose(distance_to_labels(DOMAIN, [])(POINTS), DOMAIN.nearest(POINTS).distance, atol=1e-12)
 
 
 def test_on_a_label_the_distance_vanishes():
     boundary = DOMAIN.boundary
     for k in range(len(boundary.kind)):
         s = np.linspace(0, boundary.lengths[k], 57)
-        there = distance_to(DOMAIN, [boundary.labels[boundary.label[k]]])(boundary.points(np.full(57, k), s))
+        there = distance_to_labels(DOMAIN, [boundary.labels[boundary.label[k]]])(boundary.points(np.full(57, k), s))
         assert np.abs(there).max() < 1e-12
 
 
 def test_the_order_of_the_points_does_not_matter():
     order = RANDOM.permutation(len(POINTS))
-    distance = distance_to(DOMAIN, ["roof", "bore"])
+    distance = distance_to_labels(DOMAIN, ["roof", "bore"])
     np.testing.assert_array_equal(distance(POINTS[order]), distance(POINTS)[order])
     np.testing.assert_allclose([distance(point[None])[0] for point in POINTS[:40]], distance(POINTS)[:40], rtol=1e-12)
 
 
 def test_no_points_have_no_distances():
-    assert distance_to(DOMAIN, ["bore"])(np.zeros((0, 2))).shape == (0,)
-    assert distance_to(DOMAIN, ["well"])(np.zeros((0, 2))).shape == (0,)
+    assert distance_to_labels(DOMAIN, ["bore"])(np.zeros((0, 2))).shape == (0,)
+    assert distance_to_labels(DOMAIN, ["well"])(np.zeros((0, 2))).shape == (0,)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_no_points_have_no_distances():
 )
 def test_an_unknown_label_names_the_known_ones(label, message):
     with pytest.raises(CaseError, match=message):
-        distance_to(DOMAIN, ["bore", label])
+        distance_to_labels(DOMAIN, ["bore", label])
 
 
 def test_a_polyline_is_open_and_may_cross_itself():
@@ -114,8 +114,8 @@ def test_a_line_may_be_a_point():
 
 
 def test_distances_travel_to_worker_processes():
-    copy = pickle.loads(pickle.dumps(partial(distance_to, DOMAIN)))
-    np.testing.assert_array_equal(copy(["slot", "well"])(POINTS), distance_to(DOMAIN, ["slot", "well"])(POINTS))
+    copy = pickle.loads(pickle.dumps(partial(distance_to_labels, DOMAIN)))
+    np.testing.assert_array_equal(copy(["slot", "well"])(POINTS), distance_to_labels(DOMAIN, ["slot", "well"])(POINTS))
 
 
 @pytest.mark.parametrize("label", ["bore", "slot", "core-rim", "cap", "roof"])
@@ -129,7 +129,7 @@ def test_points_beyond_the_ends_of_chords_are_no_exception(label):
         for aside in (-0.01, -1e-3, 0, 1e-4, 5e-3):
             normal = np.column_stack([ty, -tx]) + aside * np.column_stack([tx, ty])
             points = boundary.points(piece, s) + away * normal
-            found = distance_to(DOMAIN, [label])(points)
+            found = distance_to_labels(DOMAIN, [label])(points)
             assert (found <= abs(away) * np.hypot(1, aside) * (1 + 1e-9)).all()
             np.testing.assert_allclose(found[:3], brute_force([label], points[:3]), atol=1e-7)
 
@@ -154,7 +154,7 @@ domain:
 @pytest.mark.parametrize("label", ["base", "bay", "dome", "core-rim", "ball-rim", "wire"])
 def test_formulas_of_arcs_and_lines_agree_with_looking_for_the_nearest_piece(label):
     points = np.vstack([RANDOM.uniform([-1, -1], [3, 2.5], (3000, 2)), CUT.polygonal_copy.points, [[1, 0], [2, 0.5]]])
-    distance = distance_to(CUT, [label])
+    distance = distance_to_labels(CUT, [label])
     assert not distance.costly
     np.testing.assert_allclose(distance(points[-300:]), brute_force([label], points[-300:], CUT), atol=1e-7)
     # Beside the end of an arc the chord before may be nearer than the one that follows the nearest arc.
@@ -162,9 +162,9 @@ def test_formulas_of_arcs_and_lines_agree_with_looking_for_the_nearest_piece(lab
 
 
 def test_few_lines_and_arcs_only_are_asked_one_by_one():
-    assert not distance_to(CUT, []).costly
-    assert distance_to(DOMAIN, ["slot"]).costly
-    assert distance_to(DOMAIN, ["bore", "roof"]).costly
+    assert not distance_to_labels(CUT, []).costly
+    assert distance_to_labels(DOMAIN, ["slot"]).costly
+    assert distance_to_labels(DOMAIN, ["bore", "roof"]).costly
     turn = np.linspace(0, 5, MOST + 1)
     line = list(zip(turn, np.sin(3 * turn), strict=True))
     assert distance_to_line(line).costly

@@ -9,7 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.spacing.rules.grading import GROWTH, gradient_limited, limited_for_packing
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
 
@@ -61,7 +61,7 @@ def test_graded_spacing_grows_nowhere_faster(growth):
     [
         lambda x, y: np.full(x.shape, 0.1),
         lambda x, y: 0.05 + 0.1 * (x + 1),
-        lambda x, y: 0.03 + 0.99 * GROWTH * (y + 1),
+        lambda x, y: 0.03 + 0.99 * STEEPEST_GROWTH * (y + 1),
         lambda x, y: 0.05 + 0.39 * np.abs(x - 0.2),
         lambda x, y: 0.02 + 0.35 * np.hypot(x, y),
         lambda x, y: 0.1 + 0.03 * np.sin(9 * x) * np.cos(4 * y),
@@ -69,7 +69,7 @@ def test_graded_spacing_grows_nowhere_faster(growth):
 )
 def test_slow_growth_is_left_alone(function):
     wanted = Spacing(function, floor=0.01)
-    found = gradient_limited(SQUARE, wanted, GROWTH, NONE)
+    found = gradient_limited(SQUARE, wanted, STEEPEST_GROWTH, NONE)
     assert found.spacing is wanted
     assert (found.steepest, found.share, found.ratio) == (None, 0.0, 1.0)
 
@@ -175,13 +175,13 @@ def test_spots_that_no_sample_sees_are_known_by_their_places(size, slope):
 def test_what_grows_slowly_by_its_rules_is_graded_no_more():
     holes = [rings.circle((0.3 * i, 0.5 * j), 0.05) for i in (-2, 0, 1) for j in (-1, 0, 1)]
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), holes)
-    ruled = gradient_limited(plate, uniform(0.3), GROWTH, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36))
+    ruled = gradient_limited(plate, uniform(0.3), STEEPEST_GROWTH, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36))
     assert limited_for_packing(plate, ruled, NONE) is ruled
     finer = limited_for_packing(plate, ruled, Sources(np.array([[0.9, 0.9]]), np.array([0.01])))
     assert finer.steepest is None
     assert finer.spacing(np.array([[0.9, 0.9]]))[0] == pytest.approx(0.01, rel=0.05)
     steep = replace(ruled, growth=0.6)
-    assert limited_for_packing(plate, steep, NONE).growth == GROWTH
+    assert limited_for_packing(plate, steep, NONE).growth == STEEPEST_GROWTH
 
 
 def test_spacing_that_exists_in_the_domain_only():
