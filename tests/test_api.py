@@ -319,6 +319,7 @@ def area(mesh):
     return skfem.Functional(lambda w: 1 + 0 * w.x[0]).assemble(basis)
 
 
+@pytest.mark.long
 def test_edge_nodes_lie_on_the_curves_and_the_area_converges_with_fourth_order():
     exact, errors, sizes = math.pi * (1 - 0.3**2), [], [0.3, 0.15, 0.075]
     for size in sizes:

@@ -83,6 +83,7 @@ def test_adapted_meshes_reach_the_optimal_order_and_uniform_ones_do_not():
         check_mesh(step.mesh)
 
 
+@pytest.mark.long
 def test_a_wanted_error_is_met_after_a_few_loops():
     case = case_of(CASE)
     mesh = bubblemesh.mesh_case(case).mesh
@@ -150,6 +151,7 @@ def test_most_nodes_stay_where_the_sizes_do():
     assert np.mean(away < 0.25 * sizes[same]) > 0.75  # of nodes placed anew it were 0.23
 
 
+@pytest.mark.long
 def test_same_solution_same_mesh(plate):
     one, other = (bubblemesh.adapt(case_of(PLATE), bump(plate), error=0.2).mesh for _ in range(2))
     assert one.points.tobytes() == other.points.tobytes()
@@ -161,6 +163,7 @@ def test_a_published_method_adapts_too(plate):
     check_mesh(bubblemesh.adapt(case, bump(plate), error=0.3).mesh)
 
 
+@pytest.mark.long
 def test_regions_recover_their_own_gradients():
     regions = "{name: a, ring: {rectangle: [0, 0, 0.7, 1]}}, {name: b, ring: {rectangle: [0, 0, 0.3, 1]}}"
     case = case_of(f"domain: {{outer: {{rectangle: [0, 0, 2, 1]}}, regions: [{regions}]}}\nspacing: 0.1")
@@ -220,6 +223,7 @@ def folder(tmp_path_factory, plate):
     return folder
 
 
+@pytest.mark.long
 def test_the_command_writes_the_files_of_a_run(folder, plate):
     done = command(
         *("adapt", "plate.yaml", "--solution", "solution.vtu", "--field", "u", "--error", 0.3, "-o", "out", "--json"),

@@ -121,6 +121,7 @@ class Faults:
         return wrapped
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("error", [errno.EACCES, errno.ENOSPC])
 @pytest.mark.parametrize("old", [True, False])
 def test_whatever_fails_while_writing_old_files_stay_and_no_half_ones_are_left(here, monkeypatch, error, old):
@@ -155,6 +156,7 @@ def test_whatever_fails_while_writing_old_files_stay_and_no_half_ones_are_left(h
     assert ("link" in operations) == old
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("arguments", [["run", "case.yaml", "-q", "-o", "out"], ["init", "new.yaml"]])
 def test_a_disk_that_is_full(here, arguments):
     (here / "case.yaml").write_text(SMALL)

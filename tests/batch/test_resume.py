@@ -81,6 +81,7 @@ def test_a_change_of_a_case_its_base_or_its_file_is_noticed(file, text, expected
     assert anew() == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "options",
     [

@@ -71,6 +71,7 @@ def test_notes_come_to_the_parent(crew):
     assert crew.notes.get(timeout=10) == (7, 3, 100)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("end", "message", "code"),
     [

@@ -126,6 +126,7 @@ def test_the_report_tells_the_solver_and_the_order(square, tmp_path):
     assert b"CPS6" in (tmp_path / "square.inp").read_bytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["msh", "vtu", "vtk", "xdmf"])
 def test_the_mesh_alone_goes_to_the_standard_output(ending, square, tmp_path):
     process = bubblemesh("run", square, "-o", "-", "--format", ending, folder=tmp_path)
@@ -153,6 +154,7 @@ def test_the_case_comes_from_the_standard_input(tmp_path):
     assert names(tmp_path) == ["a.msh", "a.report.json"]
 
 
+@pytest.mark.long
 def test_json_puts_the_report_and_nothing_else_on_the_standard_output(square, tmp_path):
     process = separately("run", square, "--json", "--seed", "3", "-o", "out", folder=tmp_path)
     report = json.loads(process.stdout)
@@ -295,6 +297,7 @@ def test_warnings_are_shown_and_reported(square, tmp_path):
         assert f"warning: {warning}" in process.stderr.decode()
 
 
+@pytest.mark.long
 def test_a_reader_that_goes_away_ends_the_command_without_a_traceback(square, tmp_path):
     command = f"{sys.executable} -m bubblemesh run {square} -q -o - --format vtu --set spacing=0.01"
     command += " --set schedule.iterations=1 --set schedule.rounds=1"
@@ -305,6 +308,7 @@ def test_a_reader_that_goes_away_ends_the_command_without_a_traceback(square, tm
     assert b"Traceback" not in process.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "arguments", [["run", "square.yaml", "--json", "-q"], ["schema"], ["init", "-"], ["--version"]]
 )

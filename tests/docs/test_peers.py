@@ -193,6 +193,7 @@ class TestTools:
         assert measured(points, triangles, prepare(case)).nodes > 400
         assert shape_quality(points, triangles).angle_min > 29
 
+    @pytest.mark.long
     @pytest.mark.parametrize("name", ["example-2", "example-4"])
     def test_gmsh_keeps_the_arcs(self, name):
         try:

@@ -200,6 +200,7 @@ def test_star_shaped_holes_are_cut_out(outer, hole):
     assert not domain.contains(within).any()
 
 
+@pytest.mark.long
 def test_outlines_of_letters_bound_domains():
     areas = list(islice(glyphs(), 400))
     assert len(areas) == 400

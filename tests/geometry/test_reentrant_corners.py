@@ -148,6 +148,7 @@ def test_of_many_sharp_angles_the_worst_are_told():
     assert warnings[-1] == "12 more angles are below 5 degrees"
 
 
+@pytest.mark.long
 def test_the_nearest_thing_ahead_of_a_tip_is_found():
     text = "holes: [{rectangle: [0.4, 0.6, 0.6, 0.61]}], " + lines([(0.5, 0.2), (0.5, 0.5)])
     domain = domain_of(UNIT + text)

@@ -111,6 +111,7 @@ def test_fenicsx_finds_all_groups(straight, curved, tmp_path, order, block):
     assert table(printed) == counts(mesh)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [1, 2])
 def test_mfem_finds_all_groups(straight, curved, tmp_path, order):
     python = mfem_python()

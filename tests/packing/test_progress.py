@@ -41,6 +41,7 @@ class Stopwatch:
             raise TimeUp("enough")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["bpm", "fnpbs", "accelerated"])
 def test_published_methods_tell_their_progress(method):
     watch = Stopwatch()
@@ -92,6 +93,7 @@ def test_packing_that_is_cut_short_has_the_wanted_spacing(share):
     np.testing.assert_allclose(done[-1].bubbles.d, 0.06)
 
 
+@pytest.mark.long
 def test_later_end_gives_better_triangles():
     text = CASE.replace("0.06", "0.03")
     seconds = [1e-9, 1e9]

@@ -38,6 +38,7 @@ def test_without_the_option_there_are_the_pages_of_cases_that_ask_for_one(option
     assert [path.name for path in (folder / "out").glob("*.html")] == pages
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "options"), [("index", []), ("index-1-of-2", ["--shard", "1/2"])])
 def test_no_page_of_a_case_is_that_of_the_batch(name, options, folder):
     (folder / f"cases/{name}.yaml").write_text(CASE.format(0.3))
@@ -98,6 +99,7 @@ def test_what_ends_a_batch_is_told_even_if_the_index_cannot_be_written(folder, m
     assert (folder / "out/summary.jsonl").exists()
 
 
+@pytest.mark.long
 def test_time_limit_of_a_case_is_its_row(folder):
     process = batch("cases/a.yaml", "-o", "out", "--time-limit", "1e-9", folder=folder)
     assert process.returncode == 6

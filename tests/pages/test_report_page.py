@@ -25,6 +25,7 @@ def integers(page, name):
     return sum(plane << (8 * rank) for rank, plane in enumerate(planes))
 
 
+@pytest.mark.long
 def test_the_page_holds_the_mesh(page, result):
     mesh = result.mesh
     head = json.loads(Elements(page).named("script", id="head")[0][2])
@@ -131,6 +132,7 @@ def test_run_writes_the_page_with_the_other_files_and_counts_its_time(tmp_path):
     assert {a[1]["href"] for a in page.named("a")} == {f"./{name}" for name in FILES}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "written"),
     [

@@ -236,6 +236,7 @@ def test_a_legend_fits_into_the_width(mesh):
     assert figure.axes[0].get_window_extent().width > 0.95 * figure.bbox.width
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("label", ["_hidden", r"$\wrong{$", "a & <b>", "größe 漢"])
 def test_any_label_can_be_drawn(tmp_path, label):
     draw_mesh(holed_square(labels=(label, "b", "c", "d", "e")), tmp_path / "a.svg", PlotOptions(title=label))

@@ -110,6 +110,7 @@ def test_extremes_are_marked_where_they_are():
     assert {text.get_text() for text in axes.get_legend().get_texts()} == {"s", "e", "n", "w", "hole-1"}
 
 
+@pytest.mark.long
 def test_a_uniform_spacing_has_one_colour_and_no_marks():
     axes, _ = figure_of(problem_of(UNIFORM)).axes
     assert len(axes.lines) == len(axes.texts) == 0

@@ -194,6 +194,7 @@ def test_data_beside_the_domain_is_told(spacing, away, tmp_path):
         assert warnings[0].startswith("spacing.field: the data is in [10, 11] x [0, 1], the domain in [0, 1] x [0, 1]")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at", ["nodes", "cells"])
 def test_a_mesh_made_by_the_spacing_of_the_one_before_is_like_it(at, tmp_path):
     first = mesh_case(load_case(tmp_path / "case.yaml", text=f"{PLATE}\nspacing: '0.02 + 0.06*hypot(x, y)'"))

@@ -249,6 +249,7 @@ def test_the_case_of_the_page_has_its_nodes_and_its_scale_gives_the_same_mesh():
     assert one.mesh.points.tobytes() == other.mesh.points.tobytes()
 
 
+@pytest.mark.long
 def test_the_command_of_the_page_draws(tmp_path):
     (case,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
     (command,) = re.findall(r"```sh\nbubblemesh (.*?)\n```", SECTIONS["A picture of the spacing"])

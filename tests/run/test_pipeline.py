@@ -219,6 +219,7 @@ def test_examples_reach_the_quality_of_the_paper(example):
     assert report["warnings"] == []
 
 
+@pytest.mark.long
 def test_third_example_stops_by_itself():
     report = meshed(EXAMPLES["3"]).report
     assert report["stop_reason"] == "population changed by at most 0.5% in two rounds"
@@ -227,6 +228,7 @@ def test_third_example_stops_by_itself():
     assert report["initial"]["nodes"] == 826
 
 
+@pytest.mark.long
 def test_boundary_follows_the_true_curves_of_the_fourth_example():
     mesh = meshed(EXAMPLES["4"]).mesh
     assert mesh.labels == ("base", "rim", "bore")

@@ -109,6 +109,7 @@ MESHED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("text", "across", "low", "high"), MESHED.values(), ids=MESHED)
 def test_meshes_have_their_rows_of_nodes_across(text, across, low, high):
     mesh = mesh_of(text + f"\nspacing: {{maximum: 0.2, across: {across}}}")

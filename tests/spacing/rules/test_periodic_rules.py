@@ -33,6 +33,7 @@ def from_copies(at, shifts):
     return np.min([np.hypot(*(POINTS - at - shift).T) for shift in np.array(shifts)], axis=0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("spacing", "ratio"),
     [

@@ -11,6 +11,7 @@ def random_boxes(count, rng):
     return np.column_stack([low, low + widths * corners[:, 1]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 2, 7, 300, 20_000])
 def test_the_boxes_that_hold_a_point_are_found(count):
     rng = np.random.default_rng(count)
