@@ -78,6 +78,7 @@ def test_labels_without_names_are_those_of_the_case_file():
     assert bubblemesh.mesh(PLATE, 0.3).labels == ("outer", "hole-1")
 
 
+@pytest.mark.long
 def test_a_polygon_may_turn_either_way_and_have_heights():
     square = [(0, 0), (1, 0), (1, 1), (0, 1)]
     flat = bubblemesh.mesh(shapely.Polygon(square), 0.3)
@@ -110,6 +111,7 @@ def test_what_is_no_domain(geometry, error, text):
         bubblemesh.mesh(geometry, 0.1)
 
 
+@pytest.mark.long
 def test_a_collection_of_one_polygon_is_that_polygon():
     one, same = (bubblemesh.mesh(shape, 0.3) for shape in (PLATE, shapely.MultiPolygon([PLATE])))
     np.testing.assert_array_equal(one.points, same.points)
@@ -159,6 +161,7 @@ def test_an_expression_and_the_same_function_give_the_same_mesh():
     assert np.corrcoef(lengths, x)[0, 1] > 0.8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "spacing", ["0.1 + 0.2*distance('bore')", {"near": {"label": "bore", "size": 0.1}}, {"labels": {"bore": 0.1}}]
 )
@@ -335,6 +338,7 @@ def test_edge_nodes_lie_on_the_curves_and_the_area_converges_with_fourth_order()
     assert errors[-1] < 1e-5
 
 
+@pytest.mark.long
 def test_edge_nodes_are_halfway_along_every_kind_of_piece():
     half = rings.path(
         (1, 0),

@@ -100,6 +100,7 @@ def test_a_wanted_error_is_met_after_a_few_loops():
 # The new mesh
 
 
+@pytest.mark.long
 def test_without_a_target_as_many_nodes_are_finer_where_the_error_is_and_coarser_elsewhere(plate):
     result = bubblemesh.adapt(case_of(PLATE), bump(plate))
     check_mesh(result.mesh)
@@ -122,6 +123,7 @@ def test_the_number_of_nodes_is_met(plate, options, override, nodes):
     assert report["budget"]["nodes"] == nodes
 
 
+@pytest.mark.long
 def test_limits_and_rules_of_the_case_hold(plate):
     case = case_of(PLATE, "spacing.minimum=0.05", "spacing.maximum=0.08", "spacing.growth=0.05")
     mesh = bubblemesh.adapt(case, bump(plate), error=0.01).mesh
@@ -197,6 +199,7 @@ def test_options_that_make_no_sense_are_refused(plate, options, message):
         bubblemesh.adapt(case_of(PLATE), bump(plate), **options)
 
 
+@pytest.mark.long
 def test_too_few_nodes_for_the_domain_are_refused(plate):
     with pytest.raises(LimitError, match=r"^nodes: 4 nodes are too few"):
         bubblemesh.adapt(case_of(PLATE), bump(plate), nodes=4)
@@ -239,6 +242,7 @@ def test_the_command_writes_the_files_of_a_run(folder, plate):
     assert "estimated error" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "exit_code", "message"),
     [

@@ -129,6 +129,7 @@ TOUCHING = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("holes", "at", "tolerance"), TOUCHING.values(), ids=TOUCHING)
 def test_a_hole_may_touch_in_one_point_which_is_one_node(here, holes, at, tolerance):
     _, mesh = meshed(here, case(with_hole(*holes)))
@@ -147,6 +148,7 @@ DOUBLE = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("domain", DOUBLE.values(), ids=DOUBLE)
 def test_duplicate_points_are_merged_with_a_note(here, domain):
     report, mesh = meshed(here, case(domain, 0.5))

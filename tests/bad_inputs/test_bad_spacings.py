@@ -74,6 +74,7 @@ def test_the_limit_counts_the_nodes_that_short_edges_ask_for(here):
     assert "max_nodes" in refused(here, case({"outer": ring}, 0.5, limits={"max_nodes": 300}), 6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ring", [UNIT, circle(0, 0, 1), polygon((0, 0), (1, 0), (0, 1))])
 def test_a_spacing_larger_than_the_domain(here, ring):
     report, mesh = meshed(here, case({"outer": ring}, 100))

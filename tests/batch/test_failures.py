@@ -77,6 +77,7 @@ def test_an_error_of_the_program_is_a_row_with_its_place(here, monkeypatch):
     assert [(row.exit_code, "out of memory" in row.error) for row in rows_of(".")] == [(6, True)]
 
 
+@pytest.mark.long
 def test_files_that_a_case_names_are_read_when_its_turn_comes_and_reported_as_by_a_run(here):
     (here / "data").mkdir()
     (here / "data/square.geojson").write_text(json.dumps(GEOJSON))

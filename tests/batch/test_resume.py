@@ -65,6 +65,7 @@ def test_without_resume_everything_is_done_again(done):
     assert [line["case"] for line in lines_of(Path("out/summary.jsonl"))].count("plain") == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("file", "text", "expected"),
     [
@@ -96,6 +97,7 @@ def test_a_change_of_an_option_is_noticed(options, done):
     assert anew(**options) == []
 
 
+@pytest.mark.long
 def test_a_page_more_is_made_and_one_less_is_no_change(done):
     assert anew("cases/plain.yaml", page=True) == ["plain"]
     assert anew("cases/plain.yaml") == []

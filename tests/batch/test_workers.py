@@ -36,6 +36,7 @@ def alive(pid):
     return True
 
 
+@pytest.mark.long
 def test_two_processes_work_at_the_same_time_and_load_the_package_once(crew):
     pids = [crew.submit(os.getpid).result() for _ in range(4)]
     assert len(set(pids)) <= 2
@@ -94,6 +95,7 @@ def test_processes_do_not_hear_of_ctrl_c(crew):
     assert crew.submit(signal.raise_signal, signal.SIGINT).result() is None
 
 
+@pytest.mark.long
 def test_processes_end_at_once_when_the_batch_is_broken_off():
     def interrupted():
         with local_workers(2) as crew:

@@ -92,6 +92,7 @@ def test_the_files_go_to_the_folder_that_the_case_names_beside_it(tmp_path):
     assert names(tmp_path / "cases/meshes") == ["square.labels.json", "square.report.json", "square.vtk"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "name", "start"),
     [
@@ -148,6 +149,7 @@ def test_the_quickstart_is_piped_as_vtu(tmp_path):
     assert len(meshio.read(tmp_path / "plate.vtu").get_cells_type("triangle")) > 20
 
 
+@pytest.mark.long
 def test_the_case_comes_from_the_standard_input(tmp_path):
     process = separately("run", "-", "-o", "a.msh", folder=tmp_path, stdin=SQUARE.encode())
     assert process.returncode == 0, process.stderr
@@ -416,6 +418,7 @@ def test_a_large_viscosity_does_no_harm(method, setting, square, tmp_path):
     assert bubblemesh("run", square, "-q", *arguments, folder=tmp_path).returncode == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("settings", [["packing.dt=1"], ["packing.k0=100"], ["packing.force=plain", "packing.dt=0.5"]])
 @pytest.mark.parametrize("method", ["accelerated", "multilevel"])
 def test_a_force_that_the_time_step_does_not_resolve_ends_in_a_mesh_all_the_same(method, settings, square, tmp_path):

@@ -69,12 +69,14 @@ def test_a_batch_goes_on_without_its_messages(stream, here):
     assert {path.stem for path in (here / "out").glob("*.msh")} == {"a", "b", "c"}
 
 
+@pytest.mark.long
 @needs_full
 @pytest.mark.parametrize(("arguments", "exit_code"), [(["run", "no.yaml"], 5), (["run"], 2), (["check", "-"], 2)])
 def test_a_failure_keeps_its_exit_code(arguments, exit_code, here):
     assert ended(here, *arguments, stderr=full()) == exit_code
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", LOST[:2])
 def test_a_mesh_that_cannot_be_delivered_is_a_failure_even_without_messages(stream, here):
     output = stream()

@@ -45,6 +45,7 @@ class TestCases:
         assert {path.stem for path in CONFIGS.glob("*.yaml")} == set(CASES)
         assert not any(case_of(name).packing for name in CASES)
 
+    @pytest.mark.long
     def test_sizes_are_those_of_the_names(self):
         for name in SIZES[1:]:
             assert prepare(case_of(name)).survey.ideal_nodes == pytest.approx(float(name.split("-")[-1]), rel=0.05)

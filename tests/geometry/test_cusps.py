@@ -44,6 +44,7 @@ def test_circles_that_are_almost_the_same_are_refused_whatever_it_is_called(text
         domain_of(text.format(disc(0.5, 0.5, 0.3), inscribed(ratio, 0.37)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", NESTED.values(), ids=NESTED)
 @pytest.mark.parametrize("ratio", [0.9, 0.5, 0.1])
 def test_other_circles_touch_in_a_node(text, ratio):

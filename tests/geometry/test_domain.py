@@ -177,6 +177,7 @@ def test_distance_from_the_origin_does_not_matter():
     assert_allclose(domain.signed_distance(random_points() + far), expected.signed_distance(random_points()), atol=1e-7)
 
 
+@pytest.mark.long
 @given(star_shaped())
 @settings(derandomize=True, deadline=None)
 def test_star_shaped_rings_bound_a_domain(points):

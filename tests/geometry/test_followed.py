@@ -141,6 +141,7 @@ class TestTolerance:
         chords = shapely.LineString(points[kept])
         assert shapely.distance(chords, shapely.points(points)).max() <= tolerance * (1 + 1e-9)
 
+    @pytest.mark.long
     def test_parts_of_a_spline_are_the_spline(self):
         whole = Domain.of(Following(30, smooth=True)(polygon(airfoil())))
         parts = Domain.of(Following(30, smooth=True, tolerance=2e-3)(polygon(airfoil())))

@@ -74,6 +74,7 @@ def test_nodes_of_periodic_sides_match(text, pairs, spacing):
     check_net(domain, net)
 
 
+@pytest.mark.long
 def test_the_finer_side_decides():
     domain, net = packed(SQUARE + "  periodic: [[left, right]]\nspacing: '0.05 + 0.05*x'\n")
     assert len(on_side(domain, net, "right")) == 21

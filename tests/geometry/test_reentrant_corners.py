@@ -108,6 +108,7 @@ def test_the_width_is_the_least_distance_of_all(seed):
     assert width_and_place(warning)[0] == pytest.approx(least, rel=1e-2)
 
 
+@pytest.mark.long
 def test_tips_are_ends_and_sharp_bends_and_points():
     text = (
         "points: [{at: [0.5, 0.9]}, {at: [1, 0.5]}], "
@@ -163,6 +164,7 @@ def test_the_nearest_thing_ahead_of_a_tip_is_found():
     assert (0.4, 0.61) not in seen
 
 
+@pytest.mark.long
 def test_tips_do_not_see_the_lines_that_they_belong_to():
     """However short the pieces of a line are: what follows it is behind its end."""
     angle = np.linspace(0, np.pi / 2, 60)

@@ -51,6 +51,7 @@ def side(mesh, label):
     return set(mesh.facets[mesh.facet_labels == mesh.labels.index(label)].ravel().tolist())
 
 
+@pytest.mark.long
 def test_sides_match_node_by_node(cell):
     found = {(cell.labels[sides.first], cell.labels[sides.second]): sides for sides in cell.periodic_sides}
     assert set(found) == set(SHIFTS)

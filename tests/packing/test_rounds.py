@@ -54,6 +54,7 @@ def test_disturbed_packing_returns_to_the_perfect_one():
     np.testing.assert_allclose(last.bubbles.x, bubbles.x, atol=1e-3)
 
 
+@pytest.mark.long
 def test_counts_of_each_round_add_up(run):
     start, done, _ = run
     assert done[0].before == len(start)

@@ -54,6 +54,7 @@ def index_of(folder):
     return re.findall(r'<th[^>]*scope="row"[^>]*data-value="([^"]*)"', text), re.findall(r'href="\./([^"]*)"', text)
 
 
+@pytest.mark.long
 def test_index_has_all_rows_of_the_summary(folder, monkeypatch):
     monkeypatch.chdir(folder)
     rows_of_batch("cases", folder="out", page=True)

@@ -119,6 +119,7 @@ def run(folder, *arguments):
     return done.exit_code, done.stderr
 
 
+@pytest.mark.long
 def test_run_writes_the_page_with_the_other_files_and_counts_its_time(tmp_path):
     code, said = run(tmp_path, "-o", tmp_path / "out/", "--report", "--format", "msh")
     assert code == 0, said
@@ -146,6 +147,7 @@ def test_the_case_may_ask_for_the_page_and_the_option_is_over_it(options, writte
     assert (tmp_path / "plate.html").exists() == written
 
 
+@pytest.mark.long
 def test_a_page_cannot_go_to_the_standard_output_nor_over_the_case(tmp_path):
     code, said = run(tmp_path, "-o", "-", "--report")
     assert (code, said) == (2, "error: --report: there is no place for its files with -o -: drop one of them\n")

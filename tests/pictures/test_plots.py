@@ -93,6 +93,7 @@ def test_a_png_has_the_shape_of_the_mesh(mesh, tmp_path):
     assert width > 3 * height
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stretch", [(1, 1), (5, 1), (1, 5)])
 def test_a_picture_for_paper_is_a_column_wide_and_its_triangles_are_lines(mesh, tmp_path, stretch):
     shaped = dataclasses.replace(mesh, points=mesh.points * stretch)
@@ -119,6 +120,7 @@ def test_an_svg_shows_labels_title_and_scale(mesh, tmp_path):
         assert word in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["svg", "pdf"])
 def test_only_the_triangles_of_a_large_mesh_become_a_bitmap(mesh, tmp_path, ending):
     mark = {"svg": b"<image", "pdf": b"/Subtype /Image"}[ending]
@@ -382,6 +384,7 @@ def vtu(mesh, data, tmp_path):
     return tmp_path / "a.vtu"
 
 
+@pytest.mark.long
 def test_plot_writes_the_picture_that_is_named(vtu, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run("plot", "a.vtu") == (0, "files      a.png\n")

@@ -44,6 +44,7 @@ def figure_of(problem, title=None):
     return spacing_figure(shown.mesh, shown.spacing, (shown.extremes[:2], shown.extremes[2:]), title)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spacing", ["1e-5 + 0.3*hypot(x - 0.5, y - 0.25)", "0.004", "50"])
 def test_the_mesh_of_a_picture_is_never_large_and_never_coarse(spacing):
     shown = previewed(problem_of(WIDE, f"spacing={spacing}"))
@@ -138,6 +139,7 @@ def test_an_estimate_tells_what_the_rules_changed_and_the_scale():
     assert "rules" not in estimate(problem_of(UNIFORM))
 
 
+@pytest.mark.long
 def test_an_estimate_tells_the_extremes_of_both_spacings():
     found = estimate(problem_of(REFINED))
     assert (found["spacing"]["minimum"], found["spacing"]["maximum"]) == (0.2, 0.2)
@@ -175,6 +177,7 @@ def test_the_picture_is_drawn_and_told(folder, start):
     assert sorted(path.name for path in folder.iterdir()) == ["pictures", "wide.yaml"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "exit_code", "message"),
     [

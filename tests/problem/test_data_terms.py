@@ -169,6 +169,7 @@ def test_what_is_wrong_in_a_file_is_named_with_key_file_and_place(spacing, error
         posed(tmp_path, spacing)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("spacing", "away"),
     [
@@ -212,6 +213,7 @@ def test_a_mesh_made_by_the_spacing_of_the_one_before_is_like_it(at, tmp_path):
 
 
 class TestFromPython:
+    @pytest.mark.long
     def test_a_mapping_is_that_of_a_case_file_with_files_in_the_working_directory(self, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         np.save("a.npy", [[0.2, 0.08]])

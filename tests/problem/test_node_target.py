@@ -124,6 +124,7 @@ def test_slopes_go_with_the_scale_which_a_warning_tells():
     assert f" grows by {0.2 * scale:.2g} per length " in warning
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "terms", ["", "near: {point: [0.3, 0.3], size: 0.01}, ", "regions: {domain: 0.1}, growth: 0.1, "]
 )
@@ -138,6 +139,7 @@ def test_more_nodes_than_the_limit_are_an_error():
         with_nodes(BARE["1"], 500, "limits.max_nodes=400")
 
 
+@pytest.mark.long
 def test_what_no_mesh_meets_is_met_as_nearly_as_can_be_and_told():
     report = with_nodes(f"domain: {{outer: {{polygon: {STAR}}}}}\nspacing: 1\n", 100)
     (warning,) = [warning for warning in report["warnings"] if "asked for" in warning]
@@ -153,12 +155,14 @@ def test_time_of_all_attempts_is_told():
     assert seconds["other_attempts"] > seconds["placement"]
 
 
+@pytest.mark.long
 def test_same_case_same_mesh():
     case = load_case("a.yaml", text=BARE["4"], overrides=["spacing.nodes=200"])
     one, other = (bubblemesh.mesh_case(case).mesh for _ in range(2))
     assert one.points.tobytes() == other.points.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spacing", [3.0, "1 + x**2", lambda x, y: 1 + x * x])
 def test_python_programs_give_a_number_too(spacing):
     mesh = bubblemesh.mesh(Domain.of(rings.rectangle(0, 0, 2, 1)), spacing, nodes=500)
@@ -240,6 +244,7 @@ SECTIONS = {
 }
 
 
+@pytest.mark.long
 def test_the_case_of_the_page_has_its_nodes_and_its_scale_gives_the_same_mesh():
     (text,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
     one = bubblemesh.mesh_case(load_case("plate.yaml", text=text))

@@ -50,6 +50,7 @@ class TestCases:
         for text, labels in found.items():
             assert case_domain(self.case(written, text)).boundary.labels == labels
 
+    @pytest.mark.long
     def test_all_rings_of_a_file_are_one_region(self, written):
         written("fibres.csv", "0.5 0.5\n1.5 0.5\n1.5 1.5\n0.5 1.5\n\n2.5 2.5\n3.5 2.5\n3.5 3.5\n2.5 3.5\n")
         region = "{name: fibres, ring: {file: fibres.csv}, spacing: 0.2}"

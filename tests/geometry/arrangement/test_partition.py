@@ -53,6 +53,7 @@ def test_nothing_embedded_leaves_the_boundary_as_it_is():
     assert len(b.corners) == len(b.kind) == 4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("regions", "others", "inner"),
     [
@@ -142,6 +143,7 @@ LINES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("lines", "halves", "pieces"), LINES)
 def test_lines(lines, halves, pieces):
     names = {"west": [0, 0, 0.5, 1], "east": [0.5, 0, 1, 1]}
@@ -189,6 +191,7 @@ def test_a_region_that_surrounds_a_hole_with_the_same_circle_has_no_inner_piece_
         domain_of(unit([f"{{name: a, ring: {{{ring}}}}}"], holes=[f"{{{ring}}}"]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_cells_of_a_voronoi_diagram_fill_the_domain(seed):
     points = np.random.default_rng(seed).random((12, 2))

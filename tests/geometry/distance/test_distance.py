@@ -151,6 +151,7 @@ domain:
 """)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("label", ["base", "bay", "dome", "core-rim", "ball-rim", "wire"])
 def test_formulas_of_arcs_and_lines_agree_with_looking_for_the_nearest_piece(label):
     points = np.vstack([RANDOM.uniform([-1, -1], [3, 2.5], (3000, 2)), CUT.polygonal_copy.points, [[1, 0], [2, 0.5]]])

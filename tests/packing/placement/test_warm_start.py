@@ -75,6 +75,7 @@ def test_a_finer_start_has_all_present_nodes_away_from_the_boundary(present):
     assert share_near(present.points, start.x, 0) > 0.97
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["multilevel", "accelerated"])
 def test_nodes_stay_where_the_spacing_has_not_changed(present, name):
     _, last = packed(warm_started(METHODS[name], present), spot(SIZE, 0.01))

@@ -27,6 +27,7 @@ def cells(domain="square", spacing="uniform", fraction=1 / 3):
     return DOMAINS[domain], function, leaves(DOMAINS[domain], function, fraction)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_leaves_cover_the_area_of_the_domain(domain):
     domain = DOMAINS[domain]
@@ -39,6 +40,7 @@ def test_leaves_cover_the_area_of_the_domain(domain):
     assert abs(errors[-1]) < 0.015
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spacing", SPACINGS)
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_every_place_off_the_boundary_is_in_one_leaf(domain, spacing):

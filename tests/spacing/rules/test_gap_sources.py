@@ -77,6 +77,7 @@ def test_whatever_leaves_a_narrow_part_makes_the_spacing_fine_there(text, places
     assert d.mean() > 0.9 * width / 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("x", [0, 0.5, 1.5, 1.9, 1.98])
 def test_walls_of_one_smooth_curve_are_resolved_up_to_its_ends(x):
     ellipse = Domain.of(rings.ellipse((0, 0), (2, 0.05)))
@@ -96,6 +97,7 @@ def test_what_is_narrow_outside_of_the_domain_needs_nothing():
     assert len(GapSources(3, 0.4, lambda p: np.zeros(len(p)))(domain_of(PLATE + slit), uniform(0.1))) == 0
 
 
+@pytest.mark.long
 def test_what_is_beside_a_thin_hole_is_left_as_it_is():
     """It is beyond a narrow part for who looks through the hole."""
     hole = "holes: [{rectangle: [0.2, 0.2, 1.8, 0.21]}]}"

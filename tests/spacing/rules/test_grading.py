@@ -135,6 +135,7 @@ def test_growth_goes_around_walls():
     assert d[1] == pytest.approx(0.02 + 0.3 * 0.14, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [0.1, 0.02, 0.004])
 def test_growth_goes_around_walls_however_thin(width):
     outline = [(0, 0), (2, 0), (2, 1), (1 + width, 1), (1 + width, 0.5), (1, 0.5), (1, 1), (0, 1)]
