@@ -6,7 +6,7 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.resources import timed
-from bubblemesh.spacing.rules.periodic import limited_across_sides, limited_for_packing_across_sides
+from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.survey import ideal_nodes, surveyed
 
@@ -32,7 +32,7 @@ def check_spacing(
     with timed(seconds, "spacing"):
         spacing, rules = request.at(scale), request.rules
         survey = surveyed(domain, spacing, max_nodes)
-        after_rules = rules(domain, spacing.floored(survey.minimum / 2), max_nodes)
+        after_rules = rules(domain, spacing.floored(survey.extremes.minimum / 2), max_nodes)
         after_periodic = limited_across_sides(domain, after_rules)
         spacing = after_periodic.spacing
         if max(after_rules.ratio, after_periodic.ratio) > 1:

@@ -13,7 +13,7 @@ from bubblemesh.meshes.triangulation import doubled_areas, triangulated
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import Spacing
 
-COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
+LARGEST_PART = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral
 SHARE = 1e-3  # of that: change on halving below which a part of the integral stands
 SETTLING = 0.1  # relative change of a part on halving below which its size is believed
@@ -35,12 +35,9 @@ class Extremes(NamedTuple):
 
 @dataclass(frozen=True)
 class Survey:
-    """Extremes of the spacing with their places (x, y), and the ideal number of nodes."""
+    """Extremes of the spacing, and the ideal number of nodes."""
 
-    minimum: float
-    minimum_at: tuple[float, float]
-    maximum: float
-    maximum_at: tuple[float, float]
+    extremes: Extremes
     ideal_nodes: float
 
 
@@ -61,7 +58,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )
-    return Survey(*found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
+    return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
 
 
 def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) -> Extremes:
@@ -151,7 +148,7 @@ def _too_many(needed: float, max_nodes: int) -> LimitError:
 
 def _resolved(domain: Domain) -> Floats:
     """Triangles (t, 3, 2) that cover the domain, with edges up to a fraction of its size."""
-    longest = COARSEST * domain.size
+    longest = LARGEST_PART * domain.size
     outline, edges = _outline(domain, longest)
     points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
     return _refined(
@@ -186,7 +183,7 @@ def _intervals(domain: Domain) -> Floats:
     """Boundary intervals (k, 3) as piece, begin and end arc length; inner pieces lie in the area and count there."""
     piece = np.flatnonzero(~domain.boundary.inner)
     whole = np.column_stack([piece, np.zeros(len(piece)), domain.boundary.lengths[piece]])
-    return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], COARSEST * domain.size)
+    return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], LARGEST_PART * domain.size)
 
 
 def _refined(
@@ -242,7 +239,7 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
     steps = np.linspace(-1, 1, 9)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     best, value = start, float(spacing(start[None])[0])
-    reach = COARSEST * domain.size
+    reach = LARGEST_PART * domain.size
     for _ in range(HALVINGS):
         around = best + reach * grid
         around = around[domain.contains(around)]

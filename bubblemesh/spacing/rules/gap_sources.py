@@ -16,7 +16,10 @@ from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
 NARROW = 0.95  # spacings are not narrower than what is wanted
-APART, FARTHEST = 0.3, 1.5  # distance of sources: so much the spacing may grow in between; in terms of their sizes
+APART_IN_GAP, FARTHEST_IN_GAP = (
+    0.3,
+    1.5,
+)  # distance of sources: so much the spacing may grow in between; in terms of their sizes
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40
@@ -83,7 +86,7 @@ class GapSources:
 
     def _apart(self, size: Floats) -> Floats:
         """Distance (k,) of sources on both walls of the gaps, and between these."""
-        return min(APART / self.growth, FARTHEST) * size
+        return min(APART_IN_GAP / self.growth, FARTHEST_IN_GAP) * size
 
     def _sources(self, found: Gaps, size: Floats, far: float) -> Sources:
         """Sources on the ways across the gaps, up to a part of these."""

@@ -6,12 +6,11 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.grid.samples import Samples
 from bubblemesh.spacing.rules.eikonal import limited_values
-from bubblemesh.spacing.rules.resolution import CELL, SteepestPlace, resolved, steepest, too_steep, unresolved
+from bubblemesh.spacing.rules.resolution import SteepestPlace, resolved, steepest, thin_walls, too_steep, unresolved
 from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, short_intervals
-from bubblemesh.spacing.rules.thin_walls import thin_walls
 from bubblemesh.spacing.spacing import Spacing
 
 STEEPEST_GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
@@ -130,7 +129,7 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
     """
     grid, inside = samples.grid, samples.inside
     mine = values[grid.vertices.corners]
-    largest = np.where(inside, CELL * mine.min(axis=1), np.inf)
+    largest = np.where(inside, LARGEST_IN_SPACINGS * mine.min(axis=1), np.inf)
     steep = np.flatnonzero(inside & too_steep(samples, growth).any(axis=1))
     kept = (values >= given * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)
     kept |= (samples.d[steep, 0] < mine[steep].mean(axis=1)) & domain.contains(grid.centers[steep])

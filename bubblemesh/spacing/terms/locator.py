@@ -59,8 +59,8 @@ def _along_loops(start: Integers, end: Integers) -> Integers:
 
 
 IN_A_CELL = 12  # triangles: cells with more are split
-DEEPEST = 25
-PAIRS = 16  # pairs of cells and triangles, per triangle: thin triangles would meet ever more cells
+LOCATOR_LEVELS = 25
+PAIRS_PER_TRIANGLE = 16  # pairs of cells and triangles, per triangle: thin triangles would meet ever more cells
 SLACK = 1e-6  # of a cell: points on its sides count for it
 ROUNDING = 1e-9  # of a triangle's height: so far outside a point counts as inside
 AT_A_TIME = 1 << 16  # points, so that the arrays stay in the processor's caches
@@ -144,9 +144,9 @@ def _candidates(corners: Floats, maps: Floats) -> tuple[Quadtree, Integers, Inte
     low, high = corners.min(axis=1), corners.max(axis=1)
     boxes = np.column_stack([(low + high) / 2, (high - low) / 2])
     cell, triangle = np.zeros(len(maps), np.int64), np.arange(len(maps))
-    while len(cell) <= PAIRS * len(maps):
+    while len(cell) <= PAIRS_PER_TRIANGLE * len(maps):
         crowded = np.bincount(cell, minlength=len(grid)) > IN_A_CELL
-        split = crowded & (grid.level < DEEPEST)
+        split = crowded & (grid.level < LOCATOR_LEVELS)
         if not split.any():
             break
         grid, origin, _ = grid.split(split)

@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
-from bubblemesh.spacing.terms.values import require_positive, spots
+from bubblemesh.spacing.spacing import require_positive, spots
 
 
 @dataclass(frozen=True)
