@@ -42,7 +42,7 @@ class Change(NamedTuple):
 
 
 class Population(Protocol):
-    """Which bubbles go, and where new ones come."""
+    """A scheme of population control."""
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         """Control the whole population once."""

@@ -1,5 +1,7 @@
 """The spacing checked in its domain, and made finer where its rules and the boundary ask for it."""
 
+from dataclasses import replace
+
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem import warnings
@@ -32,7 +34,7 @@ def check_spacing(
     with timed(seconds, "spacing"):
         spacing, rules = request.at(scale), request.rules
         survey = surveyed(domain, spacing, max_nodes)
-        after_rules = rules(domain, spacing.floored(survey.extremes.minimum / 2), max_nodes)
+        after_rules = rules(domain, replace(spacing, floor=survey.extremes.minimum / 2), max_nodes)
         after_periodic = limited_across_sides(domain, after_rules)
         spacing = after_periodic.spacing
         if max(after_rules.ratio, after_periodic.ratio) > 1:

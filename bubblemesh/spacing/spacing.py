@@ -1,7 +1,7 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,35 +19,19 @@ def _whole(point: Floats) -> Key:
 
 @dataclass(frozen=True)
 class Spacing:
-    """Desired distance between neighbouring nodes, in the domain's unit of length.
+    """Desired distance between neighbouring nodes, in the domain's unit of length."""
 
-    Attributes
-    ----------
-    function : callable
-        Values (n,) at the coordinates x (n,) and y (n,).
-    floor : float
-        Value that stands for d outside the domain where the function has no positive one.
-    key : callable
-        The key of the case that the spacing at a point (2,) comes from: a region may have its own.
-    costly : bool
-        Whether the function takes so long that a table of it is worth having.
-    spots : (k, 2)
-        Places where it may be fine over so short a distance that samples would pass them by.
-    """
-
-    function: Callable[[Floats, Floats], Floats]
-    floor: float = 0.0
-    key: Callable[[Floats], Key] = _whole
-    costly: bool = False
+    function: Callable[[Floats, Floats], Floats]  # values (n,) at the coordinates x (n,) and y (n,)
+    floor: float = 0.0  # stands for d outside the domain where the function has no positive value
+    key: Callable[[Floats], Key] = _whole  # key of the case that sets it at a point (2,): a region may have its own
+    costly: bool = False  # so much that a table of it is worth having
+    # Places (k, 2) where it may be fine over so short a distance that samples would pass them by.
     spots: Floats = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.
 
-        Raises
-        ------
-        CaseError
-            Where it is zero, negative, infinite or no number; the text names the point.
+        CaseError where it is zero, negative, infinite or no number; the text names the point.
         """
         d = self._values(points)
         bad = np.flatnonzero(~_usable(d))
@@ -76,10 +60,6 @@ class Spacing:
             d[bad] = self(corners[bad].reshape(-1, 2)).reshape(len(bad), -1).mean(axis=1)
         return d
 
-    def floored(self, floor: float) -> "Spacing":
-        """The spacing with a floor outside the domain."""
-        return replace(self, floor=floor)
-
     def _values(self, points: Floats) -> Floats:
         return np.asarray(self.function(points[:, 0], points[:, 1]), float)
 
@@ -91,10 +71,7 @@ def _usable(d: Floats) -> Booleans:
 def require_positive(values: Floats, where: Callable[[int], str]) -> None:
     """Refuse values (n,) that are no spacings; ``where`` tells the place of one by its number.
 
-    Raises
-    ------
-    CaseError
-        With the first such value and its place.
+    CaseError with the first such value and its place.
     """
     bad = np.flatnonzero(~_usable(values))
     if len(bad):

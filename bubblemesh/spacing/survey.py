@@ -44,12 +44,8 @@ class Survey:
 def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     """Survey of the spacing over the domain.
 
-    Raises
-    ------
-    CaseError
-        Where the spacing is not positive and finite; the text names the point.
-    LimitError
-        If it needs more than ``max_nodes`` nodes.
+    CaseError where the spacing is not positive and finite, with the point; LimitError if it needs more than
+    ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
     found = extremes(domain, spacing, triangles)
@@ -78,12 +74,7 @@ def ideal_nodes(
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
     minus the number of holes; ``tolerance`` is the relative accuracy of the integrals. The one over the area is taken
-    on ``triangles`` (t, 3, 2), which cover the domain.
-
-    Raises
-    ------
-    LimitError
-        If it is more than ``max_nodes``.
+    on ``triangles`` (t, 3, 2), which cover the domain. LimitError if it is more than ``max_nodes``.
     """
     triangles, limits = _resolved(domain) if triangles is None else triangles, (tolerance, max_nodes)
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)

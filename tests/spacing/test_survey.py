@@ -129,7 +129,7 @@ def test_spacing_that_vanishes_between_the_samples_is_refused(function, place):
 def test_spacing_may_be_undefined_in_a_hole():
     with np.errstate(invalid="ignore"):
         spacing = Spacing(lambda x, y: 0.1 + np.sqrt(np.hypot(x, y) - 0.3999))
-        assert surveyed(PERFORATED, spacing, ENOUGH).minimum > 0.1
+        assert surveyed(PERFORATED, spacing, ENOUGH).extremes.minimum > 0.1
 
 
 @pytest.mark.parametrize(("d", "count"), [(0.01, r"4\.62e\+04"), (1e-6, r"4\.62e\+12")])

@@ -49,7 +49,7 @@ class HierarchicalSubdivision:
             corners.append(_corners(cells) << (LATTICE_LEVELS - level))
             require_at_most(max_nodes, len(cells))
             split = self._to_split(lattice, cells, level, spacing) & _meets(domain, lattice, cells, level)
-            cells = _children(cells[split])
+            cells = _corners(2 * cells[split])  # of four quarters each
             if len(cells) == 0:
                 break
         points = lattice.points(_distinct(np.vstack(corners)), LATTICE_LEVELS)
@@ -115,10 +115,6 @@ def _distinct(cells: Integers) -> Integers:
     ordered = np.sort(cells.astype(float).view(complex).ravel())
     ordered = ordered[np.append(True, ordered[1:] != ordered[:-1])]
     return np.column_stack([ordered.real, ordered.imag]).astype(np.int64)
-
-
-def _children(cells: Integers) -> Integers:
-    return _corners(2 * cells)
 
 
 def _meets(domain: Domain, lattice: Lattice, cells: Integers, level: int) -> Booleans:

@@ -23,17 +23,10 @@ LEAF = 0.35  # spacings
 
 @dataclass(frozen=True)
 class PreviousNodes:
-    """Nodes of an earlier mesh, from which the next one starts.
+    """Nodes of an earlier mesh, from which the next one starts."""
 
-    Attributes
-    ----------
-    points : (n, 2)
-    sizes : (n,)
-        Distance to their neighbours, smoothed.
-    """
-
-    points: Floats
-    sizes: Floats
+    points: Floats  # (n, 2)
+    sizes: Floats  # (n,): distance to their neighbours, smoothed
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -46,7 +39,7 @@ class PreviousNodes:
         return self.sizes[self._tree.query(points)[1]]
 
     def calm(self, bubbles: Bubbles) -> Booleans:
-        """Which bubbles (n,) have the size that the mesh has there."""
+        """Bubbles (n,) of the size that the mesh has there."""
         return np.abs(self.at(bubbles.x) / bubbles.d - 1) <= CALM
 
     def share_of_own_size(self, domain: Domain, spacing: Spacing) -> float:

@@ -17,19 +17,11 @@ LARGEST_IN_SPACINGS, LARGEST_IN_DOMAIN = 2.0, 1 / 32
 
 @dataclass(frozen=True)
 class Leaves:
-    """Square cells inside a domain, along a Hilbert curve.
+    """Square cells inside a domain, along a Hilbert curve."""
 
-    Attributes
-    ----------
-    centers : (n, 2)
-    sides : (n,)
-    d : (n,)
-        Spacing at the centres.
-    """
-
-    centers: Floats
-    sides: Floats
-    d: Floats
+    centers: Floats  # (n, 2)
+    sides: Floats  # (n,)
+    d: Floats  # (n,): spacing at the centres
 
 
 def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
@@ -62,20 +54,11 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
 
 @dataclass(frozen=True)
 class Samples:
-    """A quadtree around a domain, and a spacing at some places of each cell.
-
-    Attributes
-    ----------
-    grid : Quadtree
-    inside : (n,)
-        Which cells reach into the domain, or nearly so.
-    d : (n, p)
-        Spacing at the places, whether or not they lie in the domain.
-    """
+    """A quadtree around a domain, and a spacing at some places of each cell."""
 
     grid: Quadtree
-    inside: Booleans
-    d: Floats
+    inside: Booleans  # (n,): cells that reach into the domain, or nearly so
+    d: Floats  # (n, p): spacing at the places, whether or not they lie in the domain
 
     @classmethod
     def of_one_cell(cls, grid: Quadtree, d: Floats) -> "Samples":

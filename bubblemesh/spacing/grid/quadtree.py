@@ -15,45 +15,23 @@ SPREADING = [(16, 0x0000FFFF0000FFFF), (8, 0x00FF00FF00FF00FF), (4, 0x0F0F0F0F0F
 
 
 class Vertices(NamedTuple):
-    """Vertices of a background grid.
+    """Vertices of a background grid."""
 
-    Attributes
-    ----------
-    key : (v,)
-        Numbers of their places, ascending: the same in all grids that stem from one.
-    points : (v, 2)
-    corners : (n, 4)
-        Vertices of the cells: lower left, lower right, upper left, upper right.
-    hanging : (k, 3)
-        Vertices in the middle of a cell's side, and the ends of that side; those of large cells first.
-    """
-
-    key: Integers
-    points: Floats
-    corners: Integers
+    key: Integers  # (v,): numbers of the places, ascending: the same in all grids that stem from one
+    points: Floats  # (v, 2)
+    corners: Integers  # (n, 4): of the cells: lower left, lower right, upper left, upper right
+    # (k, 3): vertices in the middle of a cell's side, and the ends of that side; those of large cells first
     hanging: Integers
 
 
 @dataclass(frozen=True)
 class Quadtree:
-    """Square cells that tile a square.
+    """Square cells that tile a square."""
 
-    Attributes
-    ----------
-    low : (2,)
-        Lower left corner of the square.
-    size : float
-        Its side.
-    level : (n,)
-        Cells of a level are 2**level times smaller than the square.
-    column_row : (n, 2)
-        Their lower left corners, in units of the deepest level.
-    """
-
-    low: Floats
-    size: float
-    level: Integers
-    column_row: Integers
+    low: Floats  # (2,): lower left corner of the square
+    size: float  # side of the square
+    level: Integers  # (n,): how often the square was halved for each cell
+    column_row: Integers  # (n, 2): lower left corners of the cells, in units of the deepest level
 
     @classmethod
     def around(cls, bounds: tuple[float, float, float, float]) -> "Quadtree":

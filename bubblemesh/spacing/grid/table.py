@@ -23,23 +23,12 @@ QUARTERS = np.array([[0, 1, 3, 4], [1, 2, 4, 5], [3, 4, 6, 7], [4, 5, 7, 8]])  #
 
 @dataclass(frozen=True)
 class Table:
-    """A function that is interpolated where that is good enough.
+    """A function that is interpolated where that is good enough."""
 
-    Attributes
-    ----------
-    function : callable
-        Values (n,) at x (n,) and y (n,).
-    grid : Quadtree
-    corners : (n, 4)
-        Values at the corners of each cell.
-    good : (n,)
-        In which cells these are enough.
-    """
-
-    function: Term
+    function: Term  # values (n,) at x (n,) and y (n,)
     grid: Quadtree
-    corners: Floats
-    good: Booleans
+    corners: Floats  # (n, 4): values at the corners of each cell
+    good: Booleans  # (n,): cells in which these are enough
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""

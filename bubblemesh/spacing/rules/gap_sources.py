@@ -28,31 +28,17 @@ NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zer
 
 @dataclass(frozen=True)
 class GapSources:
-    """Sources that fill the narrow parts of a domain.
+    """Sources that fill the narrow parts of a domain."""
 
-    Attributes
-    ----------
-    across : float
-        Spacings that are to fit between two walls.
-    growth : float
-        What the spacing grows by from the sources, per length.
-    least : callable
-        The finest size (k,) that is of use at places (k, 2).
-    max_nodes : float
-    """
-
-    across: float
-    growth: float
-    least: Callable[[Floats], Floats]
+    across: float  # spacings that are to fit between two walls
+    growth: float  # of the spacing from the sources, per length
+    least: Callable[[Floats], Floats]  # finest size (k,) that is of use at places (k, 2)
     max_nodes: float = np.inf
 
     def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
         """Sources where the spacing is too coarse.
 
-        Raises
-        ------
-        LimitError
-            If they need more than ``max_nodes`` nodes, with the narrowest place.
+        LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
         walls, corner = Walls(domain), reentrant_corners(domain)
         d = spacing(domain.boundary.corners[corner.corner])

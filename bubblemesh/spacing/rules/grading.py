@@ -20,30 +20,14 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 
 @dataclass(frozen=True)
 class LimitedSpacing:
-    """A gradient-limited spacing, and what limiting it has changed.
+    """A gradient-limited spacing, and what limiting it has changed."""
 
-    Attributes
-    ----------
-    spacing : Spacing
-        The largest one below the given one, and below the sources' sizes, that grows by at most the limit.
-    steepest : SteepestPlace or None
-        Where the given one grows fastest, if faster than the limit.
-    share : float
-        Part of the domain's area where it is finer than the given one.
-    ratio : float
-        Given spacing over it, where that is largest.
-    ratio_at : tuple of float or None
-        That place (x, y), if it is finer anywhere.
-    growth : float or None
-        The limit, if there is one.
-    """
-
-    spacing: Spacing
-    steepest: SteepestPlace | None = None
-    share: float = 0.0
-    ratio: float = 1.0
-    ratio_at: tuple[float, float] | None = None
-    growth: float | None = None
+    spacing: Spacing  # the largest below the given one, and the sources' sizes, that grows by at most the limit
+    steepest: SteepestPlace | None = None  # where the given spacing grows fastest, if faster than the limit
+    share: float = 0.0  # of the domain's area where it is finer than the given one
+    ratio: float = 1.0  # largest one of the given spacing over it
+    ratio_at: tuple[float, float] | None = None  # the place, if it is finer anywhere
+    growth: float | None = None  # the limit, if there is one
 
 
 @dataclass(frozen=True)

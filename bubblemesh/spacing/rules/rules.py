@@ -23,32 +23,17 @@ PASSES = 10  # across the sides: what comes in through one of them may leave thr
 
 @dataclass(frozen=True)
 class Rules:
-    """Rules that a spacing follows.
+    """Rules that a spacing follows."""
 
-    Attributes
-    ----------
-    growth : float or None
-        Largest growth per length, from short pieces and tight curves of the boundary on as well.
-    per_circle : float or None
-        Nodes on a full turn of the boundary's curves.
-    across : float or None
-        Spacings across the narrowest parts of the domain.
-    minimum : float
-        The last two make the spacing nowhere finer.
-    """
-
-    growth: float | None = None
-    per_circle: float | None = None
-    across: float | None = None
-    minimum: float = 0.0
+    growth: float | None = None  # largest one per length, from short pieces and tight curves of the boundary as well
+    per_circle: float | None = None  # nodes on a full turn of curves
+    across: float | None = None  # spacings across the narrowest parts of the domain
+    minimum: float = 0.0  # per_circle and across make the spacing nowhere finer
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> LimitedSpacing:
         """The largest spacing below the given one that follows the rules.
 
-        Raises
-        ------
-        LimitError
-            If curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
+        LimitError if curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
         """
         if self == Rules(minimum=self.minimum):
             return LimitedSpacing(spacing)

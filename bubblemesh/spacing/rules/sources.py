@@ -114,12 +114,8 @@ def curvature_sources(
 ) -> Sources:
     """Sources on curves where the spacing is too coarse for ``per_circle`` nodes on a full turn.
 
-    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use.
-
-    Raises
-    ------
-    LimitError
-        If they need more than ``max_nodes`` nodes, with the tightest place.
+    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use. LimitError if
+    they need more than ``max_nodes`` nodes, with the tightest place.
     """
     tight = _tight(domain, spacing, 2 * np.pi / per_circle)
     radius = tight.size * per_circle / (2 * np.pi)

@@ -22,28 +22,17 @@ class MeshField:
     """Linear interpolation of values at the nodes of a mesh; outside the mesh, the value at its nearest point.
 
     The mesh may have holes and several parts, and its triangles may turn either way. Made by `of` and `of_triangles`.
-
-    Attributes
-    ----------
-    points : (n, 2)
-    triangles : (t, 3)
-        Each has an area.
-    values : (n,)
-        Positive and finite at the nodes of triangles.
     """
 
-    points: Floats
-    triangles: Integers
-    values: Floats
+    points: Floats  # (n, 2)
+    triangles: Integers  # (t, 3): each has an area
+    values: Floats  # (n,): positive and finite at the nodes of triangles
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers, values: Floats) -> Self:
         """Field of values (n,) at the points (n, 2) of triangles (t, 3), those without an area left out.
 
-        Raises
-        ------
-        CaseError
-            If a value is not positive and finite (the text names the node and its place), or no triangle is left.
+        CaseError if a value is not positive and finite (the text names the node and its place), or no triangle is left.
         """
         points, values = np.asarray(points, float), np.asarray(values, float)
         used = np.unique(triangles)
@@ -54,20 +43,9 @@ class MeshField:
     def of_triangles(cls, points: Floats, triangles: Integers, values: Floats, cells: Integers | None = None) -> Self:
         """Field of values (t,) of the triangles, or (c,) of cells that they are parts of, averaged at the points.
 
-        So that the number of bubbles stays the same, it is 1/d^2 that is averaged, by the area around each point.
-
-        Parameters
-        ----------
-        points : (n, 2)
-        triangles : (t, 3)
-        values : (t,) or (c,)
-        cells : (t,), optional
-            Number of the cell that each triangle is a part of.
-
-        Raises
-        ------
-        CaseError
-            If a value is not positive and finite (the text names the cell's place), or no triangle has an area.
+        ``cells`` (t,) tells which one each triangle is a part of. So that the number of bubbles stays the same, it is
+        1/d^2 that is averaged, by the area around each point. CaseError if a value is not positive and finite (the text
+        names the cell's place), or no triangle has an area.
         """
 
         def where(cell: int) -> str:
@@ -137,13 +115,9 @@ def _with_area(points: Floats, triangles: Integers) -> Integers:
 def scattered(points: Floats, values: Floats) -> MeshField:
     """Linear interpolation of values (n,) on the Delaunay triangulation of points (n, 2).
 
-    Outside the points' hull, the value at its nearest place.
-
-    Raises
-    ------
-    CaseError
-        If a coordinate is no number, a value is not positive and finite, points at one place have different values, or
-        all lie on a line; the text names the point, from 0, and its place.
+    Outside the points' hull, the value at its nearest place. CaseError if a coordinate is no number, a value is not
+    positive and finite, points at one place have different values, or all lie on a line; the text names the point, from
+    0, and its place.
     """
     # Imported here since it takes as long as meshing a small case, and other spacings do without.
     from scipy.spatial import Delaunay, QhullError
