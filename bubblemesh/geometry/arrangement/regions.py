@@ -9,7 +9,7 @@ import shapely
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import about
 from bubblemesh.geometry.arrangement import TOUCHING
-from bubblemesh.geometry.paths import Line, OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 
@@ -68,7 +68,7 @@ class Parts:
         Name of region 0.
     lines : tuple of OpenPath
         Embedded lines.
-    points : tuple of ((x, y), label)
+    points : tuple of InnerPoint
         Embedded points.
     periodic : tuple of (label, label)
         Sides whose nodes match.
@@ -77,7 +77,7 @@ class Parts:
     regions: tuple[Region, ...] = ()
     rest: str = "domain"
     lines: tuple[OpenPath, ...] = ()
-    points: tuple[tuple[tuple[float, float], str], ...] = ()
+    points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()
 
     @property
