@@ -46,6 +46,18 @@ PLAIN = CASE.partition("  periodic")[0]
         ("[0.2, 1.6]", "[0.2, 7]", "a.yaml:15: domain: the point 'point-1' at (0.2, 7) lies outside the domain"),
         ("[0.4, 1.6]", "[3, 1]", "a.yaml:16: domain: the point 'well' at (3, 1) lies outside the domain"),
         ("[0.4, 1.6]", "[0.2, 1.6]", "a.yaml:16: domain: the points 'point-1' and 'well' are both at (0.2, 1.6)"),
+        (
+            "[0.4, 1.6]",
+            "[0.2, 1.60000001]",
+            "a.yaml:16: domain: the vertices at (0.2, 1.6) and (0.2, 1.6) are 1e-08 ap",
+        ),
+        ("[0.4, 1.6]", "[0.4, 1e-8]", "a.yaml:16: domain: the vertex at (0.4, 1e-08) is 1e-08 away from the line at"),
+        ("[0.2, 0.4], [0.4", "[1, 1e-8], [4", "a.yaml:13: domain: the vertex at (1, 1e-08) is 1e-08 away from the li"),
+        (
+            "[0.2, 0.4], [0.4, 0.4]",
+            "[2.3, 1.69999999], {arc: {to: [1.7, 1.69999999], center: [2, 1.69999999], turn: left}}",
+            "a.yaml:13: domain: two curves pass each other at (2, 2) at a distance of 1e-08, next to each other",
+        ),
     ],
 )
 def test_errors_of_the_geometry_tell_the_line(old, new, message):

@@ -44,9 +44,8 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     size = _size(polygon)
     outlines = [region.polygon for region in parts.regions]
     _require_inside(parts, outlines, polygon)
-    paths = [*parts.lines, *(OpenPath.around(region.ring, region.label) for region in parts.regions)]
-    whole = boundary.with_inner(paths, [point.at for point in parts.points])
-    whole = noded(whole, size, fixed=len(boundary.corners))
+    whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
+    whole = noded(whole, size, len(boundary.corners), parts)
     areas = areas_of(whole, len(parts.lines), outlines)
     require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.lines), outlines, size))
     whole = _without_doubles(whole, TOUCHING * size)

@@ -7,9 +7,9 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Integers
-from bubblemesh.errors import about
+from bubblemesh.errors import Key, about
 from bubblemesh.geometry.arrangement import TOUCHING
-from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Point, Ring
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 
@@ -88,6 +88,17 @@ class Parts:
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.lines or self.points)
+
+    @cached_property
+    def paths(self) -> tuple[OpenPath, ...]:
+        """Embedded lines, then the rings of regions: the inner pieces of path k have the ring number -1 - k."""
+        return *self.lines, *(OpenPath.around(region.ring, region.label) for region in self.regions)
+
+    @cached_property
+    def keys_at(self) -> dict[Point, Key]:
+        """Keys of the case that give the vertices and embedded points, by their coordinates."""
+        vertices = {vertex: path.key for path in self.paths for vertex in path.vertices}
+        return vertices | {point.at: point.key for point in self.points}
 
     @property
     def names(self) -> tuple[str, ...]:
