@@ -153,7 +153,7 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
         else:
             line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
             yield shapely.get_coordinates(line)
-    yield np.array([at for at, label in domain.parts.points if label in labels]).reshape(-1, 2)
+    yield np.array([point.at for point in domain.parts.points if point.label in labels]).reshape(-1, 2)
 
 
 def _distance(near: NearTerm, domain: Domain) -> Distance:

@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import GeometryError, about
+from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import Line, OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Point, Ring
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import place
@@ -73,7 +73,7 @@ class Parts:
         Name of region 0.
     lines : tuple of OpenPath
         Embedded lines.
-    points : tuple of ((x, y), label)
+    points : tuple of InnerPoint
         Embedded points.
     periodic : tuple of (label, label)
         Sides whose nodes match.
@@ -82,7 +82,7 @@ class Parts:
     regions: tuple[Region, ...] = ()
     rest: str = "domain"
     lines: tuple[OpenPath, ...] = ()
-    points: tuple[tuple[tuple[float, float], str], ...] = ()
+    points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()
 
     @property
@@ -93,6 +93,17 @@ class Parts:
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.lines or self.points)
+
+    @cached_property
+    def paths(self) -> tuple[OpenPath, ...]:
+        """Embedded lines, then the rings of regions: the inner pieces of path k have the ring number -1 - k."""
+        return *self.lines, *(OpenPath.around(region.ring, region.label) for region in self.regions)
+
+    @cached_property
+    def keys_at(self) -> dict[Point, Key]:
+        """Keys of the case that give the vertices and embedded points, by their coordinates."""
+        vertices = {vertex: path.key for path in self.paths for vertex in path.vertices}
+        return vertices | {point.at: point.key for point in self.points}
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
             raise CaseError(unknown("label", label, domain.labels))
     boundary = domain.boundary
     named = np.isin(boundary.labels, list(labels))[boundary.label]
-    points = [at for at, label in domain.parts.points if label in labels]
+    points = [point.at for point in domain.parts.points if point.label in labels]
     formula = ClosedForm.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
     return FromLabels(domain, tuple(labels)) if formula is None else formula
 

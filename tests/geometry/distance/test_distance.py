@@ -40,7 +40,7 @@ POINTS = RANDOM.uniform([-1, -1], [6, 4], (400, 2))
 def brute_force(labels, points, domain=DOMAIN):
     """Distances from very many points of the curves, with an error below 1e-7."""
     boundary = domain.boundary
-    shapes = [shapely.Point(at) for at, label in domain.parts.points if label in labels]
+    shapes = [shapely.Point(point.at) for point in domain.parts.points if point.label in labels]
     for k in range(len(boundary.kind)):
         if boundary.labels[boundary.label[k]] in labels:
             s = np.linspace(0, boundary.lengths[k], 20_001)
