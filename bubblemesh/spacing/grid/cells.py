@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, hilbert_index
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.hilbert import hilbert_index
 from bubblemesh.spacing.grid.quadtree import CORNERS, GRID_LEVELS, Quadtree
 from bubblemesh.spacing.spacing import Spacing
 
