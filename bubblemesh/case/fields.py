@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.errors import CaseError
-from bubblemesh.labels import LONGEST_NAME, is_writable
+from bubblemesh.files import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import constant
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.

@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 
 from bubblemesh.errors import CaseError, GeometryError, prefixed
+from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.messages import place
 
 # Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
