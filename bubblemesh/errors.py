@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+DONE, INTERRUPTED = 0, 130  # exit codes without an error of a class
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
 
 
@@ -60,7 +61,7 @@ class LimitError(BubblemeshError):
 
 def outcome(exit_code: int) -> str:
     """What has become of a case with this exit code, as batches count it."""
-    return {0: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
+    return {DONE: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
 
 
 @contextmanager

@@ -39,7 +39,7 @@ MAY_IMPORT = {
         *{"run", "spacing"},
     },
     "__init__": {"api"},
-    "__main__": {"cli"},
+    "__main__": {"cli", "errors"},
 }
 DOORS = {"meshes/mesh.py": {"meshfiles", "pictures"}}  # a mesh writes and draws itself, when it is asked to
 LIBRARIES = {

@@ -12,7 +12,7 @@ from bubblemesh import __version__
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
-from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
+from bubblemesh.errors import DONE, BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import read_bytes
 from bubblemesh.problem.rings import named_files
 from bubblemesh.run.destination import Destination, destination
@@ -156,7 +156,7 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
 
 def _row(source: str, variant: Variant | None = None) -> Row:
     label, values = (variant.label, variant.values) if variant else ("", ())
-    return Row(Path(source).stem + label, source, 0, dict(values), version=__version__)
+    return Row(Path(source).stem + label, source, DONE, dict(values), version=__version__)
 
 
 def _seen_from(root: Path, folder: Path) -> str:

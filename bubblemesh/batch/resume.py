@@ -7,12 +7,12 @@ from pathlib import Path
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
-from bubblemesh.errors import RequirementError
+from bubblemesh.errors import DONE, RequirementError
 from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
-DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
+FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
 
 
 def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
@@ -22,7 +22,7 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict
     found: dict[int, Row] = {}
     for row in rows:
         entry = known.get(row.key)
-        if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
+        if entry is None or entry.number in found or row.exit_code not in FINAL or not _has_extras(row, entry):
             continue
         if entry.number not in digests:
             job = entry.job()

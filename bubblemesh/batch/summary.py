@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bubblemesh.batch.row import COLUMNS, Row, csv_line
-from bubblemesh.errors import FileError
+from bubblemesh.errors import DONE, FileError
 from bubblemesh.files import reason, unwritten
 from bubblemesh.meshfiles.transaction import transaction
 
@@ -146,5 +146,5 @@ def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
 def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
     """Counts and rows of a batch, as ``--json`` prints them; the exit code is the largest of the rows, or 0."""
     codes = [row.exit_code for row in rows]
-    counts = {"cases": len(rows), "failed": sum(code != 0 for code in codes), "unchanged": unchanged}
-    return counts | {"exit_code": max(codes, default=0), "rows": [row.data() for row in rows]}
+    counts = {"cases": len(rows), "failed": sum(code != DONE for code in codes), "unchanged": unchanged}
+    return counts | {"exit_code": max(codes, default=DONE), "rows": [row.data() for row in rows]}

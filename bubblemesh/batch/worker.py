@@ -114,7 +114,7 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
         return Outcome(row.failed(FileError.exit_code, problem), full=is_full(error))
     except Exception as error:
         problem = f"{row.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
-        return Outcome(replace(row.failed(1, problem), traceback=traceback.format_exc()))
+        return Outcome(replace(row.failed(BubblemeshError.exit_code, problem), traceback=traceback.format_exc()))
 
 
 def _mesh(job: Job, tell: Tell) -> Outcome:

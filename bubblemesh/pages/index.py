@@ -5,12 +5,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from bubblemesh.errors import outcome
+from bubblemesh.errors import DONE, INTERRUPTED, LimitError, outcome
 from bubblemesh.messages import counted, duration
 from bubblemesh.pages.charts import quality_range
 from bubblemesh.pages.markup import Markup, from_template, html, page, tag, whole
 
-DONE = 0  # exit code
 BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
 # Head of a column of numbers, key in the row of a case, and how the number is written.
 COLUMNS = (
@@ -23,7 +22,7 @@ COLUMNS = (
     ("Time", "seconds", None),
     ("Warnings", "warnings", "d"),
 )
-STATES = {6: "stopped at a limit", 130: "interrupted"}
+STATES = {LimitError.exit_code: "stopped at a limit", INTERRUPTED: "interrupted"}
 
 Row = Mapping[str, Any]
 

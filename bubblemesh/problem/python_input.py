@@ -12,7 +12,7 @@ from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.distance.to_labels import distance_to_labels
+from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression

@@ -21,8 +21,8 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
         region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
     numbers, region = np.unique(parts.name_indices[region], return_inverse=True)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
-    vertices = [_node_at(point, bubbles) for point, _ in parts.points]
-    point_labels = tuple(dict.fromkeys(name for _, name in parts.points))
+    vertices = [_node_at(point.at, bubbles) for point in parts.points]
+    point_labels = tuple(dict.fromkeys(point.label for point in parts.points))
     return Mesh(
         bubbles.x,
         triangles,
@@ -32,7 +32,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
         regions=tuple(parts.names[k] for k in numbers),
         triangle_regions=region,
         labelled_nodes=np.array(vertices, np.int64),
-        node_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
+        node_labels=np.array([point_labels.index(point.label) for point in parts.points], np.int64),
         point_labels=point_labels,
         facet_middles=boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2)),
         periodic=matching_edges(domain.periodic, piece),
