@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import read_case, unwritten
+from bubblemesh.files import case_text, unwritten
 
 
 def read_input() -> str:
@@ -23,7 +23,7 @@ def read_input() -> str:
     """
     if sys.stdin is None:
         raise FileError("the standard input is closed")
-    return read_case(sys.stdin.buffer, "<stdin>")
+    return case_text(sys.stdin.buffer, "<stdin>")
 
 
 def write_new(path: Path, text: str) -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
 from bubblemesh.geometry.arrangement.regions import Parts
@@ -47,10 +47,6 @@ class NearChords(NamedTuple):
     b: Floats
     step_a: Floats
     step_b: Floats
-
-    def kept(self, which: Integers | Booleans) -> "NearChords":
-        """The pairs ``which`` (k,)."""
-        return NearChords(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
 def chord_boxes(boundary: Boundary, size: float) -> ChordBoxes:
@@ -156,8 +152,8 @@ def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
     result = np.zeros(len(pairs.p), bool)
     curved = boundary.curved[pairs.p] & boundary.curved[pairs.q] & (pairs.p != pairs.q)
     found = np.flatnonzero(curved)
-    found = found[_is_on(boundary, pairs.kept(found), 0.0, size)]
-    rest = pairs.kept(found)
+    found = found[_is_on(boundary, select(pairs, found), 0.0, size)]
+    rest = select(pairs, found)
     result[found] = _is_on(boundary, rest, ENDS[0], size) | _is_on(boundary, rest, ENDS[1], size)
     return result
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, concatenated, select
 from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
 from bubblemesh.geometry.arrangement.crossings import (
@@ -56,9 +56,9 @@ def _meetings(boundary: Boundary, size: float, parts: Parts) -> Cuts:
     """Cuts where inner pieces cross or touch others, each other or themselves, but for their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
     same = coincident(boundary, pairs, size)
-    along, pairs = pairs.kept(same), pairs.kept(~same)
+    along, pairs = select(pairs, same), select(pairs, ~same)
     cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size, parts)
-    return Cuts(*(np.concatenate(columns) for columns in zip(*cuts, strict=True)))
+    return concatenated(cuts)
 
 
 def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: Parts) -> Cuts:

@@ -9,8 +9,7 @@ import shapely
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import Parts, Region, areas_of, region_at, require_apart, slack_of
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
@@ -95,7 +94,7 @@ def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
     double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
     keep[i[double]] = False
-    return boundary.kept(np.flatnonzero(keep))
+    return boundary.select(np.flatnonzero(keep))
 
 
 def _clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
@@ -108,7 +107,7 @@ def _clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float)
     """
     domain = PolygonalCopy.of(boundary).polygon()
     middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
-    kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
+    kept = boundary.select(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
     open_ = ~kept.closed
     used = np.zeros(len(kept.corners), bool)
     used[kept.start[open_]] = used[kept.end[open_]] = True
