@@ -11,7 +11,7 @@ from bubblemesh.cli.stdio import write_new, write_output
 def schema() -> None:
     """Print the JSON Schema of the case file."""
     from bubblemesh.case.models import case_schema
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
 
     write_output(json_text(case_schema()))
 
@@ -22,10 +22,10 @@ def init(
     ),
 ) -> None:
     """Write a commented case file to start from."""
-    from bubblemesh.case.template import TEMPLATE
+    from bubblemesh.case.models import case_template
 
     if path == "-":
-        write_output(TEMPLATE)
+        write_output(case_template())
         return
-    write_new(Path(path), TEMPLATE)
+    write_new(Path(path), case_template())
     typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
