@@ -18,7 +18,7 @@ from bubblemesh.adaptivity.sizes import (
 from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
@@ -128,7 +128,7 @@ def _posed(
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, "nodes"), start
+    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, Key(["nodes"])), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:
