@@ -8,7 +8,7 @@ from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.errors import DONE, RequirementError
-from bubblemesh.meshfiles.history import HISTORY_FILES
+from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell

@@ -33,7 +33,7 @@ def batch(
     """Mesh many cases; one that fails is a row of the summary."""
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
 
     options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
     workers = many.workers_at(jobs, cluster)

@@ -11,7 +11,7 @@ from bubblemesh.cli.stdio import write_new, write_output
 def schema() -> None:
     """Print the JSON Schema of the case file."""
     from bubblemesh.case.models import case_schema
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
 
     write_output(json_text(case_schema()))
 

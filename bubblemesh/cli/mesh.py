@@ -30,7 +30,7 @@ def quality(
     from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.quality import mesh_figures
     from bubblemesh.meshfiles.read import read_triangles
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -114,7 +114,7 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     from bubblemesh.console.comparison import show_comparison
     from bubblemesh.meshes import comparison
     from bubblemesh.meshfiles.read import read_mesh
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
 
     read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():

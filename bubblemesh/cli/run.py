@@ -145,7 +145,7 @@ def deliver(
     from bubblemesh import console
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
 
     with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
         result = meshed(progress.show, progress.advance)
@@ -165,7 +165,7 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
     from bubblemesh.console import report
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
     from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.meshes.histograms import Histogram
+from bubblemesh.meshes.quality import Histogram
 
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
