@@ -106,8 +106,8 @@ def place_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Row:
     FileError if a disk is full: that of the results, or of a worker.
     """
     row, is_at_end = outcome.row, outcome.full
-    folder = entry.destination.folder if entry.destination else None
-    if outcome.files and folder is not None:
+    if outcome.files and entry.destination:
+        folder = entry.destination.folder
         try:
             with transaction(folder, staging_prefix(folder, options)) as staging:
                 for name, content in outcome.files.items():

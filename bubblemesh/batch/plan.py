@@ -120,7 +120,7 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
         place = destination(case, source, output, None, page=options.page)
     except BubblemeshError as error:
         return Entry(number, row.failed(error.exit_code, str(error)))
-    folder = _seen_from(options.root, place.folder or Path())
+    folder = _seen_from(options.root, place.folder)
     return Entry(number, replace(row, case=str(case.name), folder=folder), case, place)
 
 

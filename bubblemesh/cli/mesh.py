@@ -111,7 +111,7 @@ def plot(
 def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
     """Two meshes side by side."""
     from bubblemesh import console
-    from bubblemesh.console.comparison import show_comparison
+    from bubblemesh.console.report import show_comparison
     from bubblemesh.meshes import comparison
     from bubblemesh.meshfiles.read import read_mesh
     from bubblemesh.meshfiles.report_json import json_text
