@@ -15,7 +15,7 @@ from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import read_bytes
 from bubblemesh.problem.rings import named_files
-from bubblemesh.run.destination import Destination, destination
+from bubblemesh.run.destination import Destination, OutputOptions, destination
 
 T = TypeVar("T")
 
@@ -117,7 +117,7 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
     output = None if options.folder is None else f"{options.folder}/"
     try:
         case = load_case(source, overrides=options.overrides, variant=variant)
-        place = destination(case, source, output, None, page=options.page)
+        place = destination(case, source, OutputOptions(output, page=options.page))
     except BubblemeshError as error:
         return Entry(number, row.failed(error.exit_code, str(error)))
     folder = _seen_from(options.root, place.folder)

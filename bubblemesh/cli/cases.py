@@ -26,7 +26,7 @@ from bubblemesh.errors import CaseError, FileError, located
 if TYPE_CHECKING:
     from bubblemesh.case import Case
     from bubblemesh.problem.problem import Problem
-    from bubblemesh.run.destination import Destination, StreamDestination
+    from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
     from bubblemesh.run.pipeline import OnRound, OnShare, Result
 
 
@@ -50,9 +50,10 @@ def run(
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
     from bubblemesh.run import pipeline
+    from bubblemesh.run.destination import OutputOptions
 
     loaded = case_at(case, overrides)
-    place = destination_of(loaded, case, output, format_name, solver, as_json, history=history, page=page)
+    place = destination_of(loaded, case, OutputOptions(output, format_name, solver, history, page), as_json)
     if dry_run:
         tell_estimate(loaded, case, picture, as_json, quiet)
         return
@@ -90,10 +91,11 @@ def adapt(
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import Solution
     from bubblemesh.meshfiles.read import read_nodal_field
+    from bubblemesh.run.destination import OutputOptions
 
     loaded = case_at(case, overrides)
     target = adapting.Target(error, nodes)
-    place = destination_of(loaded, case, output, format_name, solver, as_json, solution=solution)
+    place = destination_of(loaded, case, OutputOptions(output, format_name, solver), as_json, solution)
     read = read_nodal_field(solution, field)
     with located(str(solution)):
         present = Solution.of(read.points, read.triangles, read.values, read.name)
@@ -181,28 +183,19 @@ def case_at(case: str, overrides: Overrides) -> "Case":
 
 
 def destination_of(
-    case: "Case",
-    source: str,
-    output: str | None,
-    format_name: str | None,
-    solver: str | None,
-    as_json: bool,
-    *,
-    history: bool = False,
-    page: bool | None = None,
-    solution: Path | None = None,
+    case: "Case", source: str, options: "OutputOptions", as_json: bool, solution: Path | None = None
 ) -> "Destination | StreamDestination":
     """Destination of the results: the standard output only if no report goes there, and if it is no terminal."""
     from bubblemesh.run.destination import destination, stream_destination
 
-    if output != "-":
-        return destination(case, source, output, format_name, solver, history=history, page=page, solution=solution)
+    if options.output != "-":
+        return destination(case, source, options, solution)
     stream = output_stream()
     if stream.isatty():
         raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
     if as_json:
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
-    return stream_destination(case, stream, format_name, solver, history=history, page=page)
+    return stream_destination(case, stream, options)
 
 
 def deliver(

@@ -21,6 +21,28 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
+class OutputOptions:
+    """Options of a command that say over the case what is written, and where."""
+
+    output: str | None = None  # a folder, or a file
+    format_name: str | None = None
+    solver: str | None = None  # whose format is meant
+    history: bool = False
+    page: bool | None = None
+
+    @property
+    def formats(self) -> tuple[FormatName, ...]:
+        """Formats that the options ask for, if any; an unknown format or solver is a CaseError."""
+        if self.format_name is not None and self.solver is not None:
+            raise CaseError("--format and --for exclude each other: drop one of them")
+        if self.solver is not None:
+            return _looked_up(FORMATS_FOR, self.solver, "--for: unknown solver")
+        if self.format_name is not None:
+            return (_looked_up({name: name for name in FORMATS}, self.format_name, "--format: unknown format"),)
+        return ()
+
+
+@dataclass(frozen=True)
 class Destination:
     """Folder, names and kinds of the files to write."""
 
@@ -60,25 +82,15 @@ class StreamDestination:
         return {**result.report, "files": []}
 
 
-def destination(
-    case: Case,
-    source: str,
-    output: str | None,
-    format_name: str | None,
-    solver: str | None = None,
-    *,
-    history: bool = False,
-    page: bool | None = None,
-    solution: Path | None = None,
-) -> Destination:
-    """Destination that the options ``-o``, ``--format``, ``--for`` and ``--report`` and the case name together.
+def destination(case: Case, source: str, options: OutputOptions, solution: Path | None = None) -> Destination:
+    """Destination that the options and the case name together.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending. CaseError if the format or the solver is unknown, or the format is not that of the file's ending
     or has no form for the order of the triangles; FileError if a file would be written twice, or that of the case or
     of its solution be overwritten.
     """
-    asked = _asked(format_name, solver)
+    asked, output = options.formats, options.output
     formats = _distinct(asked or case.output.formats)
     # Relative to the case file; with a case of the standard input, or without a name, the present folder.
     folder = Path() if case.output.directory is None else Path(source).parent / case.output.directory
@@ -91,7 +103,8 @@ def destination(
             formats = (_format_of(folder, asked, case.output.formats),)
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     require_order(formats, case.output.order)
-    place = Destination(folder, name, formats, history, case.output.report if page is None else page)
+    page = case.output.report if options.page is None else options.page
+    place = Destination(folder, name, formats, options.history, page)
     written = [realpath(path) for path in place.files]
     for path in (None if source == "-" else Path(source), solution):
         if path is not None and realpath(path) in written:
@@ -99,18 +112,10 @@ def destination(
     return place
 
 
-def stream_destination(
-    case: Case,
-    stream: BinaryIO,
-    format_name: str | None,
-    solver: str | None = None,
-    *,
-    history: bool = False,
-    page: bool | None = None,
-) -> StreamDestination:
+def stream_destination(case: Case, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
     """Destination of the option ``-o -``; CaseError as of `destination`, and if there are other files to write."""
-    first = _distinct(_asked(format_name, solver) or case.output.formats)[0]
-    for option, asked_for in (("--history", history), ("--report", page)):
+    first = _distinct(options.formats or case.output.formats)[0]
+    for option, asked_for in (("--history", options.history), ("--report", options.page)):
         if asked_for:
             raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
     require_order([first], case.output.order)
@@ -122,17 +127,6 @@ def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
     from bubblemesh.pages.report import report_page
 
     return report_page(mesh, result.fields, report, result.speeds, datetime.now().astimezone())
-
-
-def _asked(format_name: str | None, solver: str | None) -> tuple[FormatName, ...]:
-    """The formats that the options ask for, if any."""
-    if format_name is not None and solver is not None:
-        raise CaseError("--format and --for exclude each other: drop one of them")
-    if solver is not None:
-        return _looked_up(FORMATS_FOR, solver, "--for: unknown solver")
-    if format_name is not None:
-        return (_looked_up({name: name for name in FORMATS}, format_name, "--format: unknown format"),)
-    return ()
 
 
 def _looked_up(table: Mapping[Any, T], name: str, problem: str) -> T:
