@@ -45,7 +45,7 @@ def read_text(path: Path) -> str:
     return _decoded(read_bytes(path), "line ")
 
 
-def read_case(stream: BinaryIO, source: str) -> str:
+def case_text(stream: BinaryIO, source: str) -> str:
     """Text of a case; messages name its ``source``.
 
     Raises

@@ -120,8 +120,7 @@ def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
     """Check that no case's own page would be where the page of the batch goes; else it is a CaseError."""
     page = _page_of(options)
     for entry in entries if options.page else ():
-        alike = [path for path in entry.files if path.name == page.name]
-        if any(os.path.realpath(path) == os.path.realpath(page) for path in alike):
+        if any(path.name == page.name and os.path.realpath(path) == os.path.realpath(page) for path in entry.files):
             raise CaseError(f"{entry.row.source}: its page would be that of the batch: give the case another name")
 
 

@@ -18,9 +18,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.faults import problems
-from bubblemesh.case.fields import LARGEST_NUMBER, Choice, Count, Label, Point, Positive, Strict
+from bubblemesh.case.fields import Choice, Count, Label, Point, Positive, Strict
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.files import opened, read_case
+from bubblemesh.files import case_text, opened
 
 KeyPath = Sequence[str | int]
 
@@ -94,7 +94,7 @@ def read_text(path: Path) -> str:
     with prefixed(path):
         stream = opened(path, "case file")
     with stream:
-        return read_case(stream, str(path))
+        return case_text(stream, str(path))
 
 
 def read_document(text: str, source: str) -> Document:

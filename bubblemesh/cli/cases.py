@@ -20,7 +20,7 @@ from bubblemesh.cli.options import (
     SolverNamed,
     with_overrides,
 )
-from bubblemesh.cli.stdio import output_stream, read_input, write_new, write_output
+from bubblemesh.cli.stdio import output_stream, read_input, write_json, write_new, write_output
 from bubblemesh.errors import CaseError, FileError, located
 
 if TYPE_CHECKING:
@@ -139,7 +139,6 @@ def batch(
     """Mesh many cases; one that fails is a row of the summary."""
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
-    from bubblemesh.meshfiles.report_json import json_text
 
     options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
     workers = many.workers_at(jobs, cluster)
@@ -147,16 +146,15 @@ def batch(
     with BatchProgress(quiet) as progress:
         totals = many.run_batch(entries, options, workers, progress)
     if as_json:
-        write_output(json_text(totals))
+        write_json(totals)
     raise typer.Exit(totals["exit_code"])
 
 
 def schema() -> None:
     """Print the JSON Schema of the case file."""
     from bubblemesh.case.models import case_schema
-    from bubblemesh.meshfiles.report_json import json_text
 
-    write_output(json_text(case_schema()))
+    write_json(case_schema())
 
 
 def init(
@@ -178,8 +176,7 @@ def case_at(case: str, overrides: Overrides) -> "Case":
     """Case of a file, or - for the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
-    text = read_input() if case == "-" else None
-    return load_case(case, overrides=overrides, text=text)
+    return load_case(case, overrides=overrides, text=read_input() if case == "-" else None)
 
 
 def destination_of(
@@ -210,14 +207,13 @@ def deliver(
     from bubblemesh import console
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.run.destination import Destination
 
     with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
         result = meshed(progress.show, progress.advance)
     report = place.deliver(result)
     if as_json:
-        write_output(json_text(report))
+        write_json(report)
     if not quiet:
         show_quality(report)
         if isinstance(place, Destination):
@@ -231,7 +227,6 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
     from bubblemesh.console import report
-    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 
@@ -241,7 +236,7 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
         draw_preview(problem, picture)
     figures = estimate(problem)
     if as_json:
-        write_output(json_text(figures | ({} if picture is None else {"plot": picture})))
+        write_json(figures | ({} if picture is None else {"plot": picture}))
     if not quiet:
         report.show_estimate(figures)
         if picture is not None:

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import read_case, unwritten
+from bubblemesh.files import case_text, unwritten
 
 
 def read_input() -> str:
-    """Text of the standard input, the whole of it; a FileError if it is closed, else errors as of `read_case`."""
+    """Text of the standard input, the whole of it; a FileError if it is closed, else errors as of `case_text`."""
     if sys.stdin is None:
         raise FileError("the standard input is closed")
-    return read_case(sys.stdin.buffer, "<stdin>")
+    return case_text(sys.stdin.buffer, "<stdin>")
 
 
 def write_new(path: Path, text: str) -> None:
@@ -53,6 +53,13 @@ def write_output(text: str) -> None:
         raise
     except OSError as error:
         raise unwritten("to the standard output", error) from error
+
+
+def write_json(data: Any) -> None:
+    """Write data as JSON to the standard output; errors as of `write_output`."""
+    from bubblemesh.meshfiles.report_json import json_text
+
+    write_output(json_text(data))
 
 
 class Expendable:

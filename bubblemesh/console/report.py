@@ -138,8 +138,8 @@ def _bars(title: str, both: Sequence[Histogram | None]) -> Table:
     largest = max(max(column) for column in shares if column is not None)
     length = min(BAR, max((console.terminal.width - BESIDE_BARS) // 2, 0))
     table = console.new_table()
-    for column, side in ((title, "left"), ("A", "right"), ("", "left"), ("B", "right"), ("", "left")):
-        table.add_column(column, justify="right" if side == "right" else "left", no_wrap=True)
+    for column in (title, "A", "", "B", ""):
+        table.add_column(column, justify="right" if column in ("A", "B") else "left", no_wrap=True)
     for k, name in enumerate(bins):
         cells = [(None if column is None else column[k]) for column in shares]
         if any(cells) or 0 < k < len(bins) - 1:

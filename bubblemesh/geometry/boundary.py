@@ -115,7 +115,7 @@ class Boundary:
         vertices = np.array(list(corners), float).reshape(-1, 2)
         return replace(self, **both, families=families, corners=vertices, labels=tuple(labels))
 
-    def kept(self, pieces: Integers) -> "Boundary":
+    def select(self, pieces: Integers) -> "Boundary":
         """The boundary with these pieces (k,) only; corners and labels stay."""
         return replace(self, **{name: getattr(self, name)[pieces] for name in COLUMNS})
 
@@ -145,6 +145,17 @@ class Boundary:
         at_corner = (s == 0) & ~self.closed[piece]
         points[at_corner] = self.corners[self.start[piece[at_corner]]]
         return points
+
+    def end_steps(self) -> tuple[Floats, Floats]:
+        """Lengths (p,) of the first and of the last chord of each piece."""
+        piece, _, step = self.stations()
+        return step[np.diff(piece, prepend=-1) != 0], step[np.diff(piece, append=-1) != 0]
+
+    def ring_corners(self) -> tuple[Integers, Integers]:
+        """Corners (k,) of rings, and the ring (k,) of each; one at which rings touch comes once for each of them."""
+        mine = ~self.closed & ~self.inner
+        corner, ring = np.unique(np.column_stack([self.start, self.ring])[mine], axis=0).T
+        return corner, ring
 
     @cached_property
     def closed(self) -> Booleans:

@@ -49,10 +49,8 @@ ROUNDING = 1e-6  # radians
 
 def corner_fans(boundary: Boundary) -> CornerFans:
     """Fans of both ends of all pieces that are not closed."""
-    of_chord, _, step = boundary.stations()
-    first, last = np.flatnonzero(np.diff(of_chord, prepend=-1)), np.flatnonzero(np.diff(of_chord, append=-1))
     piece = np.flatnonzero(~boundary.closed)
-    ahead, back = step[first[piece]], step[last[piece]]
+    ahead, back = (step[piece] for step in boundary.end_steps())
     length, start = boundary.lengths[piece], np.zeros(len(piece))
     leaving = np.vstack([boundary.tangents(piece, start), -boundary.tangents(piece, length)])
     later = np.vstack([boundary.tangents(piece, ahead), -boundary.tangents(piece, length - back)])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
@@ -43,10 +43,6 @@ class Gaps(NamedTuple):
     feet: Floats
     widths: Floats
     inner: Booleans
-
-    def kept(self, which: Integers | Booleans) -> "Gaps":
-        """The gaps ``which`` (k,)."""
-        return Gaps(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
 class ReentrantCorners(NamedTuple):
@@ -111,10 +107,10 @@ class Walls:
         widths = np.hypot(*(feet - points[ray]).T)
         apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, foot, widths, room[ray])
         inner = boundary.inner[piece[ray]] | boundary.inner[chords.piece[chord]]
-        found = Gaps(number[ray], points[ray], feet, widths, inner).kept(apart)
+        found = select(Gaps(number[ray], points[ray], feet, widths, inner), apart)
         nearest = np.lexsort((at[apart], ray[apart]))
         nearest = nearest[np.diff(ray[apart][nearest], prepend=-1) != 0]
-        return gaps_inside(self.domain, found.kept(nearest))
+        return gaps_inside(self.domain, select(found, nearest))
 
     def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
         """Distances (m,) of chords along rays from ``points`` (m, 2), and which rays leave the domain there."""
@@ -173,11 +169,11 @@ class Walls:
             width = np.hypot(*(foot - place).T)
             behind = np.max([(line[tip] * (foot - place)).sum(axis=1) for line in (some.first, some.second)], axis=0)
             gaps = Gaps(tip, place, foot, width, inner[thing] | ~on_ring[tip])
-            gaps = gaps_inside(domain, gaps.kept((width > 0) & (behind < BEHIND * width)), PARTS)
+            gaps = gaps_inside(domain, select(gaps, (width > 0) & (behind < BEHIND * width)), PARTS)
             order = np.lexsort((gaps.widths, gaps.number))
-            found.append(gaps.kept(order[np.diff(gaps.number[order], prepend=-1) != 0]))
+            found.append(select(gaps, order[np.diff(gaps.number[order], prepend=-1) != 0]))
             left = np.setdiff1d(left, gaps.number)
-        return Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
+        return concatenated(found)
 
 
 def reentrant_corners(domain: Domain) -> ReentrantCorners:
@@ -203,4 +199,4 @@ def reentrant_corners(domain: Domain) -> ReentrantCorners:
 def gaps_inside(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
     """Gaps of which some parts of the way are in the domain, not across what is outside of it."""
     between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
-    return gaps.kept(np.all(between, axis=0))
+    return select(gaps, np.all(between, axis=0))

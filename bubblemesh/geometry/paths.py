@@ -161,17 +161,29 @@ class OpenPath:
         For sides that have none.
     notes : tuple of str
         What was changed on reading, for the user to know.
+    key : Key
+        Key of the case that gives the path, which errors are about.
     """
 
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]
     label: str
     notes: tuple[str, ...] = ()
+    key: Key = field(default=Key(), compare=False)
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""
-        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes)
+        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes, ring.key)
+
+
+@dataclass(frozen=True)
+class InnerPoint:
+    """A point inside a domain that is a node, with the key of the case that gives it, which errors are about."""
+
+    at: Point
+    label: str
+    key: Key = field(default=Key(), compare=False)
 
 
 def _times(point: Point, factor: float) -> Point:

@@ -11,8 +11,7 @@ from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTer
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.meshfiles.read import read_field
-from bubblemesh.readers.arrays import read_gridded
-from bubblemesh.readers.images import read_grey
+from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import Field
 from bubblemesh.spacing.terms.raster import Raster

@@ -8,7 +8,7 @@ from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys
 from bubblemesh.errors import GeometryError, Key, about, prefixed
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.paths import InnerPoint, Ring
 from bubblemesh.messages import ring_name
 from bubblemesh.problem.rings import open_path, rings_of, rings_of_file
 
@@ -60,12 +60,16 @@ def _inner_parts(keys: InnerKeys) -> Parts:
     ------
     GeometryError, CaseError, FileError
     """
-    strands = []
+    lines = []
     for number, line in enumerate(keys.lines, start=1):
-        with prefixed(f"line {number}"), about(Key((*DOMAIN, "lines", number - 1))):
-            strands.append(open_path(line, default=f"line-{number}"))
-    points = [(point.at, point.label or f"point-{number}") for number, point in enumerate(keys.points, start=1)]
-    return Parts(tuple(_regions(keys)), keys.region, tuple(strands), tuple(points), keys.periodic)
+        key = Key((*DOMAIN, "lines", number - 1))
+        with prefixed(f"line {number}"), about(key):
+            lines.append(replace(open_path(line, default=f"line-{number}"), key=key))
+    points = (
+        InnerPoint(point.at, point.label or f"point-{number}", Key((*DOMAIN, "points", number - 1)))
+        for number, point in enumerate(keys.points, start=1)
+    )
+    return Parts(tuple(_regions(keys)), keys.region, tuple(lines), tuple(points), keys.periodic)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:

@@ -11,7 +11,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.distance.to_labels import distance_to_labels
+from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request

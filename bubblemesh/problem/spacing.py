@@ -12,7 +12,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
-from bubblemesh.geometry.distance.to_labels import Distance, distance_to_labels, distance_to_line
+from bubblemesh.geometry.distance.distances import Distance, distance_to_labels, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.data_terms import data_functions, elsewhere
@@ -153,7 +153,7 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
         else:
             line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
             yield shapely.get_coordinates(line)
-    yield np.array([at for at, label in domain.parts.points if label in labels]).reshape(-1, 2)
+    yield np.array([point.at for point in domain.parts.points if point.label in labels]).reshape(-1, 2)
 
 
 def _distance(near: NearTerm, domain: Domain) -> Distance:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
+from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
@@ -15,8 +16,6 @@ from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.messages import place
 
-# Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
-LARGEST_COORDINATE = 1e70
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
 
@@ -96,9 +95,9 @@ def finite_points(points: Sequence[Sequence[float]], name: str) -> list[Point]:
         array = np.array([(point[0], point[1]) for point in points], float).reshape(-1, 2)
     except (TypeError, ValueError, IndexError):
         raise CaseError(f"{name}: coordinates must be pairs of numbers") from None
-    bad = np.flatnonzero(~(np.abs(array) <= LARGEST_COORDINATE).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(array) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
-        where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_COORDINATE:g}"
+        where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_NUMBER:g}"
         raise CaseError(f"{name}: {where}: coordinates must be finite and at most {most}")
     return [(x, y) for x, y in array.tolist()]
 

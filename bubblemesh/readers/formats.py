@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import local_copy, require_readable
 from bubblemesh.geometry.paths import Point, Ring
-from bubblemesh.readers.chains import rings_of_curves
 from bubblemesh.readers.features import FeatureCollection
-from bubblemesh.readers.nesting import outer_and_holes
+from bubblemesh.readers.rings import outer_and_holes, rings_of_curves
 from bubblemesh.readers.selection import Selection
 
 

@@ -28,8 +28,8 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     numbers, region = np.unique(parts.name_indices[region], return_inverse=True)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     corners = bubbles.x[: bubbles.corners]
-    nodes = [np.hypot(*(corners - point).T).argmin() for point, _ in parts.points]
-    point_labels = tuple(dict.fromkeys(name for _, name in parts.points))
+    nodes = [np.hypot(*(corners - point.at).T).argmin() for point in parts.points]
+    point_labels = tuple(dict.fromkeys(point.label for point in parts.points))
     return Mesh(
         bubbles.x,
         triangles,
@@ -39,7 +39,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
         regions=tuple(parts.names[k] for k in numbers),
         triangle_regions=region,
         labelled_nodes=np.array(nodes, np.int64),
-        node_labels=np.array([point_labels.index(name) for _, name in parts.points], np.int64),
+        node_labels=np.array([point_labels.index(point.label) for point in parts.points], np.int64),
         point_labels=point_labels,
         facet_middles=boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2)),
         periodic=matching_edges(domain.periodic, piece),

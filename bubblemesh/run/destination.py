@@ -6,18 +6,15 @@ from datetime import datetime
 from functools import partial
 from os.path import isdir, realpath
 from pathlib import Path
-from typing import Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
 from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.names import LABELS_FILE
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
 from bubblemesh.run.pipeline import Result
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,7 @@ class OutputOptions:
         if self.solver is not None:
             return _looked_up(FORMATS_FOR, self.solver, "--for: unknown solver")
         if self.format_name is not None:
-            return (_looked_up({name: name for name in FORMATS}, self.format_name, "--format: unknown format"),)
+            return _looked_up({name: (name,) for name in FORMATS}, self.format_name, "--format: unknown format")
         return ()
 
 
@@ -63,10 +60,10 @@ class Destination:
 
         If that is a FileError, no file is written, and old ones stay.
         """
-        mesh, report = result.mesh, result.report
+        mesh, fields, report = result.mesh, result.fields, result.report
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
-        page = partial(_page, mesh, result) if self.page else None
-        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, page)
+        page = partial(_page, result) if self.page else None
+        return write_files(mesh, fields, report, self.folder, self.name, self.formats, tables, page)
 
 
 @dataclass(frozen=True)
@@ -122,14 +119,14 @@ def stream_destination(case: Case, stream: BinaryIO, options: OutputOptions) -> 
     return StreamDestination(stream, first)
 
 
-def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
+def _page(result: Result, report: Mapping[str, Any]) -> str:
     """The page of a run whose report is as written."""
     from bubblemesh.pages.report import report_page
 
-    return report_page(mesh, result.fields, report, result.speeds, datetime.now().astimezone())
+    return report_page(result.mesh, result.fields, report, result.speeds, datetime.now().astimezone())
 
 
-def _looked_up(table: Mapping[Any, T], name: str, problem: str) -> T:
+def _looked_up(table: Mapping[str, tuple[FormatName, ...]], name: str, problem: str) -> tuple[FormatName, ...]:
     if name not in table:
         raise CaseError(f"{problem} {name!r}: choose one of {', '.join(table)}")
     return table[name]

@@ -9,7 +9,7 @@ from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError
-from bubblemesh.geometry.deviation import deviation
+from bubblemesh.geometry.followed import deviation
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures

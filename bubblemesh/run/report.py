@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.deviation import Deviation
+from bubblemesh.geometry.followed import Deviation
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles

@@ -17,7 +17,7 @@ from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
 
 if TYPE_CHECKING:
-    from bubblemesh.geometry.distance.to_labels import Distance  # with which a case that is wrong should not wait
+    from bubblemesh.geometry.distance.distances import Distance  # with which a case that is wrong should not wait
 
 
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.

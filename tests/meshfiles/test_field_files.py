@@ -8,8 +8,7 @@ from PIL import Image
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshfiles.read import PARTS, read_field
-from bubblemesh.readers.arrays import read_gridded
-from bubblemesh.readers.images import read_grey
+from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import Field
 

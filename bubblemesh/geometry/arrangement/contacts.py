@@ -88,14 +88,13 @@ def _near(line: PolygonalCopy, reach: Floats) -> tuple[Integers, Integers]:
 
 def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
     """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
-    corners_of = [set(boundary.start[boundary.ring == ring].tolist()) - {-1} for ring in range(boundary.ring.max() + 1)]
+    corner, ring = boundary.ring_corners()
     distance = np.full(len(probe), np.inf)
-    rings = line.ring[probe] * len(corners_of) + line.ring[chord]
-    for both in np.unique(rings).tolist():
-        a, b = divmod(both, len(corners_of))
-        shared = sorted(corners_of[a] & corners_of[b])
-        if shared:
-            mine = rings == both
+    rings = np.column_stack([line.ring[probe], line.ring[chord]])
+    for a, b in np.unique(rings, axis=0).tolist():
+        shared = np.intersect1d(corner[ring == a], corner[ring == b])
+        if len(shared):
+            mine = (rings == (a, b)).all(axis=1)
             offset = line.points[probe[mine]][:, None] - boundary.corners[shared]
             distance[mine] = np.hypot(offset[..., 0], offset[..., 1]).min(axis=1)
     return distance

@@ -9,10 +9,9 @@ import shapely
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import Parts, Region, areas_of, region_at, require_apart, slack_of
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.messages import place
 
@@ -44,9 +43,8 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     size = _size(polygon)
     outlines = [region.polygon for region in parts.regions]
     _require_inside(parts, outlines, polygon)
-    paths = [*parts.lines, *(OpenPath.around(region.ring, region.label) for region in parts.regions)]
-    whole = boundary.with_inner(paths, [point for point, _ in parts.points])
-    whole = noded(whole, size, fixed=len(boundary.corners))
+    whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
+    whole = noded(whole, size, len(boundary.corners), parts)
     areas = areas_of(whole, len(parts.lines), outlines)
     require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.lines), outlines, size))
     whole = _without_doubles(whole, TOUCHING * size)
@@ -96,10 +94,10 @@ def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
     double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
     keep[i[double]] = False
-    return boundary.kept(np.flatnonzero(keep))
+    return boundary.select(np.flatnonzero(keep))
 
 
-def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str]], tolerance: float) -> Boundary:
+def _clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
     """The boundary without inner pieces outside the domain, and without the corners that only these had.
 
     Raises
@@ -109,18 +107,20 @@ def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str
     """
     domain = PolygonalCopy.of(boundary).polygon()
     middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
-    kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
+    kept = boundary.select(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
     open_ = ~kept.closed
     used = np.zeros(len(kept.corners), bool)
     used[kept.start[open_]] = used[kept.end[open_]] = True
     owner: dict[int, str] = {}
-    for at, label in points:
+    for point in points:
+        at, label = point.at, point.label
         there = np.hypot(*(kept.corners - at).T) <= tolerance
         corner = int(there.argmax())  # a point inside is one by itself
-        if corner in owner:
-            raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
-        if not (used[there].any() or shapely.contains_xy(domain, *at)):
-            raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
+        with about(point.key):
+            if corner in owner:
+                raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
+            if not (used[there].any() or shapely.contains_xy(domain, *at)):
+                raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
         used |= there
         owner[corner] = label
     number = np.append(np.cumsum(used) - 1, -1)  # -1 stays: no corner
@@ -134,10 +134,11 @@ def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
         if -number not in left:
             curve = Boundary.of([Ring(path.sides, path.vertices[:-1])])
             where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
-            raise GeometryError(
-                f"the line {path.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
-                "move or remove it"
-            )
+            with about(path.key):
+                raise GeometryError(
+                    f"the line {path.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
+                    "move or remove it"
+                )
 
 
 def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:

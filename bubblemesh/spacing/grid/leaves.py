@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, hilbert_index
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.hilbert import hilbert_index
 from bubblemesh.spacing.grid.quadtree import CORNERS, DEEPEST
 from bubblemesh.spacing.spacing import Spacing
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, members, select
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -64,10 +64,10 @@ class GapSources:
             self._require_few(found, size, length[found.number])
             # Where both halves of a part have passed by the gap that its middle has.
             lost = ~np.isin(waiting.number, found.number % max(len(piece) // 2, 1))
-            done.append(self._sources(waiting.kept(lost), sizes[lost], HALFWAY))
+            done.append(self._sources(select(waiting, lost), sizes[lost], HALFWAY))
             short = length[found.number] <= self._apart(size)
-            done.append(self._sources(found.kept(short), size[short], HALFWAY))
-            waiting, sizes = found.kept(~short), size[~short]
+            done.append(self._sources(select(found, short), size[short], HALFWAY))
+            waiting, sizes = select(found, ~short), size[~short]
             long, number = np.unique(waiting.number, return_inverse=True)
             if len(long) == 0:
                 break
@@ -79,7 +79,7 @@ class GapSources:
         """The gaps that are too narrow for the spacing d (m,) at the places, and the sizes (k,) that they need."""
         size = np.maximum(found.widths / self.across, self.least(found.places))
         narrow = size < NARROW * d[found.number]
-        return found.kept(narrow), size[narrow]
+        return select(found, narrow), size[narrow]
 
     def _apart(self, size: Floats) -> Floats:
         """Distance (k,) of sources on both walls of the gaps, and between these."""

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
-from bubblemesh.geometry.distance.to_labels import Distance
-from bubblemesh.geometry.hilbert import along_hilbert_curve
+from bubblemesh.arrays import Floats, along_hilbert_curve
+from bubblemesh.geometry.distance.distances import Distance
 
 NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
 TOGETHER = 32  # points that are asked together which terms are in question
