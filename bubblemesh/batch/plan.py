@@ -14,7 +14,7 @@ from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import read_bytes
-from bubblemesh.problem.rings import named_files
+from bubblemesh.problem.domain import named_files
 from bubblemesh.run.destination import Destination, OutputOptions, destination
 
 T = TypeVar("T")

@@ -10,7 +10,7 @@ from bubblemesh.batch.summary import STEM
 from bubblemesh.batch.worker import Job
 from bubblemesh.errors import DONE, FileError, RequirementError
 from bubblemesh.files import reason
-from bubblemesh.meshfiles.history import HISTORY_FILES
+from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell

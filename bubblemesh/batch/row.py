@@ -9,7 +9,7 @@ from functools import reduce
 from operator import getitem
 from typing import Any, Self
 
-from bubblemesh.meshfiles.report_json import json_ready
+from bubblemesh.meshfiles.text import json_ready
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {

@@ -1,16 +1,11 @@
-"""The case file's models and its JSON Schema, whose text their descriptions are."""
+"""The case file's models, their JSON Schema, whose text the descriptions are, and the template of a case."""
 
 from collections.abc import Mapping
 from functools import cached_property
+from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    ConfigDict,
-    Field,
-    PrivateAttr,
-    model_validator,
-)
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.domain import DomainKeys
@@ -135,13 +130,7 @@ class Case(Strict):
 
     @cached_property
     def configured_method(self) -> "Method":
-        """The method with the options that the case gives it.
-
-        Raises
-        ------
-        OptionError
-            If there is no such method or option; `load_case` has seen to that.
-        """
+        """The method with the options that the case gives it, which `load_case` has checked."""
         # Imported here since the methods need SciPy, for which a wrong case should not wait.
         from bubblemesh.packing.configure import configured
 
@@ -153,6 +142,11 @@ class Case(Strict):
         if update:
             copy.__dict__.pop("configured_method", None)
         return copy
+
+
+def case_template() -> str:
+    """The commented case file that ``bubblemesh init`` writes."""
+    return files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
 
 
 def case_schema() -> dict[str, Any]:

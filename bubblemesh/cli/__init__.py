@@ -13,7 +13,6 @@ from bubblemesh.cli.stdio import expendable_messages, write_output
 __all__ = ["app", "main"]
 
 app = typer.Typer(
-    help="Triangle meshes by bubble packing, from a YAML case file to solver-ready files.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -163,12 +163,12 @@ def init(
     ),
 ) -> None:
     """Write a commented case file to start from."""
-    from bubblemesh.case.template import TEMPLATE
+    from bubblemesh.case.models import case_template
 
     if path == "-":
-        write_output(TEMPLATE)
+        write_output(case_template())
         return
-    write_new(Path(path), TEMPLATE)
+    write_new(Path(path), case_template())
     typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
 
 

@@ -57,7 +57,7 @@ def write_output(text: str) -> None:
 
 def write_json(data: Any) -> None:
     """Write data as JSON to the standard output; errors as of `write_output`."""
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.meshfiles.text import json_text
 
     write_output(json_text(data))
 

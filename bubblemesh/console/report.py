@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.meshes.histograms import Histogram
+from bubblemesh.meshes.quality import Histogram
 from bubblemesh.messages import counted
 
 ROUNDING = 1e-9  # of a domain's size

@@ -1,6 +1,7 @@
 """Data terms of a spacing: their values read, and made functions of the place."""
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -34,13 +35,7 @@ class DataFunction(Protocol):
 
 
 def data_functions(terms: SpacingTerms) -> dict[Key, DataFunction]:
-    """Functions of the data terms, by their keys.
-
-    Raises
-    ------
-    CaseError, FileError
-        With the key, the file and the place in it.
-    """
+    """Functions of the data terms, by their keys; errors have the key, the file and the place in it."""
     found = {}
     for name, models in terms.data.items():
         for number, model in enumerate(models):
@@ -94,12 +89,9 @@ def _image(term: ImageTerm) -> DataFunction:
 
 
 def _scattered(term: ScatteredTerm) -> DataFunction:
-    if term.file is None:
-        samples = np.array(term.points, float)
-        return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
-    with prefixed(term.file):
-        samples = read_columns(Path(term.file), ("x", "y", "d"))
-        return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
+    with nullcontext() if term.file is None else prefixed(term.file):
+        given = np.array(term.points, float) if term.file is None else read_columns(Path(term.file), ("x", "y", "d"))
+        return scattered(given[:, :2], given[:, 2]).scaled(term.scale)
 
 
 FUNCTIONS: dict[type[DataTerm], Callable[[Any], DataFunction]] = {

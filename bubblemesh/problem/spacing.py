@@ -31,22 +31,11 @@ APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 @dataclass(frozen=True)
 class SpacingRequest:
-    """Request for a spacing in a domain.
+    """Request for a spacing in a domain."""
 
-    Attributes
-    ----------
-    at : callable
-        The spacing at a scale, or at its own if None is given; before its rules.
-    rules : Rules
-    nodes : int or None
-        How many nodes it is to be scaled for.
-    warnings : tuple of str
-        What may not be meant so.
-    """
-
-    at: Callable[[float | None], Spacing]
+    at: Callable[[float | None], Spacing]  # before its rules, at a scale, or at its own if None is given
     rules: Rules = NO_RULES
-    nodes: int | None = None
+    nodes: int | None = None  # that it is to be scaled for
     warnings: tuple[str, ...] = ()
 
 
@@ -62,13 +51,7 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
 
 
 def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
-    """Spacing request of a value, or of terms, and of the regions' own values in a domain.
-
-    Raises
-    ------
-    CaseError
-        If a term names a label or a region that is not there; with the key.
-    """
+    """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key."""
     terms = as_terms(spacing)
     key, value = terms.basis
     path = ("spacing", key) if spacing is terms else ("spacing",)

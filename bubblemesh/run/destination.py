@@ -11,8 +11,8 @@ from typing import Any, BinaryIO
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
-from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
-from bubblemesh.meshfiles.names import LABELS_FILE
+from bubblemesh.meshfiles.groups import LABELS_FILE
+from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
 from bubblemesh.run.pipeline import Result
 

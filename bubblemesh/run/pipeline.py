@@ -64,24 +64,23 @@ class Result:
     verdict: BubblemeshError | None = None
 
 
+@dataclass
 class Clock:
-    """A watch that ends a packing after a time, and hands on what share of it is done.
+    """A watch that ends a packing after a time, and hands on what share of it is done."""
 
-    The time limit, in seconds, counts from ``begun``, a reading of ``perf_counter``.
-    """
-
-    def __init__(self, limit: float | None, begun: float, on_share: OnShare) -> None:
-        self._limit, self._on_share = limit, on_share
-        self._begun, self._share = begun, 0.0
-        self.over = False
+    limit: float | None  # seconds
+    begun: float  # reading of ``perf_counter`` from which they count
+    on_share: OnShare
+    share: float = 0.0
+    over: bool = False
 
     def __call__(self, share: float) -> None:
         """Note the share that is done; TimeUp if the time is over."""
-        self._share = share
-        self._on_share(share)
-        if self._limit is not None and perf_counter() - self._begun > self._limit:
+        self.share = share
+        self.on_share(share)
+        if self.limit is not None and perf_counter() - self.begun > self.limit:
             self.over = True
-            raise TimeUp(f"the time limit of {self._limit:g} s")
+            raise TimeUp(f"the time limit of {self.limit:g} s")
 
     @property
     def warnings(self) -> list[str]:
@@ -89,7 +88,7 @@ class Clock:
         if not self.over:
             return []
         return [
-            f"the time limit of {self._limit:g} s ended the packing at about {self._share:.0%}: the mesh is valid, but "
+            f"the time limit of {self.limit:g} s ended the packing at about {self.share:.0%}: the mesh is valid, but "
             "less good than it could be"
         ]
 

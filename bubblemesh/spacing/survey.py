@@ -9,7 +9,8 @@ import numpy as np
 from bubblemesh.arrays import GAUSS, Floats, Integers, members
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.triangulation import doubled_areas, triangulated
+from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.meshes.triangulation import triangulated
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import Spacing
 

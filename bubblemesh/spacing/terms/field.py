@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.meshes.triangulation import doubled_areas
+from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
 from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
 from bubblemesh.spacing.terms.values import require_positive, spots
