@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import refined
@@ -42,11 +42,6 @@ class Round:
     def bubbles(self) -> Bubbles:
         """The bubbles after the round."""
         return self.net.bubbles
-
-    @property
-    def triangles(self) -> Integers:
-        """The triangles (t, 3) after the round."""
-        return self.net.triangles
 
 
 def rounds(

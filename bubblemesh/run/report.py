@@ -131,7 +131,7 @@ def start_row(start: Bubbles, triangles: Integers) -> StartRow:
 
 def round_row(done: Round, seconds: float) -> RoundRow:
     """Figures of a finished round."""
-    q = radius_ratios(done.bubbles.x, done.triangles)
+    q = radius_ratios(done.bubbles.x, done.net.triangles)
     return RoundRow(
         round=done.number,
         iterations=done.iterations,

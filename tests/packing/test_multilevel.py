@@ -76,7 +76,7 @@ def test_fine_case_with_levels_is_better_than_a_coarse_one(fine):
     last = done[-1]
     assert len(levels) == 3
     assert len(start) < 0.1 * len(last.bubbles)
-    q = radius_ratios(last.bubbles.x, last.triangles)
+    q = radius_ratios(last.bubbles.x, last.net.triangles)
     assert q.mean() > 0.993
     assert q.min() > 0.75
     assert len(last.bubbles) == pytest.approx(problem.expected_nodes, rel=0.03)

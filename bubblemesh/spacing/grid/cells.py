@@ -59,11 +59,6 @@ class Samples:
     inside: Booleans  # (n,): cells that reach into the domain, or nearly so
     d: Floats  # (n, p): spacing at the places, whether or not they lie in the domain
 
-    @classmethod
-    def of_one_cell(cls, grid: Quadtree, d: Floats) -> "Samples":
-        """Spacing (1, p) in the one cell of a grid."""
-        return cls(grid, np.ones(1, bool), d)
-
     def refined(
         self,
         domain: Domain,

@@ -56,7 +56,7 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
         d[:, OTHERS] = _values(function, grid, cells, PLACES[OTHERS])
         return d
 
-    start = Samples.of_one_cell(grid, _values(function, grid, np.zeros(1, np.int64), PLACES))
+    start = Samples(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
     longest = LARGEST_IN_DOMAIN * domain.size
     samples = start.refined(domain, lambda samples: _coarse(samples, longest), values, GRID_LEVELS)
     table = Table(function, samples.grid, samples.d[:, CORNERS], samples.inside & (_error(samples.d) <= ROUGH))

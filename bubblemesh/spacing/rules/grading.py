@@ -51,12 +51,8 @@ class Limit:
 def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> LimitedSpacing:
     """The spacing, made to grow by at most ``growth`` per length, and from the sources' sizes on.
 
-    Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is.
-
-    References
-    ----------
-    P.-O. Persson, "Mesh size functions for implicit geometries and PDE-based gradient limiting", Engineering with
-    Computers 22 (2006).
+    Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is. The method is that
+    of Persson (see `limited_values`).
     """
     fine = sources.joined(_spots(domain, spacing))
     samples = resolved(unresolved(domain), domain, spacing, fine)

@@ -32,7 +32,7 @@ class SteepestPlace(NamedTuple):
 
 def unresolved(domain: Domain) -> Samples:
     """One cell around the domain, with samples that have it split."""
-    return Samples.of_one_cell(Quadtree.around(domain.bounds), np.zeros((1, len(PLACES))))
+    return Samples(Quadtree.around(domain.bounds), np.ones(1, bool), np.zeros((1, len(PLACES))))
 
 
 def resolved(

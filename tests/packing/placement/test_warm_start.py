@@ -82,7 +82,7 @@ def test_nodes_stay_where_the_spacing_has_not_changed(present, name):
     away = np.hypot(*(present.points - [0.4, 0.4]).T) > 0.25
     assert share_near(present.points[away], last.bubbles.x, 0.25 * SIZE) > (0.9 if name == "multilevel" else 0.6)
     assert len(last.bubbles) == pytest.approx(ideal_nodes(PLATE, spot(SIZE, 0.01), ENOUGH, 1e-2), rel=0.05)
-    assert radius_ratios(last.bubbles.x, last.triangles).min() > (0.7 if name == "multilevel" else 0.3)
+    assert radius_ratios(last.bubbles.x, last.net.triangles).min() > (0.7 if name == "multilevel" else 0.3)
 
 
 def test_annealing_spares_what_has_not_changed(present):
