@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from bubblemesh import console
 from bubblemesh.cli import app
-from bubblemesh.console.comparison import show_comparison
+from bubblemesh.console.report import show_comparison
 from bubblemesh.meshes import comparison
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import (
