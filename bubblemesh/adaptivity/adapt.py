@@ -17,7 +17,7 @@ from bubblemesh.adaptivity.sizes import (
 from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.errors import CaseError, Key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
@@ -111,7 +111,7 @@ def _next_problem(
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, "nodes"), start
+    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, Key(["nodes"])), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

@@ -14,6 +14,7 @@ from bubblemesh.spacing.rules.periodic import limited_across_sides, limited_for_
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.survey import ideal_nodes, surveyed
 
+NODES = Key(["spacing", "nodes"])
 ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announces the number of nodes
 
 
@@ -26,17 +27,17 @@ def prepare(case: Case) -> Problem:
 
 
 def prepare_in(
-    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], asked: str = "spacing.nodes"
+    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], key: Key = NODES
 ) -> Problem:
-    """Make a problem of a domain and a spacing request; ``asked`` is what messages call its number of nodes."""
+    """Make a problem of a domain and a spacing request; ``key`` is that of its number of nodes."""
 
-    def check(task: Task, scale: float | None = None) -> Problem:
-        return check_spacing(domain, request, task, seconds, scale)
+    def check(limited: Task, scale: float | None = None) -> Problem:
+        return check_spacing(domain, request, limited, seconds, scale)
 
     if request.nodes is None:
         return check(task)
     scales = Scales.of(domain, request.at)
-    return fit_node_target(ScaleSearch(request.nodes, scales, check, task, seconds, asked))
+    return fit_node_target(ScaleSearch(request.nodes, scales, check, task, seconds, key))
 
 
 def check_spacing(
