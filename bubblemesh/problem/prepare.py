@@ -1,5 +1,7 @@
 """From a case to a problem: the domain, the spacing request and the method, bound and checked."""
 
+from dataclasses import replace
+
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.geometry.domain import Domain
@@ -10,7 +12,7 @@ from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.resources import timed
-from bubblemesh.spacing.rules.periodic import limited_across_sides, limited_for_packing_across_sides
+from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.survey import ideal_nodes, surveyed
 
@@ -56,7 +58,7 @@ def check_spacing(
     with timed(seconds, "spacing"):
         spacing, rules = request.at(scale), request.rules
         survey = surveyed(domain, spacing, max_nodes)
-        after_rules = rules(domain, spacing.floored(survey.minimum / 2), max_nodes)
+        after_rules = rules(domain, replace(spacing, floor=survey.extremes.minimum / 2), max_nodes)
         after_periodic = limited_across_sides(domain, after_rules)
         spacing = after_periodic.spacing
         if max(after_rules.ratio, after_periodic.ratio) > 1:

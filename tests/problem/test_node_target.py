@@ -92,8 +92,8 @@ def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
 
 def test_limits_of_the_spacing_hold():
     problem = prepare(load_case("a.yaml", text=DOMAINS["ruled"], overrides=["spacing.nodes=1500"]))
-    assert problem.survey.minimum >= 0.004 * 0.999
-    assert problem.survey.maximum <= 0.06
+    assert problem.survey.extremes.minimum >= 0.004 * 0.999
+    assert problem.survey.extremes.maximum <= 0.06
     assert problem.expected_nodes == pytest.approx(1500, rel=0.01)
 
 
