@@ -99,11 +99,7 @@ def at_key(*path: str | int) -> Iterator[None]:
 def located(source: str, place: Callable[[Key], str | None] = lambda key: None) -> Iterator[None]:
     """Put what errors of the case come from before their texts: the place of their key if there is one, or the source.
 
-    Parameters
-    ----------
-    source : str
-    place : callable
-        Gives the file and line of a key, if they are known.
+    The place of a key is its file and line, if they are known.
     """
     try:
         yield

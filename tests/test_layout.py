@@ -8,12 +8,11 @@ import pytest
 from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "files", "labels", "messages", "resources"}
+FOUNDATION = {"arrays", "errors", "files", "messages", "resources"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "files": {"errors"},
-    "labels": set(),
     "messages": {"arrays"},
     "resources": set(),
     "meshes": FOUNDATION,

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.errors import CaseError
-from bubblemesh.labels import LONGEST_NAME, is_writable
+from bubblemesh.files import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import constant
 
 # Tags become parts of Pydantic's error locations, so they must not look like keys of the file.

@@ -180,13 +180,7 @@ class _Given(Strict):
 
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
-    """The terms that a program gives as a mapping.
-
-    Raises
-    ------
-    CaseError
-        If the mapping is not valid; each line of the message names a key.
-    """
+    """The terms that a program gives as a mapping; each line of a CaseError's message names a key."""
     try:
         return _Given.model_validate({"spacing": dict(spacing)}).spacing
     except ValidationError as error:

@@ -67,12 +67,10 @@ def reported() -> Iterator[None]:
         if received:  # a library that was being loaded may turn the interrupt into any other error
             raise failed("interrupted", INTERRUPTED) from None
         traceback.print_exc()
-        raise failed(
-            "this is an error of bubblemesh, not of the case: please report it", BubblemeshError.exit_code
-        ) from None
+        raise failed("this is an error of bubblemesh, not of the case: please report it") from None
 
 
-def failed(message: str, exit_code: int) -> typer.Exit:
+def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Exit:
     """Say why the command ends, and give the exception that ends it."""
     from bubblemesh import console
 

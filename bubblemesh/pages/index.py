@@ -8,9 +8,7 @@ from urllib.parse import quote
 from bubblemesh.errors import DONE, INTERRUPTED, LimitError, outcome
 from bubblemesh.messages import counted, duration
 from bubblemesh.pages.charts import quality_range
-from bubblemesh.pages.markup import Markup, from_template, html, tag
-from bubblemesh.pages.page import page
-from bubblemesh.pages.text import whole
+from bubblemesh.pages.markup import Markup, from_template, html, page, tag, whole
 
 BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
 # Head of a column of numbers, key in the row of a case, and how the number is written.

@@ -12,10 +12,8 @@ from matplotlib.tri import Triangulation
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.pictures.colouring import FIELD, Colouring
-from bubblemesh.pictures.legends import add_colour_bar
-from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
-from bubblemesh.pictures.sheets import is_tall
+from bubblemesh.pictures.colouring import FIELD, Colouring, add_colour_bar
+from bubblemesh.pictures.plots import is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
 WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
@@ -28,31 +26,15 @@ Extreme = tuple[float, tuple[float, float]]
 
 
 def draw_spacing(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], path: Path, title: str) -> None:
-    """Draw a spacing into a file; the arguments are those of `spacing_figure`.
-
-    Raises
-    ------
-    CaseError
-        If the path ends like no picture.
-    FileError
-        If the file cannot be written.
-    """
+    """Draw a spacing into a file; arguments as of `spacing_figure`, errors as of `save_figure`."""
     require_picture(path)
     save_figure(spacing_figure(mesh, spacing, extremes, title), path)
 
 
 def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], title: str | None = None) -> Figure:
-    """Filled colour map of a spacing over the domain, with the boundary, and marks at the extremes, if they differ.
+    """Filled colour map of a spacing (n,) at the nodes of a mesh that is fine enough to show it, with the boundary.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        Triangles that are fine enough to show it.
-    spacing : (n,)
-        Values at the nodes.
-    extremes : tuple
-        The least value with its place (x, y), and the largest one.
-    title : str, optional
+    The extremes, the least and the largest value with their places (x, y), are marked if they differ.
     """
     options = PlotOptions(color="none", edges=False, title=title)
     figure = mesh_figure(mesh, options)

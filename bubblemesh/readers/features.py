@@ -10,10 +10,10 @@ import shapely
 
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.errors import CaseError, GeometryError, prefixed
+from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.messages import place
 
 LONGEST_NAME = 80  # characters

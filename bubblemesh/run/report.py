@@ -1,4 +1,4 @@
-"""What a run reports: figures of the start, of each round and of the mesh, as a frozen record."""
+"""The report of a run: figures of the start, of each round and of the mesh, as a frozen record."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
@@ -12,9 +12,7 @@ from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
-from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Extremes
 
 
 @dataclass(frozen=True)
@@ -158,16 +156,13 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
 
 
 def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
-    """How much the rules of the wanted spacing and its periodic sides changed it, if they did."""
-
-    def row(changed: LimitedSpacing) -> SpacingChange:
-        return SpacingChange(changed.share, changed.ratio, changed.ratio_at)
-
-    return {key: row(changed) for key, changed in problem.changes.items()}
+    """Changes of the wanted spacing by its rules and by its periodic sides, as far as there are any."""
+    changes = problem.changes.items()
+    return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
 
 
 def estimate(problem: Problem) -> dict[str, Any]:
-    """What a case asks for, before any packing, as plain data."""
+    """Figures of what a case asks for, before any packing, as plain data."""
     domain, survey, target = problem.domain, problem.survey, problem.node_target
     return {
         "case": problem.task.name,
@@ -177,7 +172,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "area": domain.polygon.area,
         "holes": domain.hole_count,
         "labels": domain.labels,
-        "spacing": {name: getattr(survey, name) for name in Extremes._fields},
+        "spacing": survey.extremes._asdict(),
         **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
         **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
