@@ -25,7 +25,7 @@ class Distance(Protocol):
 
     @property
     def costly(self) -> bool:
-        """Whether it takes much longer than a formula."""
+        """True if a call takes much longer than a formula."""
 
     def __call__(self, points: Floats) -> Floats:
         """Distances (m,) of points (m, 2)."""
