@@ -17,16 +17,10 @@ class Key(tuple[str | int, ...]):
 
 
 class BubblemeshError(Exception):
-    """Base class of every error a user can cause; its text says where it is and what to do.
-
-    Attributes
-    ----------
-    about : Key
-        What it is about in the case, if that is known.
-    """
+    """Base class of every error a user can cause; its text says where it is and what to do."""
 
     exit_code = 1
-    about = Key()
+    about = Key()  # what it is about in the case, if that is known
 
 
 class CaseError(BubblemeshError):
