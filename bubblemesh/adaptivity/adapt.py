@@ -17,7 +17,7 @@ from bubblemesh.adaptivity.sizes import (
 from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.errors import CaseError, Key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
@@ -29,7 +29,7 @@ from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.field import Field
+from bubblemesh.spacing.terms.field import MeshField
 
 DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
@@ -99,7 +99,7 @@ def _next_problem(
     else:
         nodes = target.nodes or terms.nodes or len(solution.points)
         wanted = sizes_for_nodes(estimate, sizes, nodes)
-    field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
+    field, now = MeshField.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
     at = within_limits(terms, (Spacing(field),), field.spots)
@@ -107,11 +107,11 @@ def _next_problem(
     rules = replace(rules, growth=rules.growth or DEFAULT_GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
-    share = present.share_kept(domain, at(None))
+    share = present.share_of_own_size(domain, at(None))
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, "nodes"), start
+    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, Key(["nodes"])), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

@@ -121,7 +121,7 @@ SideLabels = Annotated[
 
 
 class FollowedKeys(Strict):
-    """What the straight sides of a ring may be followed by, as a curve."""
+    """Keys by which the straight sides of a ring are followed as curves."""
 
     corners: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=180)] | None = Field(
         default=None, description="Only vertices that turn by more degrees are nodes; the rest is spaced anew."
@@ -262,7 +262,7 @@ class EmbeddedPoint(Strict):
 
 
 class InnerKeys(Strict):
-    """What a domain may hold beside its rings."""
+    """Keys of a domain beside its rings."""
 
     regions: tuple[RegionKeys, ...] = Field(default=(), description="Parts of the domain with names of their own.")
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")

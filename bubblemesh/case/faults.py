@@ -1,4 +1,4 @@
-"""What is wrong with a case's data, in words that name the file, the line and the key."""
+"""Faults of a case's data, in words that name the file, the line and the key."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -29,7 +29,7 @@ def _parameter_name(name: str) -> str:
 
 
 class Output(Strict):
-    """What to write, and where."""
+    """Files to write, and where."""
 
     # `for` is no name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
@@ -60,7 +60,7 @@ class Output(Strict):
 
 
 class Limits(Strict):
-    """What stops a case that is too large."""
+    """Limits on the size and the time of a case."""
 
     max_nodes: Count = Field(default=2_000_000, description="Largest number of nodes that a mesh may need.")
     seconds: Positive | None = Field(

@@ -51,7 +51,7 @@ def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> 
 
 
 def flag(option: str) -> str:
-    """How the command line spells an option."""
+    """Name of an option on the command line."""
     return f"--{option.replace('_', '-')}"
 
 

@@ -12,7 +12,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
-from bubblemesh.spacing.grid.leaves import Leaves, leaves
+from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces

@@ -14,9 +14,8 @@ from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.meshfiles.read import read_field
 from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
-from bubblemesh.spacing.terms.field import Field
+from bubblemesh.spacing.terms.field import MeshField, scattered
 from bubblemesh.spacing.terms.raster import Raster
-from bubblemesh.spacing.terms.scattered import scattered
 
 
 class DataFunction(Protocol):
@@ -65,8 +64,8 @@ def _field(term: FieldTerm) -> DataFunction:
     data = read_field(Path(term.file), term.name)
     with prefixed(f"{term.file}: {data.name}"):
         if data.at_points:
-            return Field.of(data.points, data.triangles, data.values).scaled(term.scale)
-        return Field.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
+            return MeshField.of(data.points, data.triangles, data.values).scaled(term.scale)
+        return MeshField.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
 
 
 def _raster(term: RasterTerm) -> DataFunction:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.errors import CaseError, LimitError, at_key
+from bubblemesh.errors import CaseError, Key, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.resources import timed
@@ -67,7 +67,7 @@ class ScaleSearch:
     check: Callable[[Task, float], Problem]  # gives the problem at a scale
     task: Task
     seconds: dict[str, float]  # taken before
-    asked: str  # what messages call the target
+    key: Key  # of the target in the case
 
     def problem(self, expected: float, start: float | None = None) -> Problem:
         """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
@@ -83,7 +83,7 @@ class ScaleSearch:
             return problems[scale].expected_nodes
 
         with timed(time, "spacing"):
-            scale = scaled_to(expected, self.scales, count, start, self.asked if start is None else None)
+            scale = scaled_to(expected, self.scales, count, start, self.key if start is None else None)
         target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
         return replace(problems[scale], task=self.task, seconds=time, node_target=target)
 
@@ -103,7 +103,7 @@ def fit_node_target(search: ScaleSearch) -> Problem:
     nodes, limit = search.nodes, search.task.max_nodes
     if nodes > limit:
         raise LimitError(
-            f"limits.max_nodes: {search.asked} asks for {nodes}, more than the limit of {limit}: ask for "
+            f"limits.max_nodes: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
             "fewer or raise the limit"
         )
     return search.problem(nodes)
@@ -124,7 +124,7 @@ def scaled_to(
     scales: Scales,
     count: Callable[[float], float],
     start: float | None = None,
-    key: str | None = None,
+    key: Key | None = None,
 ) -> float:
     """Find the scale at which a spacing asks for so many nodes, by the true number that ``count`` gives at a scale.
 
@@ -148,7 +148,7 @@ def scaled_to(
         if (trial[1] > target and aim == ends[0]) or (trial[1] < target and aim == ends[1]):
             if key is None:
                 return scale
-            with at_key(*key.split(".")):
+            with at_key(*key):
                 raise _out_of_reach(nodes, float(np.exp(trial[1])))
         aim = next_aim(trials, target)
     return best[1]

@@ -1,5 +1,7 @@
 """From a case to a problem: the domain, the spacing request and the method, bound and checked."""
 
+from dataclasses import replace
+
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.geometry.domain import Domain
@@ -10,10 +12,11 @@ from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.resources import timed
-from bubblemesh.spacing.rules.periodic import limited_across_sides, limited_for_packing_across_sides
+from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.survey import ideal_nodes, surveyed
 
+NODES = Key(["spacing", "nodes"])
 ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announces the number of nodes
 
 
@@ -26,17 +29,17 @@ def prepare(case: Case) -> Problem:
 
 
 def prepare_in(
-    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], asked: str = "spacing.nodes"
+    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], key: Key = NODES
 ) -> Problem:
-    """Make a problem of a domain and a spacing request; ``asked`` is what messages call its number of nodes."""
+    """Make a problem of a domain and a spacing request; ``key`` is that of its number of nodes."""
 
-    def check(task: Task, scale: float | None = None) -> Problem:
-        return check_spacing(domain, request, task, seconds, scale)
+    def check(limited: Task, scale: float | None = None) -> Problem:
+        return check_spacing(domain, request, limited, seconds, scale)
 
     if request.nodes is None:
         return check(task)
     scales = Scales.of(domain, request.at)
-    return fit_node_target(ScaleSearch(request.nodes, scales, check, task, seconds, asked))
+    return fit_node_target(ScaleSearch(request.nodes, scales, check, task, seconds, key))
 
 
 def check_spacing(
@@ -55,7 +58,7 @@ def check_spacing(
     with timed(seconds, "spacing"):
         spacing, rules = request.at(scale), request.rules
         survey = surveyed(domain, spacing, max_nodes)
-        after_rules = rules(domain, spacing.floored(survey.minimum / 2), max_nodes)
+        after_rules = rules(domain, replace(spacing, floor=survey.extremes.minimum / 2), max_nodes)
         after_periodic = limited_across_sides(domain, after_rules)
         spacing = after_periodic.spacing
         if max(after_rules.ratio, after_periodic.ratio) > 1:

@@ -66,7 +66,6 @@ class Problem:
     @cached_property
     def packing_extremes(self) -> Extremes:
         """Extremes of the packing spacing."""
-        survey = self.survey
         if not self.refined:
-            return Extremes(survey.minimum, survey.minimum_at, survey.maximum, survey.maximum_at)
+            return self.survey.extremes
         return extremes(self.domain, self.packing_spacing)

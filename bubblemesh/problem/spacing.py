@@ -75,7 +75,11 @@ def within_limits(
     limits = terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
 
     def at(scale: float | None) -> Spacing:
-        return replace(_combined(found, own_scale if scale is None else scale, limits), spots=spots)
+        factor = own_scale if scale is None else scale
+        if len(found) == 1 and (factor, limits) == (1.0, UNLIMITED):  # as it is, since it is evaluated very often
+            return replace(found[0], spots=spots)
+        combination = Combination(found, factor, *limits)
+        return Spacing(combination, key=combination.key, costly=combination.costly, spots=spots)
 
     return at
 
@@ -83,14 +87,6 @@ def within_limits(
 def rules_of(terms: SpacingTerms) -> Rules:
     """Rules that the spacing has to respect."""
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
-
-
-def _combined(terms: tuple[Spacing, ...], scale: float, limits: tuple[float, float]) -> Spacing:
-    """The terms as one; a single one without limits as it is, since it is evaluated very often."""
-    if len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED):
-        return terms[0]
-    combination = Combination(terms, scale, *limits)
-    return Spacing(combination, key=combination.key, costly=combination.costly)
 
 
 def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:

@@ -13,7 +13,6 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Extremes
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "area": domain.polygon.area,
         "holes": domain.hole_count,
         "labels": domain.labels,
-        "spacing": {name: getattr(survey, name) for name in Extremes._fields},
+        "spacing": survey.extremes._asdict(),
         **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
         **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),

@@ -11,7 +11,7 @@ from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, ste
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.spacing.grid.leaves import leaves
+from bubblemesh.spacing.grid.cells import leaves
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
 

@@ -16,7 +16,10 @@ from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
 NARROW = 0.95  # spacings are not narrower than what is wanted
-APART, FARTHEST = 0.3, 1.5  # distance of sources: so much the spacing may grow in between; in terms of their sizes
+APART_IN_GAP, FARTHEST_IN_GAP = (
+    0.3,
+    1.5,
+)  # distance of sources: so much the spacing may grow in between; in terms of their sizes
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40
@@ -25,31 +28,17 @@ NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zer
 
 @dataclass(frozen=True)
 class GapSources:
-    """Sources that fill the narrow parts of a domain.
+    """Sources that fill the narrow parts of a domain."""
 
-    Attributes
-    ----------
-    across : float
-        Spacings that are to fit between two walls.
-    growth : float
-        What the spacing grows by from the sources, per length.
-    least : callable
-        The finest size (k,) that is of use at places (k, 2).
-    max_nodes : float
-    """
-
-    across: float
-    growth: float
-    least: Callable[[Floats], Floats]
+    across: float  # spacings that are to fit between two walls
+    growth: float  # of the spacing from the sources, per length
+    least: Callable[[Floats], Floats]  # finest size (k,) that is of use at places (k, 2)
     max_nodes: float = np.inf
 
     def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
         """Sources where the spacing is too coarse.
 
-        Raises
-        ------
-        LimitError
-            If they need more than ``max_nodes`` nodes, with the narrowest place.
+        LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
         walls, corner = Walls(domain), reentrant_corners(domain)
         d = spacing(domain.boundary.corners[corner.corner])
@@ -83,7 +72,7 @@ class GapSources:
 
     def _apart(self, size: Floats) -> Floats:
         """Distance (k,) of sources on both walls of the gaps, and between these."""
-        return min(APART / self.growth, FARTHEST) * size
+        return min(APART_IN_GAP / self.growth, FARTHEST_IN_GAP) * size
 
     def _sources(self, found: Gaps, size: Floats, far: float) -> Sources:
         """Sources on the ways across the gaps, up to a part of these."""
