@@ -1,4 +1,4 @@
-"""What Python programs use: cases, meshes, and meshing without a case file."""
+"""Interface for Python programs: cases, meshes, and meshing without a case file."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

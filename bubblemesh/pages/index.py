@@ -30,13 +30,9 @@ Row = Mapping[str, Any]
 def index_page(rows: Sequence[Row]) -> str:
     """The page that compares cases: one file of HTML that needs nothing else.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        For each case ``case`` and ``exit_code``, and where they are known ``status``, ``message`` (or ``error``),
-        ``nodes``, ``triangles``, ``quality_mean``, ``quality_p01``, ``quality_min``, ``spacing_std``, ``seconds``,
-        ``warnings`` (their number or the texts), ``report`` (name of the case's page, relative to this one) and
-        ``sweep`` (values by key). What is missing or None leaves its cell empty.
+    The row of a case has ``case`` and ``exit_code``, and where they are known ``status``, ``message`` (or ``error``),
+    the keys of ``COLUMNS`` (of ``warnings`` the number or the texts), ``report`` (name of the case's page, relative to
+    this one) and ``sweep`` (values by key). What is missing or None leaves its cell empty.
     """
     lowest = min((row["quality_min"] for row in rows if row.get("quality_min") is not None), default=0.0)
     low = min(int(10 * lowest) / 10, 0.9)

@@ -72,7 +72,7 @@ def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO
     shown = _in_view(mesh, options.view)
     usual = style.colormap if options.color == "quality" else None
     colouring = colouring_of(mesh, data, options.color, options.colormap or usual, options.limits)
-    box = _box(mesh, options.view)
+    box = box_of(mesh, options.view)
     with _drawing(options):
         figure, inches_per_unit = _sheet(box, options)
         axes = figure.add_subplot()
@@ -129,7 +129,8 @@ def _in_view(mesh: Mesh, view: View | None) -> Booleans:
     return shown
 
 
-def _box(mesh: Mesh, view: View | None) -> View:
+def box_of(mesh: Mesh, view: View | None = None) -> View:
+    """The view, or the box of the whole mesh; CaseError if that has no area."""
     if view is not None:
         return view
     (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)

@@ -13,7 +13,7 @@ from matplotlib.tri import Triangulation
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.pictures.colouring import FIELD, Colouring, add_colour_bar
-from bubblemesh.pictures.plots import is_tall, mesh_figure, require_picture, save_figure
+from bubblemesh.pictures.plots import box_of, is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
 WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
@@ -47,8 +47,7 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
     triangles = Triangulation(mesh.points[:, 0], mesh.points[:, 1], mesh.triangles)
     colours = axes.tripcolor(triangles, spacing, shading="gouraud", cmap=FIELD, norm=norm, rasterized=True, zorder=1.5)
     colouring = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high))
-    box = (*mesh.points.min(axis=0).tolist(), *mesh.points.max(axis=0).tolist())
-    add_colour_bar(figure, axes, colours, colouring, options.look, aside=is_tall(box, options))
+    add_colour_bar(figure, axes, colours, colouring, options.look, aside=is_tall(box_of(mesh), options))
     bar: Any = colours.colorbar
     if isinstance(norm, LogNorm):
         digits = next(digits for ratio, digits in DIGITS.items() if high <= ratio * low)
