@@ -11,6 +11,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.corners import corner_fans
+from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
 
 BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
@@ -24,25 +25,13 @@ DOUBLINGS = 8  # of the reach: what is near is found without all that is far
 
 
 class Gaps(NamedTuple):
-    """Ways from places on lines, or from points, to others that face them.
+    """Ways from places on lines, or from points, to others that face them."""
 
-    Attributes
-    ----------
-    number : (k,)
-        Of the place among those that were looked at.
-    places, feet : (k, 2)
-        The place, and the nearest point of what faces it.
-    widths : (k,)
-        Their distances.
-    inner : (k,)
-        Whether a line or point inside the domain is at one end.
-    """
-
-    number: Integers
-    places: Floats
-    feet: Floats
-    widths: Floats
-    inner: Booleans
+    number: Integers  # (k,), of the place among those that were looked at
+    places: Floats  # (k, 2)
+    feet: Floats  # (k, 2), nearest points of what faces the places
+    widths: Floats  # (k,), distances of the two
+    inner: Booleans  # (k,), whether a line or point inside the domain is at one end
 
 
 class ReentrantCorners(NamedTuple):
@@ -75,19 +64,8 @@ class Walls:
     def facing(self, piece: Integers, s: Floats, reach: Floats, room: Floats) -> Gaps:
         """Gaps between places on the lines and what faces them: on the left of rings, on both sides of inner lines.
 
-        Parameters
-        ----------
-        piece, s : (m,)
-            Pieces and arc lengths of the places.
-        reach : (m,)
-            How far to look, square to the lines.
-        room : (m,)
-            Two lines that join at both ends are walls of a gap only farther than that from these.
-
-        Returns
-        -------
-        Gaps
-            The nearest one for each place and side that has any.
+        For places at arc lengths s (m,) on pieces (m,), the nearest gap within ``reach`` (m,), square to the lines, on
+        each side that has any. Lines that join at both ends are walls only farther from these than ``room`` (m,).
         """
         boundary, chords = self.domain.boundary, self.chords
         both = np.flatnonzero(boundary.inner[piece])
@@ -124,8 +102,7 @@ class Walls:
     def _feet(self, points: Floats, chord: Integers) -> Floats:
         """Arc lengths (m,) of the points of the curves beside the nearest points of their chords."""
         chords = self.chords
-        start, delta = chords.start[chord], chords.end[chord] - chords.start[chord]
-        share = np.clip(((points - start) * delta).sum(axis=1) / (delta**2).sum(axis=1), 0, 1)
+        share = shares_before(points, chords.start[chord], chords.end[chord])
         return np.asarray(chords.s[chord] + share * chords.step[chord])
 
     def _opposite(

@@ -19,26 +19,14 @@ CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
 
 @dataclass(frozen=True)
 class PolygonalCopy:
-    """Fine polygonal copy of the boundary.
+    """Fine polygonal copy of the boundary, whose chords go from each point to its successor along the point's piece."""
 
-    Attributes
-    ----------
-    points : (m, 2)
-    piece, s : (m,)
-        Piece and arc length of each point; the chord from point i to its successor follows that piece.
-    step : (m,)
-        Arc length of that chord.
-    successor : (m,)
-        Index of the next point of the same ring.
-    ring : (m,)
-    """
-
-    points: Floats
-    piece: Integers
-    s: Floats
-    step: Floats
-    successor: Integers
-    ring: Integers
+    points: Floats  # (m, 2)
+    piece: Integers  # (m,)
+    s: Floats  # (m,), arc length of each point on its piece
+    step: Floats  # (m,), arc length of the chord that starts there
+    successor: Integers  # (m,), index of the next point of the same ring
+    ring: Integers  # (m,)
 
     @classmethod
     def of(cls, boundary: Boundary) -> "PolygonalCopy":

@@ -28,26 +28,19 @@ class Gridded(NamedTuple):
 def read_gridded(path: Path, name: str | None) -> Gridded:
     """The array ``name`` of a file, or the only one of it beside the coordinates ``x`` and ``y``.
 
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If the name is needed, unknown, or one of an array that does not hold real numbers.
+    FileError if the file cannot be read; CaseError if the name is needed, unknown, or one of an array that does not
+    hold real numbers.
     """
     arrays = _arrays(path)
     known = [key for key in arrays if key not in COORDINATES]
     if name is None and len(known) != 1:
-        raise CaseError(f"has {len(known)} arrays{_listed(known)}: give the name of one")
+        listed = f" ({', '.join(known)})" if known else ""
+        raise CaseError(f"has {len(known)} arrays{listed}: give the name of one")
     chosen = known[0] if name is None else name
     if chosen not in arrays:
         raise CaseError(f"has no array {chosen!r}: it has {', '.join(arrays) or 'none'}")
     x, y = (None if arrays.get(key) is None else _real(arrays[key], key) for key in COORDINATES)
     return Gridded(chosen, _real(arrays[chosen], chosen), x, y)
-
-
-def _listed(names: list[str]) -> str:
-    return f" ({', '.join(names)})" if names else ""
 
 
 def _arrays(path: Path) -> dict[str, Any]:
@@ -68,14 +61,8 @@ def _real(array: Any, name: str) -> Floats:
 def read_grey(path: Path) -> Floats:
     """Grey values (rows, columns) from 0, black, to 1, white, the first row on top.
 
-    Colours count by their brightness; what is transparent is white.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, or is too large.
-    CaseError
-        If its pixels are neither grey values nor colours.
+    Colours count by their brightness; what is transparent is white. FileError if the file cannot be read, or is too
+    large; CaseError if its pixels are neither grey values nor colours.
     """
     # Imported here since most cases have no pictures.
     from PIL import Image, UnidentifiedImageError

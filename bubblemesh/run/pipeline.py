@@ -22,16 +22,7 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.run.assembly import mesh_of
-from bubblemesh.run.report import (
-    NodeTargetRow,
-    Report,
-    RoundRow,
-    StartRow,
-    round_row,
-    spacing_changes,
-    start_row,
-    triangle_fields,
-)
+from bubblemesh.run.report import NodeTargetRow, Report, RoundRow, StartRow, spacing_changes, triangle_fields
 from bubblemesh.spacing.grid.table import tabulated
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -158,12 +149,12 @@ def pack(problem: Problem, begun: float, on_round: OnRound, on_share: OnShare) -
         spacing = tabulated(domain, problem.packing_spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        first = start_row(start, connect(start, domain).triangles)
+        first = StartRow.of(start, connect(start, domain).triangles)
     rows, speeds = list[RoundRow](), list[Floats]()
     with timed(seconds, "packing"):
         last_end = perf_counter()
         for done in rounds(start, domain, levels, method, clock):
-            rows.append(round_row(done, perf_counter() - last_end))
+            rows.append(RoundRow.of(done, perf_counter() - last_end))
             speeds.append(done.speeds)
             on_round(rows[-1])
             last_end = perf_counter()

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.followed import Deviation
@@ -25,6 +25,12 @@ class StartRow:
     quality_mean: float
     quality_min: float
 
+    @classmethod
+    def of(cls, start: Bubbles, triangles: Integers) -> Self:
+        """Figures of bubbles that triangles (t, 3) connect."""
+        q = radius_ratios(start.x, triangles)
+        return cls(len(start), start.boundary_count, len(triangles), float(q.mean()), float(q.min()))
+
 
 @dataclass(frozen=True)
 class RoundRow:
@@ -41,6 +47,24 @@ class RoundRow:
     quality_min: float
     force_evaluations: int
     seconds: float
+
+    @classmethod
+    def of(cls, done: Round, seconds: float) -> Self:
+        """Figures of a finished round."""
+        q = radius_ratios(done.bubbles.x, done.net.triangles)
+        return cls(
+            round=done.number,
+            iterations=done.iterations,
+            nodes_before=done.before,
+            nodes_after=len(done.bubbles),
+            deleted=done.deleted,
+            inserted=done.inserted,
+            mean_speed=float(done.speeds[-1]) if done.iterations else 0.0,
+            quality_mean=float(q.mean()),
+            quality_min=float(q.min()),
+            force_evaluations=done.evaluations,
+            seconds=seconds,
+        )
 
 
 @dataclass(frozen=True)
@@ -121,30 +145,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         return [_plain(entry) for entry in value]
     return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
-
-
-def start_row(start: Bubbles, triangles: Integers) -> StartRow:
-    """Figures of the initial placement, connected by triangles (t, 3)."""
-    q = radius_ratios(start.x, triangles)
-    return StartRow(len(start), start.boundary_count, len(triangles), float(q.mean()), float(q.min()))
-
-
-def round_row(done: Round, seconds: float) -> RoundRow:
-    """Figures of a finished round."""
-    q = radius_ratios(done.bubbles.x, done.net.triangles)
-    return RoundRow(
-        round=done.number,
-        iterations=done.iterations,
-        nodes_before=done.before,
-        nodes_after=len(done.bubbles),
-        deleted=done.deleted,
-        inserted=done.inserted,
-        mean_speed=float(done.speeds[-1]) if done.iterations else 0.0,
-        quality_mean=float(q.mean()),
-        quality_min=float(q.min()),
-        force_evaluations=done.evaluations,
-        seconds=seconds,
-    )
 
 
 def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:

@@ -9,6 +9,7 @@ import shapely
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
@@ -120,9 +121,6 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: int, chord: int) ->
 
 def _feet(boundary: Boundary, line: PolygonalCopy, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
     """Arc lengths (m,) and places (m, 2) of the points next to ``points`` (m, 2) on the curves of the chords (m,)."""
-    piece, start = line.piece[chord], line.points[chord]
-    along = line.points[line.successor[chord]] - start
-    share = np.einsum("ij,ij->i", points - start, along) / np.einsum("ij,ij->i", along, along)
-    s = line.s[chord] + np.clip(share, 0, 1) * line.step[chord]
-    s = boundary.foot(points, piece, s, steps=4)
+    piece, share = line.piece[chord], shares_before(points, line.points[chord], line.points[line.successor[chord]])
+    s = boundary.foot(points, piece, line.s[chord] + share * line.step[chord], steps=4)
     return s, boundary.points(piece, s)

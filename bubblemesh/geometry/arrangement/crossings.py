@@ -97,12 +97,9 @@ def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
 
 
 def touches(boundary: Boundary, pairs: NearChords, size: float, parts: Parts) -> Cuts:
-    """Cuts where the curves of chords touch with a common tangent; errors are about the first one's part.
+    """Cuts where the curves of chords touch with a common tangent; GeometryError where one passes the other next to it.
 
-    Raises
-    ------
-    GeometryError
-        If one passes the other next to it.
+    Errors are about the first one's part.
     """
     tolerance = TOUCHING * size
     curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)

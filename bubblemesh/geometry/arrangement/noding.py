@@ -26,22 +26,10 @@ from bubblemesh.messages import place
 
 
 def noded(boundary: Boundary, size: float, fixed: int, parts: Parts) -> Boundary:
-    """The boundary with corners wherever an inner piece meets another piece.
+    """The boundary with corners wherever an inner piece meets another piece; tolerances are parts of the domain's size.
 
-    Parameters
-    ----------
-    boundary : Boundary
-    size : float
-        Of the domain, for tolerances.
-    fixed : int
-        Number of corners that come first and stay apart, however near they are: those of the rings.
-    parts : Parts
-        What the inner pieces and the other corners are given by, which errors are about.
-
-    Raises
-    ------
-    GeometryError
-        If a vertex is next to a line or to another vertex, or a curve next to another one, but not on it.
+    The first ``fixed`` corners, those of the rings, stay apart, however near they are. GeometryError, about what of the
+    parts gives it, if a vertex is next to a line or to another vertex, or a curve next to another one, but not on it.
     """
     none = np.zeros(0, np.int64)
     boundary = cut(boundary, Cuts(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
@@ -62,13 +50,7 @@ def _meetings(boundary: Boundary, size: float, parts: Parts) -> Cuts:
 
 
 def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: Parts) -> Cuts:
-    """Cuts where corners are on pieces between their ends, one of the two being inner.
-
-    Raises
-    ------
-    GeometryError
-        If one is next to a piece but not on it.
-    """
+    """Cuts where corners are on pieces between their ends, one of the two being inner; GeometryError if one is near."""
     corner, chord = chords.boxes.query(shapely.points(boundary.corners), predicate="intersects")
     piece = chords.piece[chord]
     own = (corner == boundary.start[piece]) | (corner == boundary.end[piece])

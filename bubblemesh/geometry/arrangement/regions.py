@@ -14,8 +14,7 @@ from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Point, Ring
 from bubblemesh.geometry.polygonal_copy import outline
-from bubblemesh.geometry.validity import simple_polygon
-from bubblemesh.messages import place
+from bubblemesh.geometry.validity import first_place, simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
 BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve
@@ -64,26 +63,15 @@ class Region:
 class Parts:
     """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
 
-    Attributes
-    ----------
-    regions : tuple of Region
-        Numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts. Several
-        may have one name.
-    rest : str
-        Name of region 0.
-    lines : tuple of OpenPath
-        Embedded lines.
-    points : tuple of InnerPoint
-        Embedded points.
-    periodic : tuple of (label, label)
-        Sides whose nodes match.
+    Regions are numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts.
+    Several may have one name.
     """
 
     regions: tuple[Region, ...] = ()
-    rest: str = "domain"
+    rest: str = "domain"  # name of region 0
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
-    periodic: tuple[tuple[str, str], ...] = ()
+    periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -139,13 +127,7 @@ def slack_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon]
 
 
 def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
-    """Check that regions overlap only by one being inside the other.
-
-    Raises
-    ------
-    GeometryError
-        With the names and a place.
-    """
+    """Check that regions overlap only by one being inside the other; GeometryError with the names and a place."""
     shapes = np.array(areas, dtype=object)
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     i, j = i[i < j], j[i < j]
@@ -155,7 +137,7 @@ def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack:
     same = shared >= np.maximum(size[i], size[j]) - off
     for k in np.flatnonzero(overlapping | same):
         names_of_both = f"regions {names[i[k]]!r} and {names[j[k]]!r}"
-        where = place(shapely.get_coordinates(shapely.point_on_surface(common[k]))[0])
+        where = first_place(shapely.point_on_surface(common[k]))
         if same[k]:
             raise GeometryError(f"{names_of_both} at {where} are the same: remove one of them")
         raise GeometryError(f"{names_of_both} overlap at {where}: give them a common side")

@@ -25,7 +25,7 @@ class Distance(Protocol):
 
     @property
     def costly(self) -> bool:
-        """Whether it takes much longer than a formula."""
+        """True if a call takes much longer than a formula."""
 
     def __call__(self, points: Floats) -> Floats:
         """Distances (m,) of points (m, 2)."""
@@ -34,10 +34,7 @@ class Distance(Protocol):
 def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
     """Distance from all that has one of the labels; without any, from the rings of the domain.
 
-    Raises
-    ------
-    CaseError
-        If nothing has a label; the text names the known ones.
+    CaseError, with the known ones, if nothing has a label.
     """
     for label in labels:
         if label not in domain.labels:
@@ -88,24 +85,14 @@ class FromChords:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """Distance from the nearest of some lines and arcs.
+    """Distance from the nearest of some lines and arcs."""
 
-    Attributes
-    ----------
-    start, end : (n, 2)
-        Of each line; both are the same for a point.
-    center, middle : (m, 2)
-        Centre of each arc, and unit vector from there to its middle.
-    radius, cosine : (m,)
-        Its radius, and the cosine of half the angle that it spans.
-    """
-
-    start: Floats
-    end: Floats
-    center: Floats
-    middle: Floats
-    radius: Floats
-    cosine: Floats
+    start: Floats  # (n, 2), of each line
+    end: Floats  # (n, 2), the same for a point
+    center: Floats  # (m, 2), of each arc
+    middle: Floats  # (m, 2), unit vector from the centre to the middle of the arc
+    radius: Floats  # (m,)
+    cosine: Floats  # (m,), of half the angle that the arc spans
 
     costly = False
 
@@ -117,7 +104,10 @@ class ClosedForm:
             return None
         arcs = np.array([kind is Arcs for kind in kinds], bool)
         lines, rounds = pieces[~arcs], pieces[arcs]
-        center, radius = _circles(boundary, rounds)
+        curves = ((boundary.families[boundary.kind[k]], boundary.index[k]) for k in rounds)
+        circles = [(*family.center[k], family.radius[k]) for family, k in curves if isinstance(family, Arcs)]
+        x, y, radius = np.array(circles).reshape(-1, 3).T
+        center = np.column_stack([x, y])
         closed = boundary.closed[rounds]
         half = np.where(closed, 0, boundary.lengths[rounds] / 2)
         middle = (boundary.points(rounds, half) - center) / radius[:, None]
@@ -159,15 +149,3 @@ class ClosedForm:
             facing = dx * ux + dy * uy >= cosine * away
             squared = np.where(facing, np.minimum(squared, (away - radius) ** 2), squared)
         return np.sqrt(squared)
-
-
-def _circles(boundary: Boundary, pieces: Integers) -> tuple[Floats, Floats]:
-    """Centres (p, 2) and radii (p,) of the circles that arcs are parts of."""
-    center, radius = np.zeros((len(pieces), 2)), np.zeros(len(pieces))
-    for k, family in enumerate(boundary.families):
-        mine = boundary.kind[pieces] == k
-        if isinstance(family, Arcs):
-            center[mine], radius[mine] = (
-                column[boundary.index[pieces[mine]]] for column in (family.center, family.radius)
-            )
-    return center, radius

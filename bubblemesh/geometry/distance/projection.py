@@ -30,17 +30,10 @@ class Nearest(NamedTuple):
 
 @dataclass(frozen=True)
 class Projection:
-    """Projection of points onto pieces of a boundary, and onto points.
-
-    Attributes
-    ----------
-    boundary : Boundary
-    chords : Chords
-        Those that follow the pieces; mere points have the piece -1.
-    """
+    """Projection of points onto pieces of a boundary, and onto points."""
 
     boundary: Boundary
-    chords: Chords
+    chords: Chords  # of the pieces; mere points have the piece -1
 
     def __call__(self, points: Floats) -> Nearest:
         """Nearest points of ``points`` (k, 2), on the true curves."""
