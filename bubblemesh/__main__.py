@@ -5,7 +5,7 @@ import signal
 from contextlib import suppress
 from types import FrameType
 
-INTERRUPTED = 130
+from bubblemesh.errors import INTERRUPTED
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""What Python programs use: cases, meshes, and meshing without a case file."""
+"""Interface for Python programs: cases, meshes, and meshing without a case file."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
 from bubblemesh.case.models import Limits
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.read import read_nodal_field
@@ -79,7 +79,9 @@ def mesh(
     wanted = spacing_of(spacing, domain)
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
     task = Task("mesh", method, bound, max_nodes, None, parameters)
-    problem = prepare_in(domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, "nodes")
+    problem = prepare_in(
+        domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, Key(["nodes"])
+    )
     return mesh_problem(problem).mesh
 
 

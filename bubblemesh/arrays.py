@@ -1,4 +1,7 @@
-"""Names for the array types that the signatures use, and what NumPy lacks."""
+"""Names for the array types that the signatures use, and what NumPy lacks: rows of records, ranks, a Hilbert order."""
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,11 +9,57 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
+Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same length
 
+LARGEST_NUMBER = 1e70  # of coordinates and lengths: their fourth powers, which predicates take, must stay finite
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)  # places of the two-point Gauss rule on [0, 1], of equal weights
+HILBERT_BITS = 20  # per coordinate: cells of a millionth of the extent
 
 
 def members(counts: Integers) -> tuple[Integers, Integers]:
     """Groups (m,) and ranks (m,) within them, from 0, of all members of groups with ``counts`` (n,) members."""
     group = np.repeat(np.arange(len(counts)), counts)
     return group, np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
+
+
+def select(record: Columns, which: Integers | Booleans) -> Columns:
+    """Record with the rows ``which`` (k,) of its columns."""
+    return record._make(column[which] for column in record)
+
+
+def concatenated(records: Sequence[Columns]) -> Columns:
+    """Record with the rows of all records, of which there is at least one."""
+    return records[0]._make(np.concatenate(columns) for columns in zip(*records, strict=True))
+
+
+def along_hilbert_curve(points: Floats) -> Integers:
+    """Numbers (n,) of the points (n, 2) in the order in which a Hilbert curve over their bounding box meets them."""
+    if len(points) == 0:
+        return np.zeros(0, np.int64)
+    low = points.min(axis=0)
+    extent = max(float((points - low).max()), np.finfo(float).tiny)
+    cells = ((points - low) / extent * (2**HILBERT_BITS - 1)).astype(np.int64)
+    return np.argsort(hilbert_index(cells, HILBERT_BITS), kind="stable")
+
+
+def hilbert_index(cells: Integers, bits: int) -> Integers:
+    """Positions (n,) of the grid cells (n, 2), of 2**bits rows and columns, on the Hilbert curve.
+
+    From H. S. Warren, "Hacker's Delight", 2nd edition (2012), chapter 16.
+    """
+    x, y = np.array(cells.T, np.int64, order="C")
+    index = np.zeros(len(cells), np.int64)
+    for bit in range(bits - 1, -1, -1):
+        right, upper = (x >> bit) & 1, (y >> bit) & 1
+        index <<= 2
+        index |= (3 * right) ^ upper
+        # The lower quarters are transposed, and the one on the right is turned about as well.
+        lower = upper - 1  # all bits, or none
+        below = (1 << bit) - 1
+        turned = lower & -right & below
+        x = (x & below) ^ turned
+        y = (y & below) ^ turned
+        exchanged = (x ^ y) & lower
+        x ^= exchanged
+        y ^= exchanged
+    return index

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+DONE, INTERRUPTED = 0, 130  # exit codes without an error of a class
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
 
 
@@ -16,16 +17,10 @@ class Key(tuple[str | int, ...]):
 
 
 class BubblemeshError(Exception):
-    """Base class of every error a user can cause; its text says where it is and what to do.
-
-    Attributes
-    ----------
-    about : Key
-        What it is about in the case, if that is known.
-    """
+    """Base class of every error a user can cause; its text says where it is and what to do."""
 
     exit_code = 1
-    about = Key()
+    about = Key()  # of the case, if that is known
 
 
 class CaseError(BubblemeshError):
@@ -59,8 +54,8 @@ class LimitError(BubblemeshError):
 
 
 def outcome(exit_code: int) -> str:
-    """What has become of a case with this exit code, as batches count it."""
-    return {0: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
+    """Outcome of a case with this exit code, as batches count it."""
+    return {DONE: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
 
 
 @contextmanager
@@ -96,14 +91,7 @@ def at_key(*path: str | int) -> Iterator[None]:
 
 @contextmanager
 def located(source: str, place: Callable[[Key], str | None] = lambda key: None) -> Iterator[None]:
-    """Put what errors of the case come from before their texts: the place of their key if there is one, or the source.
-
-    Parameters
-    ----------
-    source : str
-    place : callable
-        Gives the file and line of a key, if they are known.
-    """
+    """Put what errors of the case come from before their texts: the file and line of their key, or else the source."""
     try:
         yield
     except BubblemeshError as error:

@@ -1,4 +1,4 @@
-"""Files of users: how they are opened, how much of one is read, and why the system refuses one."""
+"""Files of users: how they are opened, how much of one is read, why the system refuses one; names for mesh files."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -11,6 +11,9 @@ from typing import BinaryIO
 from bubblemesh.errors import CaseError, FileError, LimitError
 
 MOST_BYTES = 500_000_000  # of a case, and of a file with geometry
+LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
+MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
+FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
 
 _copies: ContextVar[Mapping[Path, Path] | None] = ContextVar("copies", default=None)
 
@@ -33,30 +36,12 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file.
-
-    Raises
-    ------
-    FileError
-        If there is no such file, or it cannot be read.
-    CaseError
-        If its bytes are not UTF-8.
-    """
+    """Text of a UTF-8 file; FileError if it cannot be read, CaseError if its bytes are not UTF-8."""
     return _decoded(read_bytes(path), "line ")
 
 
-def read_case(stream: BinaryIO, source: str) -> str:
-    """Text of a case; messages name its ``source``.
-
-    Raises
-    ------
-    FileError
-        If the stream cannot be read.
-    CaseError
-        If its bytes are not UTF-8.
-    LimitError
-        If it is too large.
-    """
+def case_text(stream: BinaryIO, source: str) -> str:
+    """Text of a case; messages name its ``source``. LimitError if it is too large; else as `read_text`."""
     try:
         content = stream.read(MOST_BYTES + 1)
     except OSError as error:
@@ -77,12 +62,7 @@ def _decoded(content: bytes, place: str) -> str:
 
 
 def require_readable(path: Path) -> None:
-    """Check that a library can open a file, and that the file is not too large.
-
-    Raises
-    ------
-    FileError, LimitError
-    """
+    """Check that a library can open a file, else FileError, and that it is not too large, else LimitError."""
     if not os.path.exists(path):  # noqa: PTH110 - the method of paths fails for a name that is too long
         raise unreadable("there is no such file")
     if not path.is_file():
@@ -117,17 +97,8 @@ def reason(error: Exception) -> str:
 def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
     """Within the block, and its thread, these contents are read in place of the files on the disk.
 
-    A batch sends the files of a case along with it to a machine whose disk is another one.
-
-    Parameters
-    ----------
-    contents : mapping of str to bytes
-        By the files' names as the case has them.
-
-    Raises
-    ------
-    OSError
-        If there is no place for copies.
+    They are given by the files' names as the case has them: a batch sends the files of a case along with it to a
+    machine whose disk is another one. OSError if there is no place for copies.
     """
     with TemporaryDirectory(prefix="bubblemesh-") as folder:
         token = _copies.set(_written(contents, Path(folder)))
@@ -153,3 +124,9 @@ def _written(contents: Mapping[str, bytes], folder: Path) -> dict[Path, Path]:
         copies[path] = place / path.name
         copies[path].write_bytes(content)
     return copies
+
+
+def is_writable(name: str) -> bool:
+    """Whether every mesh file can hold a name: XML has no form for control characters, and a quote ends it in msh."""
+    fits = 0 < len(name) <= LONGEST_NAME and len(name.encode()) <= MOST_NAME_BYTES
+    return fits and name.isprintable() and not {*name} & {*'"\\'}

@@ -42,13 +42,13 @@ def meant(word: str, known: Iterable[str]) -> str:
 
 
 def ring_name(number: int, origin: str | None = None) -> str:
-    """What messages call a ring, with the place in a file that it comes from."""
+    """Name of a ring in messages, with the place in a file that it comes from."""
     name = "the outer ring" if number == 0 else f"hole {number}"
     return name if origin is None else f"{name} ({origin})"
 
 
 def shown(text: object, most: int = 60) -> str:
-    """What another program or a file says, as messages show it: in one line, printable and not too long."""
+    """Text of another program or a file as messages show it: in one line, printable and not too long."""
     letters = (letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in str(text))
     line = " ".join("".join(letters).split())
     return line if len(line) <= most else f"{line[: most - 3]}..."

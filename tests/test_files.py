@@ -8,11 +8,11 @@ import pytest
 from bubblemesh import files
 from bubblemesh.errors import CaseError, FileError, LimitError
 from bubblemesh.files import (
+    case_text,
     local_copies,
     local_copy,
     opened,
     read_bytes,
-    read_case,
     read_text,
     require_readable,
     unwritten,
@@ -31,7 +31,7 @@ def test_bytes_that_are_no_text_are_told_with_their_line(tmp_path):
     with pytest.raises(CaseError, match=r"^line 3: not UTF-8 text \(found byte 0xfc\)"):
         read_text(tmp_path / "a.txt")
     with pytest.raises(CaseError, match=r"^<stdin>:1: not UTF-8 text"):
-        read_case(io.BytesIO(b"\xfc"), "<stdin>")
+        case_text(io.BytesIO(b"\xfc"), "<stdin>")
 
 
 @pytest.mark.parametrize("name", ["none", "", "a" * 300, "a\0b"])
@@ -43,9 +43,9 @@ def test_a_file_that_the_system_does_not_give(tmp_path, name):
 
 def test_a_case_is_read_up_to_a_limit(monkeypatch):
     monkeypatch.setattr(files, "MOST_BYTES", 3)
-    assert read_case(io.BytesIO(b"a: "), "a.yaml") == "a: "
+    assert case_text(io.BytesIO(b"a: "), "a.yaml") == "a: "
     with pytest.raises(LimitError, match=r"^a\.yaml: has more than the 0 MB that are read"):
-        read_case(io.BytesIO(b"a: 1"), "a.yaml")
+        case_text(io.BytesIO(b"a: 1"), "a.yaml")
 
 
 def test_what_a_library_may_open(tmp_path, monkeypatch):

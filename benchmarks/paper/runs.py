@@ -9,7 +9,7 @@ from time import process_time
 from typing import Any
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.meshfiles.report_json import json_text
+from bubblemesh.meshfiles.text import json_text
 from bubblemesh.packing.forces import BoundForce
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.problem.prepare import prepare

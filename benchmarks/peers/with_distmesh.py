@@ -31,7 +31,7 @@ def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
 
 def _lattice_distance(problem: Problem) -> float:
     """The distance in the first lattice that gives about the ideal number of nodes, those of the boundary included."""
-    minimum, ideal = problem.survey.minimum, problem.survey.ideal_nodes
+    minimum, ideal = problem.survey.extremes.minimum, problem.survey.ideal_nodes
     points = _lattice(problem.domain, minimum)
     d = problem.spacing(points[problem.domain.contains(points)])
     return float(minimum * np.sqrt(((minimum / d) ** 2).sum() / ideal))

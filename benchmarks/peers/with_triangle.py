@@ -42,7 +42,7 @@ def _refined(problem: Problem, largest_area: float) -> tuple[Floats, Integers]:
 
 
 def _outline(problem: Problem) -> dict[str, Floats | Integers]:
-    points, edges = boundary_nodes(problem.domain.boundary, problem.spacing, problem.survey.minimum)
+    points, edges = boundary_nodes(problem.domain.boundary, problem.spacing, problem.survey.extremes.minimum)
     holes = [hole.representative_point().coords[0] for hole in _holes(problem)]
     return {"vertices": points, "segments": edges} | ({"holes": np.array(holes)} if holes else {})
 

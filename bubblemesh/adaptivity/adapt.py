@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import shapely
 
-from bubblemesh.adaptivity.coverage import require_coverage
 from bubblemesh.adaptivity.estimate import Estimate, estimated, true_error
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
@@ -15,10 +14,10 @@ from bubblemesh.adaptivity.sizes import (
     sizes_for_nodes,
     smooth_sizes,
 )
-from bubblemesh.adaptivity.solution import Solution
+from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, Key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
@@ -30,7 +29,7 @@ from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.field import Field
+from bubblemesh.spacing.terms.field import MeshField
 
 DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
@@ -64,23 +63,10 @@ def adapted(
     on_round: OnRound = lambda row: None,
     on_share: OnShare = lambda share: None,
 ) -> Result:
-    """Mesh a case's domain anew, as its solution asks for.
+    """Mesh a case's domain anew, as its solution asks for, which is on a mesh of this domain.
 
-    The sizes follow from the estimated error; of the case's spacing the limits and rules hold.
-
-    Parameters
-    ----------
-    case : Case
-    solution : Solution
-        On a mesh of the case's domain.
-    target : Target
-    exact : str, optional
-        The exact solution as an expression in x and y, to compare the estimate with.
-
-    Raises
-    ------
-    BubblemeshError
-        One of its subclasses for a mistake of the user's, with the place and what to do.
+    The sizes follow from the estimated error; of the case's spacing the limits and rules hold. The exact solution, an
+    expression in x and y, is to compare the estimate with. A mistake of the user's is a BubblemeshError.
     """
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
@@ -90,12 +76,9 @@ def adapted(
         values = solution.values / solution.unit
         estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
         figures = _figures(solution, estimate, exact)
-    problem, start = _posed(case, domain, solution, estimate, target, seconds)
-    expected = predicted_error(
-        estimate,
-        equivalent_sizes(solution.points, solution.triangles),
-        problem.spacing.between(solution.points[solution.triangles]),
-    )
+    problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
+    wanted = problem.spacing.between(solution.points[solution.triangles])
+    expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
     adaptation = figures | {
         "wanted": asdict(target),
         "expected_error": solution.unit * expected,
@@ -105,7 +88,7 @@ def adapted(
     return mesh_problem(problem, on_round, on_share, adaptation)
 
 
-def _posed(
+def _next_problem(
     case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, seconds: dict[str, float]
 ) -> tuple[Problem, dict[str, Any]]:
     """The next mesh as a problem, and how it starts."""
@@ -116,7 +99,7 @@ def _posed(
     else:
         nodes = target.nodes or terms.nodes or len(solution.points)
         wanted = sizes_for_nodes(estimate, sizes, nodes)
-    field, now = Field.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
+    field, now = MeshField.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
     at = within_limits(terms, (Spacing(field),), field.spots)
@@ -124,11 +107,11 @@ def _posed(
     rules = replace(rules, growth=rules.growth or DEFAULT_GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
-    share = present.share_kept(domain, at(None))
+    share = present.share_of_own_size(domain, at(None))
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, "nodes"), start
+    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, Key(["nodes"])), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:
@@ -158,14 +141,8 @@ def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[
         return figures
     if solution.values.shape[1] > 1:
         raise CaseError(f"the exact solution is one expression, but {solution.name} has several components")
-    known = _expression(exact)
+    with prefixed("the exact solution"):
+        known = Expression.parse(exact)
     values = solution.values[:, 0] / unit
     error = true_error(solution.points, solution.triangles, values, lambda x, y: known(x, y) / unit)
     return figures | {"true_error": unit * error, "effectivity": estimate.error / error if error > 0 else None}
-
-
-def _expression(text: str) -> Expression:
-    try:
-        return Expression.parse(text)
-    except CaseError as error:
-        raise CaseError(f"the exact solution: {error}") from None

@@ -32,7 +32,7 @@ def smooth_sizes(points: Floats, triangles: Integers) -> Floats:
 
 
 def sizes_for_error(estimate: Estimate, sizes: Floats, error: float) -> Floats:
-    """Sizes (t,) with which the fewest triangles lead to an error; ``sizes`` (t,) are the present ones.
+    """Sizes (t,) with which the fewest triangles lead to a wanted error of the whole, from the present sizes (t,).
 
     With linear elements the error eta of a triangle whose size goes from h to h' becomes that of (h / h')^2 triangles,
     altogether eta h' / h. Under the condition that the squares of these add up to the wanted error's E, the number of
@@ -40,31 +40,20 @@ def sizes_for_error(estimate: Estimate, sizes: Floats, error: float) -> Floats:
     has the same error t then. (With polynomials of degree p the exponent is 1 / (p + 1).)
 
     Sizes change by limited factors, so that the error may come out larger or smaller.
-
-    Parameters
-    ----------
-    estimate : Estimate
-    sizes : (t,)
-    error : float
-        Wanted error in the whole domain.
     """
     factor = min(error / max(estimate.error, TINY), 1.0)
-    return _even(estimate, sizes, error**2 / max(_total(estimate), TINY), factor)
+    return _even(estimate, sizes, error**2 / max(estimate.total, TINY), factor)
 
 
 def sizes_for_nodes(estimate: Estimate, sizes: Floats, nodes: int) -> Floats:
     """Sizes (t,) as of `sizes_for_error`, but for about N nodes, two triangles to each: t = sum of eta / 2 N."""
     triangles = TRIANGLES_PER_NODE * nodes
-    return _even(estimate, sizes, _total(estimate) / triangles, float(np.sqrt(len(sizes) / triangles)))
+    return _even(estimate, sizes, estimate.total / triangles, float(np.sqrt(len(sizes) / triangles)))
 
 
 def predicted_error(estimate: Estimate, sizes: Floats, wanted: Floats) -> float:
     """Estimated error in the whole domain once the present sizes (t,) have become the wanted ones (t,)."""
     return float(np.sqrt(((estimate.indicators * wanted / sizes) ** 2).sum()))
-
-
-def _total(estimate: Estimate) -> float:
-    return float(estimate.indicators.sum())
 
 
 def _even(estimate: Estimate, sizes: Floats, each: float, factor: float) -> Floats:

@@ -27,12 +27,9 @@ FEWEST = 4  # jobs to have submitted while there are no workers yet
 
 @contextmanager
 def cluster_workers(address: str) -> Iterator[Workers]:
-    """The workers of the scheduler at ``tcp://host:port``; what is not finished when the block ends is cancelled.
+    """Workers of the scheduler at ``tcp://host:port``; what is not finished when the block ends is cancelled.
 
-    Raises
-    ------
-    FileError
-        If the extra is missing, or the scheduler does not answer; later, that is one of `Workers.capacity`.
+    FileError if the extra is missing, or the scheduler does not answer; later, that is one of `Workers.capacity`.
     """
     client = _connected(address)
     executor = client.get_executor(pure=False)

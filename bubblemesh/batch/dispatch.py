@@ -37,28 +37,17 @@ class Progress:
 
 
 class WorkerDied(BrokenExecutor):
-    """A worker process has ended without being asked to."""
-
-    def __init__(self, message: str, exit_code: int) -> None:
-        super().__init__(message, exit_code)
-        self.message = message
-        self.exit_code = exit_code
+    """A worker process has ended without being asked to; the arguments are an exit code and words, as of `failure`."""
 
 
 class Workers(ABC):
     """Worker processes.
 
-    Attributes
-    ----------
-    tell : callable
-        Run in a worker, it brings a note to the queue here.
-    notes : SimpleQueue of Note
-    lost : str
-        What to say if the workers are out of reach; then futures are cancelled, or `submit` or `capacity` raise it.
+    If they are out of reach, futures are cancelled, or `submit` or `capacity` raise a FileError.
     """
 
-    tell: Tell
-    lost: str
+    tell: Tell  # run in a worker, it brings a note to the queue here
+    lost: str  # words of the FileError
 
     def __init__(self) -> None:
         self.notes: SimpleQueue[Note] = SimpleQueue()
@@ -81,13 +70,7 @@ class Workers(ABC):
 
 
 def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> Iterator[tuple[Entry, Outcome]]:
-    """Keep the workers busy, and give the outcome of each case as it ends.
-
-    Raises
-    ------
-    FileError
-        If the workers are out of reach.
-    """
+    """Keep the workers busy, and give the outcome of each case as it ends; FileError if they are out of reach."""
     left = deque(entries)
     running: dict[Future[Outcome], tuple[Entry, Job]] = {}
     submitted, begun = Counter[int](), Counter[int]()  # how often each case was given out, and a worker has begun it

@@ -28,10 +28,7 @@ MAKE_ROOM = "the batch ends, what is done stays: make room, and run it again wit
 def reserved(options: BatchOptions) -> Iterator[None]:
     """Keep other batches out of the summary's folder, which is made if it is missing; shards are in it together.
 
-    Raises
-    ------
-    FileError
-        If another batch is in it, or it cannot be made.
+    FileError if another batch is in it, or it cannot be made.
     """
     folder = options.root
     try:
@@ -106,14 +103,11 @@ def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
 def place_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Row:
     """Write the files of a case, all or none; the row tells if that fails.
 
-    Raises
-    ------
-    FileError
-        If a disk is full: that of the results, or of a worker.
+    FileError if a disk is full: that of the results, or of a worker.
     """
     row, is_at_end = outcome.row, outcome.full
-    folder = entry.destination.folder if entry.destination else None
-    if outcome.files and folder is not None:
+    if outcome.files and entry.destination:
+        folder = entry.destination.folder
         try:
             with transaction(folder, staging_prefix(folder, options)) as staging:
                 for name, content in outcome.files.items():

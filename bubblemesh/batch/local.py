@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from bubblemesh.batch.dispatch import WorkerDied, Workers
 from bubblemesh.batch.worker import Note
-from bubblemesh.errors import FileError, LimitError
+from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 
 T = TypeVar("T")
 
@@ -83,7 +83,8 @@ class LocalWorkers(Workers):
 
     def failure(self, error: BaseException) -> tuple[int, str]:
         if isinstance(error, WorkerDied):
-            return error.exit_code, error.message
+            code, words = error.args
+            return code, words
         return FileError.exit_code, f"no worker process could take it: {type(error).__name__}: {error}"
 
     def start(self) -> None:
@@ -132,9 +133,9 @@ class LocalWorkers(Workers):
             process.join()
         code = process.exitcode
         if code == -getattr(signal, "SIGKILL", 9):
-            return WorkerDied("its worker process was killed, perhaps for want of memory", LimitError.exit_code)
+            return WorkerDied(LimitError.exit_code, "its worker process was killed, perhaps for want of memory")
         how = f"by signal {-code} ({signal.strsignal(-code)})" if code is not None and code < 0 else f"with code {code}"
-        return WorkerDied(f"its worker process ended {how}", 1)
+        return WorkerDied(BubblemeshError.exit_code, f"its worker process ended {how}")
 
     def _start(self, instead_of: BaseProcess | None = None) -> BaseProcess:
         """Start a process, in place of one that has died."""
@@ -143,7 +144,7 @@ class LocalWorkers(Workers):
         process = context.Process(target=serve, args=(its_end, self._staging), daemon=True)
         with self._lock, _uninterrupted(), its_end:
             if self._stopped:
-                raise WorkerDied("the batch has been stopped", 130)
+                raise WorkerDied(INTERRUPTED, "the batch has been stopped")
             try:
                 process.start()
             except OSError as error:

@@ -12,10 +12,10 @@ from bubblemesh import __version__
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
-from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
+from bubblemesh.errors import DONE, BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import read_bytes
-from bubblemesh.problem.rings import named_files
-from bubblemesh.run.destination import Destination, destination
+from bubblemesh.problem.domain import named_files
+from bubblemesh.run.destination import Destination, OutputOptions, destination
 
 T = TypeVar("T")
 
@@ -25,27 +25,13 @@ PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those 
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """Options that hold for all cases of a batch.
+    """Options that hold for all cases of a batch."""
 
-    Attributes
-    ----------
-    overrides : sequence of Override
-        Set over each case's file.
-    folder : str, optional
-        Folder of all results; without it each case has its own.
-    page : bool, optional
-        Whether each case gets its page; without it the case says so.
-    shard : tuple of int
-        Which part of the cases to mesh, from 1, and of how many parts.
-    resume : bool
-        Whether cases that an earlier batch has done stay as they are, and its summary goes on.
-    """
-
-    overrides: Sequence[Override] = ()
-    folder: str | None = None
-    page: bool | None = None
-    shard: tuple[int, int] = (1, 1)
-    resume: bool = False
+    overrides: Sequence[Override] = ()  # set over each case's file
+    folder: str | None = None  # of all results; without it each case has its own
+    page: bool | None = None  # whether each case gets its page; without it the case says so
+    shard: tuple[int, int] = (1, 1)  # the part of the cases to mesh, from 1, and the number of parts
+    resume: bool = False  # whether cases that an earlier batch has done stay as they are, and its summary goes on
 
     def __post_init__(self) -> None:
         if self.folder in ("", "-"):
@@ -78,21 +64,10 @@ def parse_shard(text: str) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class Entry:
-    """A case of the batch, as it was when the batch began.
+    """A case of the batch, as it was when the batch began; one that cannot be read has only a row, with the error."""
 
-    Attributes
-    ----------
-    number : int
-        Its place in the batch, from 1.
-    row : Row
-        What is known of it before it is meshed; why, if it cannot be read.
-    case : Case, optional
-    destination : Destination, optional
-        Where its results go.
-    """
-
-    number: int
-    row: Row
+    number: int  # its place in the batch, from 1
+    row: Row  # what is known of it before it is meshed
     case: Case | None = None
     destination: Destination | None = None
 
@@ -121,12 +96,7 @@ def _content(path: Path) -> bytes:
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
     """Entries of all cases of the files, in order; cases that cannot be read are among them.
 
-    Raises
-    ------
-    CaseError
-        If two cases would write the same file.
-    FileError
-        If the results of a case would overwrite a case file.
+    CaseError if two cases would write the same file, FileError if the results of one would overwrite a case file.
     """
     sources = list(files)
     entries: list[Entry] = []
@@ -147,16 +117,16 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
     output = None if options.folder is None else f"{options.folder}/"
     try:
         case = load_case(source, overrides=options.overrides, variant=variant)
-        place = destination(case, source, output, None, page=options.page)
+        place = destination(case, source, OutputOptions(output, page=options.page))
     except BubblemeshError as error:
         return Entry(number, row.failed(error.exit_code, str(error)))
-    folder = _seen_from(options.root, place.folder or Path())
+    folder = _seen_from(options.root, place.folder)
     return Entry(number, replace(row, case=str(case.name), folder=folder), case, place)
 
 
 def _row(source: str, variant: Variant | None = None) -> Row:
     label, values = (variant.label, variant.values) if variant else ("", ())
-    return Row(Path(source).stem + label, source, 0, dict(values), version=__version__)
+    return Row(Path(source).stem + label, source, DONE, dict(values), version=__version__)
 
 
 def _seen_from(root: Path, folder: Path) -> str:
@@ -190,12 +160,7 @@ def _called(entry: Entry) -> str:
 def case_files(paths: Sequence[str]) -> list[str]:
     """Case files that paths, patterns and folders mean, each once: in their order, those of a folder by their names.
 
-    Raises
-    ------
-    CaseError
-        If there is no case file in a folder, or nothing fits a pattern.
-    FileError
-        If a folder cannot be read.
+    CaseError if there is no case file in a folder, or nothing fits a pattern; FileError if a folder cannot be read.
     """
     found: dict[str, str] = {}
     for path in paths:

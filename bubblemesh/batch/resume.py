@@ -1,4 +1,4 @@
-"""Going on after an earlier batch: the cases that it has done, and the rows that stay."""
+"""Going on after an earlier batch: the rows that it has recorded, its finished cases, and the rows that stay."""
 
 from collections.abc import Iterable, Sequence
 from hashlib import file_digest
@@ -6,13 +6,29 @@ from pathlib import Path
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
+from bubblemesh.batch.summary import STEM
 from bubblemesh.batch.worker import Job
-from bubblemesh.errors import RequirementError
-from bubblemesh.meshfiles.history import HISTORY_FILES
+from bubblemesh.errors import DONE, FileError, RequirementError
+from bubblemesh.files import reason
+from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
-DONE = (0, RequirementError.exit_code)  # with these, another run would end the same way
+FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
+
+
+def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
+    """Rows of the folder's summary with this suffix, or of all summaries there; what is not whole is left out.
+
+    FileError if a summary cannot be read.
+    """
+    names = [f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl"] if suffix is None else [f"{STEM}{suffix}.jsonl"]
+    paths = [path for name in names for path in sorted(folder.glob(name))]
+    try:
+        lines = [line for path in paths for line in path.read_bytes().split(b"\n")]
+    except OSError as error:
+        raise FileError(f"cannot read the summary {error.filename}: {reason(error)}") from error
+    return [row for row in map(Row.parse, lines) if row is not None]
 
 
 def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
@@ -22,7 +38,7 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict
     found: dict[int, Row] = {}
     for row in rows:
         entry = known.get(row.key)
-        if entry is None or entry.number in found or row.exit_code not in DONE or not _has_extras(row, entry):
+        if entry is None or entry.number in found or row.exit_code not in FINAL or not _has_extras(row, entry):
             continue
         if entry.number not in digests:
             job = entry.job()

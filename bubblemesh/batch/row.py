@@ -5,9 +5,11 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import getitem
 from typing import Any, Self
 
-from bubblemesh.meshfiles.report_json import json_ready
+from bubblemesh.meshfiles.text import json_ready
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -53,59 +55,26 @@ COLUMNS = [name for name in KINDS if name not in ("inputs", "files", "traceback"
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
     """Figures of a report that a summary has."""
-    return {name: _value_at(report, keys) for name, keys in FIGURES.items()}
-
-
-def _value_at(report: Any, keys: tuple[str, ...]) -> Any:
-    for key in keys:
-        report = report[key]
-    return report
+    return {name: reduce(getitem, keys, report) for name, keys in FIGURES.items()}
 
 
 @dataclass(frozen=True)
 class Row:
-    """Outcome of one case in figures; before it is meshed, what is known of it.
+    """Outcome of one case in figures; before it is meshed, what is known of it."""
 
-    Attributes
-    ----------
-    case : str
-        Its name.
-    source : str
-        Its file.
-    exit_code : int
-        What ``bubblemesh run`` would have ended with.
-    sweep : dict
-        Value of each key that its file sweeps.
-    error : str, optional
-    figures : mapping
-        Values of ``FIGURES``; empty if there is no mesh.
-    warnings : tuple of str
-    attempts : int
-        How often it was begun: more than once if worker processes died.
-    folder : str, optional
-        Where its files are, seen from the summary's folder; None if its case file could not be read.
-    version : str
-    inputs : str, optional
-        Hash of all that its results depend on.
-    files : mapping
-        SHA-256 hash of each of its files.
-    traceback : str, optional
-        Where an error of the program happened.
-    """
-
-    case: str
-    source: str
-    exit_code: int
-    sweep: Mapping[str, Any] = field(default_factory=dict)
+    case: str  # its name
+    source: str  # its file
+    exit_code: int  # the one with which ``bubblemesh run`` would have ended
+    sweep: Mapping[str, Any] = field(default_factory=dict)  # value of each key that its file sweeps
     error: str | None = None
-    figures: Mapping[str, Any] = field(default_factory=dict)
+    figures: Mapping[str, Any] = field(default_factory=dict)  # values of ``FIGURES``; empty if there is no mesh
     warnings: tuple[str, ...] = ()
-    attempts: int = 0
-    folder: str | None = None
+    attempts: int = 0  # how often it was begun: more than once if worker processes died
+    folder: str | None = None  # of its files, seen from the summary's; None if its case file could not be read
     version: str = ""
-    inputs: str | None = None
-    files: Mapping[str, str] = field(default_factory=dict)
-    traceback: str | None = None
+    inputs: str | None = None  # hash of all that its results depend on
+    files: Mapping[str, str] = field(default_factory=dict)  # SHA-256 hash of each of its files
+    traceback: str | None = None  # of an error of the program
 
     @property
     def key(self) -> tuple[str | None, str]:

@@ -1,18 +1,16 @@
 """The story of a batch: cases go to the workers, files and rows come back."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from typing import Any
 
 from bubblemesh.batch.cluster import cluster_workers, require_address
 from bubblemesh.batch.dispatch import Progress, Workers, dispatch
 from bubblemesh.batch.files import place_files, reserved, tidied
-from bubblemesh.batch.index import indexed, require_no_index
 from bubblemesh.batch.local import local_workers
 from bubblemesh.batch.plan import BatchOptions, Entry
-from bubblemesh.batch.resume import rows_of_others, unchanged
-from bubblemesh.batch.row import Row
-from bubblemesh.batch.summary import Summary, recorded, totals
+from bubblemesh.batch.resume import recorded, rows_of_others, unchanged
+from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals
 from bubblemesh.errors import CaseError
 from bubblemesh.resources import available_cores
 
@@ -22,10 +20,7 @@ Hire = Callable[[int], AbstractContextManager[Workers]]
 def workers_at(jobs: int | None, cluster: str | None) -> Hire:
     """Function that gives workers for a number of cases: so many local processes, or those of a cluster.
 
-    Raises
-    ------
-    CaseError
-        If both are given, or the cluster's address is not one.
+    CaseError if both are given, or the cluster's address is not one.
     """
     if cluster is None:
         most = jobs or available_cores()
@@ -39,21 +34,9 @@ def workers_at(jobs: int | None, cluster: str | None) -> Hire:
 def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progress: Progress) -> dict[str, Any]:
     """Mesh all cases of a plan, or of its shard, and give the rows in their order with their `totals`.
 
-    Parameters
-    ----------
-    entries : sequence of Entry
-    options : BatchOptions
-    hire : callable
-        Gives the workers for a number of cases; not called if nothing is left to do.
-    progress : Progress
-        Hears of each case as it ends.
-
-    Raises
-    ------
-    CaseError
-        If the page of a case would be that of the batch.
-    FileError
-        If the summary cannot be written, a disk is full or the workers are out of reach; all rows until then are there.
+    Workers are hired only if a case is left to do. CaseError if the page of a case would be that of the batch;
+    FileError if the summary cannot be written, a disk is full or the workers are out of reach: all rows until then are
+    there.
     """
     root, own = options.root, options.part_of(entries)
     require_no_index(entries, options)
@@ -65,8 +48,8 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
             tidied(own, options),
             # Only who has workers begins a summary: an old one is not given up for nothing.
             hire(len(left)) if left else nullcontext() as workers,
-            closing(Summary(root, options.suffix, [*others, *done.values()])) as rows,
-            indexed(lambda: _in_order(rows.rows, own), options),
+            closing(Summary(options, [*others, *done.values()])) as rows,
+            indexed(rows, own, options),
         ):
             progress.begin(own, len(done), rows.path)
             for number, row in done.items():
@@ -78,9 +61,3 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
                 progress.finish(entry.number, row)
             rows.keep()
     return totals([results[entry.number] for entry in own], len(done))
-
-
-def _in_order(rows: Iterable[Row], own: Iterable[Entry]) -> list[Row]:
-    """Rows in the order of the cases, after those of cases outside the batch."""
-    numbers = {entry.row.key: entry.number for entry in own}
-    return sorted(rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))

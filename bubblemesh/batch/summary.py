@@ -1,43 +1,32 @@
-"""The summary of a batch on the disk: summary.jsonl and summary.csv, which grow by a row for each case."""
+"""The summary of a batch on the disk: summary.jsonl and summary.csv, with a row for each case, and index.html."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.row import COLUMNS, Row, csv_line
-from bubblemesh.errors import FileError
-from bubblemesh.files import reason, unwritten
+from bubblemesh.errors import DONE, CaseError, FileError
+from bubblemesh.files import unwritten
 from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.meshfiles.writing import PAGE_FILE
 
 STEM = "summary"
 
 
 class Summary:
-    """Two files that begin with these rows, in place of old ones, and grow; a FileError if they cannot be written.
+    """Two files that begin with these rows, in place of old ones, and grow; a FileError if they cannot be written."""
 
-    Attributes
-    ----------
-    rows : list of Row
-        All that the files hold.
-    path : Path
-        The file that has all of each row.
-    """
-
-    def __init__(self, folder: Path, suffix: str, rows: Iterable[Row]) -> None:
-        self.rows = list(rows)
-        self.path = folder / f"{STEM}{suffix}.jsonl"
+    def __init__(self, options: BatchOptions, rows: Iterable[Row]) -> None:
+        self.rows = list(rows)  # all that the files hold
+        self.path = options.root / f"{STEM}{options.suffix}.jsonl"  # the file that has all of each row
         self._last: tuple[int, Row] | None = None  # size of the lines, and the row that they are about to get
         self._lines, self._table = self._written()
 
     def append(self, row: Row) -> None:
-        """Add a row to both files.
-
-        Raises
-        ------
-        FileError
-            If that cannot be done; the files are whole nevertheless.
-        """
+        """Add a row to both files; if that is a FileError, they are whole nevertheless."""
         self.keep()
         self._last = self._lines.size, row
         self._lines.append(row.line())
@@ -46,13 +35,7 @@ class Summary:
         self._last = None
 
     def keep(self) -> None:
-        """Write both files anew if one has been removed.
-
-        Raises
-        ------
-        FileError
-            If that cannot be done, or another summary has taken the place of this one.
-        """
+        """Write both files anew if one has been removed; a FileError if another summary has taken their place."""
         if self._lines.in_place and self._table.in_place:
             return
         if os.path.lexists(self.path) and not self._lines.in_place:
@@ -104,7 +87,7 @@ class Lines:
 
     @property
     def in_place(self) -> bool:
-        """Whether its name is still that of the file which has been opened."""
+        """Whether the name is still that of the file which has been opened."""
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file))
         except OSError:
@@ -126,25 +109,55 @@ class Lines:
         os.close(self._file)
 
 
-def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
-    """Rows of the folder's summary with this suffix, or of all summaries there; what is not whole is left out.
-
-    Raises
-    ------
-    FileError
-        If one cannot be read.
-    """
-    names = [f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl"] if suffix is None else [f"{STEM}{suffix}.jsonl"]
-    paths = [path for name in names for path in sorted(folder.glob(name))]
-    try:
-        lines = [line for path in paths for line in path.read_bytes().split(b"\n")]
-    except OSError as error:
-        raise FileError(f"cannot read the summary {error.filename}: {reason(error)}") from error
-    return [row for row in map(Row.parse, lines) if row is not None]
-
-
 def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
     """Counts and rows of a batch, as ``--json`` prints them; the exit code is the largest of the rows, or 0."""
     codes = [row.exit_code for row in rows]
-    counts = {"cases": len(rows), "failed": sum(code != 0 for code in codes), "unchanged": unchanged}
-    return counts | {"exit_code": max(codes, default=0), "rows": [row.data() for row in rows]}
+    counts = {"cases": len(rows), "failed": sum(code != DONE for code in codes), "unchanged": unchanged}
+    return counts | {"exit_code": max(codes, default=DONE), "rows": [row.data() for row in rows]}
+
+
+def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
+    """Check that no case's own page would be where the page of the batch goes; else it is a CaseError."""
+    page = _page_of(options)
+    for entry in entries if options.page else ():
+        if any(path.name == page.name and os.path.realpath(path) == os.path.realpath(page) for path in entry.files):
+            raise CaseError(f"{entry.row.source}: its page would be that of the batch: give the case another name")
+
+
+@contextmanager
+def indexed(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
+    """Write the page that compares the cases, if pages are asked for, when the block ends, however it does.
+
+    The rows stand there in the order of the entries, after those of cases outside the batch. FileError if the page
+    cannot be written.
+    """
+    try:
+        yield
+    except BaseException:
+        with suppress(FileError):  # what has ended the block is to be told
+            _write_index(summary, entries, options)
+        raise
+    _write_index(summary, entries, options)
+
+
+def _write_index(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -> None:
+    if not options.page:
+        return
+    from bubblemesh.pages.index import index_page
+
+    page, numbers = _page_of(options), {entry.row.key: entry.number for entry in entries}
+    rows = sorted(summary.rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))
+    with transaction(page.parent) as staging:
+        text = index_page([_linked(row, page.parent) for row in rows])
+        (staging / page.name).write_text(text, encoding="utf-8")
+
+
+def _page_of(options: BatchOptions) -> Path:
+    return options.root / f"index{options.suffix}{PAGE_FILE}"
+
+
+def _linked(row: Row, folder: Path) -> dict[str, Any]:
+    """Values of a row and its page, if that is there, seen from the folder of the summary."""
+    pages = [Path(row.folder or ".", name) for name in row.files if name.endswith(PAGE_FILE)]
+    links = [page.as_posix() for page in pages if (folder / page).is_file() and not page.is_absolute()]
+    return row.data() | {"report": links[0] if links else None}

@@ -30,29 +30,14 @@ Tell = Callable[[Note], None]
 
 @dataclass(frozen=True)
 class Job:
-    """A case with everything that meshing it takes, wherever that happens.
+    """A case with everything that meshing it takes, wherever that happens."""
 
-    Attributes
-    ----------
-    number : int
-        The case's place in the batch.
-    row : Row
-        What is known of the case before it is meshed.
-    case : Case
-    destination : Destination
-        Where the results are to go, and in which formats.
-    files : mapping of str to bytes
-        Contents of the files that the case names.
-    version : str
-        Version of bubblemesh that has to mesh it.
-    """
-
-    number: int
-    row: Row
+    number: int  # the case's place in the batch
+    row: Row  # what is known of the case before it is meshed
     case: Case
     destination: Destination
-    files: Mapping[str, bytes]
-    version: str = __version__
+    files: Mapping[str, bytes]  # contents of the files that the case names
+    version: str = __version__  # of bubblemesh, which has to mesh it
 
     def digest(self) -> str:
         """Hash of all that a finished mesh and its files depend on.
@@ -60,7 +45,7 @@ class Job:
         Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
         and how much time there was.
         """
-        contents = {name: sha256(content).hexdigest() for name, content in self.files.items()}
+        contents = _digests(self.files)
         case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds"}})
         inputs = {
             "version": self.version,
@@ -70,6 +55,10 @@ class Job:
             "order": self.case.output.order,
         }
         return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
+    return {name: sha256(content).hexdigest() for name, content in files.items()}
 
 
 def _with_contents(value: Any, contents: Mapping[str, str]) -> Any:
@@ -84,20 +73,11 @@ def _with_contents(value: Any, contents: Mapping[str, str]) -> Any:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Row and files that come back for a job.
-
-    Attributes
-    ----------
-    row : Row
-    files : mapping of str to bytes
-        Contents of the files to write, by their names; either all or none.
-    full : bool
-        Whether there was no space on a disk, which the cases to come would meet as well.
-    """
+    """Row and files that come back for a job."""
 
     row: Row
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    full: bool = False
+    files: Mapping[str, bytes] = field(default_factory=dict)  # contents of the files to write, all or none
+    full: bool = False  # whether there was no space on a disk, which the cases to come would meet as well
 
 
 def mesh_job(job: Job, tell: Tell) -> Outcome:
@@ -114,7 +94,7 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
         return Outcome(row.failed(FileError.exit_code, problem), full=is_full(error))
     except Exception as error:
         problem = f"{row.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
-        return Outcome(replace(row.failed(1, problem), traceback=traceback.format_exc()))
+        return Outcome(replace(row.failed(BubblemeshError.exit_code, problem), traceback=traceback.format_exc()))
 
 
 def _mesh(job: Job, tell: Tell) -> Outcome:
@@ -131,8 +111,7 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
         with TemporaryDirectory(prefix="bubblemesh-") as folder:
             report = replace(job.destination, folder=Path(folder)).deliver(result)
             files = {name: Path(folder, name).read_bytes() for name in report["files"]}
-    digests = {name: sha256(content).hexdigest() for name, content in files.items()}
-    row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=digests)
+    row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=_digests(files))
     if result.verdict is not None:
         row = row.failed(result.verdict.exit_code, f"{row.source}: {result.verdict}")
     return Outcome(row, files)

@@ -27,23 +27,10 @@ class SourceFile:
 
 
 def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
-    """The files of a case, from the one that has no base to the case itself.
+    """The files of a case with its ``text``, from the one that has no base to the case itself.
 
-    Parameters
-    ----------
-    path : Path
-        Place of the case; a base is relative to its folder.
-    source : str
-        What messages call the case.
-    text : str
-        Its content.
-
-    Raises
-    ------
-    CaseError
-        If a base is no text, or extends itself; the message names the line.
-    FileError
-        If a base cannot be read.
+    Messages call the case ``source``. A base is relative to the folder of the file that names it; one that is no text,
+    or extends itself, is a CaseError, one that cannot be read a FileError, with the line.
     """
     files = [SourceFile(source, document_of(text, source), path.parent)]
     seen = [realpath(path)]

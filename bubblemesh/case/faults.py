@@ -1,4 +1,4 @@
-"""What is wrong with a case's data, in words that name the file, the line and the key."""
+"""Faults of a case's data, in words that name the file, the line and the key."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,7 +32,7 @@ MESSAGES = {
     "literal_error": "must be {expected}",
 }
 
-# Those that are not about a value.
+# Errors that are not about a value.
 WITHOUT_VALUE = {
     "missing",
     "excluding",
@@ -49,16 +49,9 @@ Path = tuple[str | int, ...]
 
 
 def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Path], str]) -> list[str]:
-    """One line for each problem: its place, its key and what is wrong.
+    """One line for each problem that Pydantic found with the data of a model: its place, its key and what is wrong.
 
-    Parameters
-    ----------
-    error : ValidationError
-        What Pydantic found.
-    model : type
-        The model that the data should fit.
-    place : callable
-        Gives the place of a key path, such as ``plate.yaml:12``; empty where there is none to tell.
+    ``place`` gives that of a key path, such as ``plate.yaml:12``; empty where there is none to tell.
     """
     found = error.errors(include_url=False)
     lines = []

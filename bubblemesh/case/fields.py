@@ -7,12 +7,10 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.errors import CaseError
-from bubblemesh.labels import LONGEST_NAME, is_writable
+from bubblemesh.files import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import constant
-
-# Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
-LARGEST_NUMBER = 1e70
 
 # Tags become parts of Pydantic's error locations, so they must not look like keys of the file.
 TAG = "<{}>"

@@ -67,12 +67,9 @@ def load_case(
 
 
 def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (), **options: Any) -> list[Variant]:
-    """The cases that a file stands for: one, or those of its sweep; else as `load_case`.
+    """The cases that a file stands for: one, or those of its sweep.
 
-    Raises
-    ------
-    FileError, CaseError
-        As `load_case`, but with no check of the cases; and if an option sets what is swept.
+    Errors are those of `load_case`, but the cases are not checked; an option that sets what is swept is a CaseError.
     """
     data, places = _read(Path(path), None, overrides_of(overrides, **options))
     variants = variants_of(data.get("sweep"), places)

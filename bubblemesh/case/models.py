@@ -1,16 +1,11 @@
-"""The case file's models and its JSON Schema, whose text their descriptions are."""
+"""The case file's models, their JSON Schema, whose text the descriptions are, and the template of a case."""
 
 from collections.abc import Mapping
 from functools import cached_property
+from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    ConfigDict,
-    Field,
-    PrivateAttr,
-    model_validator,
-)
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.domain import DomainKeys
@@ -34,7 +29,7 @@ def _parameter_name(name: str) -> str:
 
 
 class Output(Strict):
-    """What to write, and where."""
+    """Files to write, and where."""
 
     # `for` is no name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
@@ -65,7 +60,7 @@ class Output(Strict):
 
 
 class Limits(Strict):
-    """What stops a case that is too large."""
+    """Limits on the size and the time of a case."""
 
     max_nodes: Count = Field(default=2_000_000, description="Largest number of nodes that a mesh may need.")
     seconds: Positive | None = Field(
@@ -135,13 +130,7 @@ class Case(Strict):
 
     @cached_property
     def configured_method(self) -> "Method":
-        """The method with the options that the case gives it.
-
-        Raises
-        ------
-        OptionError
-            If there is no such method or option; `load_case` has seen to that.
-        """
+        """The method with the options that the case gives it, which `load_case` has checked."""
         # Imported here since the methods need SciPy, for which a wrong case should not wait.
         from bubblemesh.packing.configure import configured
 
@@ -153,6 +142,11 @@ class Case(Strict):
         if update:
             copy.__dict__.pop("configured_method", None)
         return copy
+
+
+def case_template() -> str:
+    """The commented case file that ``bubblemesh init`` writes."""
+    return files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
 
 
 def case_schema() -> dict[str, Any]:

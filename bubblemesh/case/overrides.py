@@ -41,12 +41,7 @@ class Override:
 def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> list[Override]:
     """Overrides of settings such as ``a.b=value`` and, over them, of options with their values; None is no value.
 
-    Raises
-    ------
-    CaseError
-        As `parsed`.
-    TypeError
-        If there is no such option.
+    Settings that cannot be `parsed` are a CaseError, an unknown option is a TypeError.
     """
     unknown = options.keys() - OPTIONS.keys()
     if unknown:
@@ -56,18 +51,12 @@ def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> 
 
 
 def flag(option: str) -> str:
-    """How the command line spells an option."""
+    """Name of an option on the command line."""
     return f"--{option.replace('_', '-')}"
 
 
 def parsed(option: str) -> Override:
-    """Override of the text ``a.b=value``, whose value is read as YAML and whose numbers index lists.
-
-    Raises
-    ------
-    CaseError
-        If there is no ``=``, a key is empty or the value is not valid YAML.
-    """
+    """Override of the text ``a.b=value``, its value read as YAML; numbers index lists; CaseError where it is none."""
     keys, equals, text = option.partition("=")
     if not equals:
         raise CaseError(f"--set {option}: no '=' found: write --set key.key=value")
@@ -78,25 +67,17 @@ def parsed(option: str) -> Override:
     return Override(path, read_value(text, source), source)
 
 
-def applied(data: Any, override: Override) -> Any:
+def applied(data: Any, override: Override, depth: int = 0) -> Any:
     """A copy of ``data`` with the override's value; missing mappings on the way are made, ``data`` stays as it is.
 
-    A plain spacing that gets a key becomes the ``value`` of a mapping.
-
-    Raises
-    ------
-    CaseError
-        If the path leads into a plain value, or to a list entry that does not exist.
+    A plain spacing that gets a key becomes the ``value`` of a mapping. A path that leads into another plain value, or
+    to a list entry that does not exist, is a CaseError; ``depth`` parts of it have led to ``data``.
     """
-    return _placed(data, override, 0)
-
-
-def _placed(data: Any, override: Override, depth: int) -> Any:
     if depth == len(override.path):
         return override.value
     if isinstance(data, list):
         index = _index(data, override, depth)
-        return [*data[:index], _placed(data[index], override, depth + 1), *data[index + 1 :]]
+        return [*data[:index], applied(data[index], override, depth + 1), *data[index + 1 :]]
     if data is None:
         data = {}
     elif not isinstance(data, dict) and override.path[:depth] in SHORT_FORMS:
@@ -105,7 +86,7 @@ def _placed(data: Any, override: Override, depth: int) -> Any:
         reached = ".".join(map(str, override.path[:depth]))
         raise CaseError(f"{override.source}: {reached} is the plain value {data!r}, without keys: set it as a whole")
     key = str(override.path[depth])
-    return data | {key: _placed(data.get(key), override, depth + 1)}
+    return data | {key: applied(data.get(key), override, depth + 1)}
 
 
 def _index(entries: list[Any], override: Override, depth: int) -> int:

@@ -18,9 +18,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.faults import problems
-from bubblemesh.case.fields import LARGEST_NUMBER, Choice, Count, Label, Point, Positive, Strict
+from bubblemesh.case.fields import Choice, Count, Label, Point, Positive, Strict
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -179,13 +180,7 @@ class _Given(Strict):
 
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
-    """The terms that a program gives as a mapping.
-
-    Raises
-    ------
-    CaseError
-        If the mapping is not valid; each line of the message names a key.
-    """
+    """The terms that a program gives as a mapping; each line of a CaseError's message names a key."""
     try:
         return _Given.model_validate({"spacing": dict(spacing)}).spacing
     except ValidationError as error:

@@ -20,38 +20,20 @@ Places = Callable[[Sequence[str | int]], str]
 
 @dataclass(frozen=True)
 class Variant:
-    """One case of a file.
+    """One case of a file."""
 
-    Attributes
-    ----------
-    label : str
-        What it adds to the file's name for the case, such as ``-w2=0.5-h=0.1``; empty if the file is one case.
-    values : tuple of pairs
-        Key, such as ``packing.w2``, and value of all that is swept.
-    """
-
-    label: str = ""
-    values: tuple[tuple[str, Any], ...] = ()
+    label: str = ""  # that the file's name gets for the case, such as -w2=0.5-h=0.1; empty if the file is one case
+    values: tuple[tuple[str, Any], ...] = ()  # key, such as packing.w2, and value of all that is swept
 
 
 ALONE = Variant()
 
 
 def variants_of(sweep: Any, place: Places) -> list[Variant]:
-    """All combinations of the values, those of the last key changing fastest.
+    """All combinations of the values that a sweep lists for its keys, those of the last key changing fastest.
 
-    Parameters
-    ----------
-    sweep : mapping of str to list
-        Values of each key; None is no sweep.
-    place : callable
-        Gives file and line of a key path.
-
-    Raises
-    ------
-    CaseError
-        If a key has no list of values or cannot be swept, two keys set the same thing, a value is there twice, or there
-        are too many cases.
+    A key that has no list of values or cannot be swept, two keys that set the same thing, a value that is there twice,
+    and too many cases are a CaseError, with the file and line that ``place`` gives for a key path.
     """
     if sweep is None:
         return [ALONE]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.files import opened, read_case
+from bubblemesh.files import case_text, opened
 
 KeyPath = Sequence[str | int]
 
@@ -40,12 +40,9 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Document:
-    """The data of a case file.
+    """The data of a case file: nested mappings, lists, text, numbers, booleans and None; every key is text.
 
-    Attributes
-    ----------
-    data : dict
-        Nested mappings, lists, text, numbers, booleans and None; every key is text. Aliases share their objects.
+    Aliases share their objects.
     """
 
     data: dict[str, Any]
@@ -80,31 +77,15 @@ def _place(places: "dict[str, Place] | list[Place]", part: str | int) -> Place |
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file.
-
-    Raises
-    ------
-    FileError
-        If there is no such file, or it cannot be read.
-    CaseError
-        If its bytes are not UTF-8.
-    LimitError
-        If it is too large.
-    """
+    """Text of a case file; errors, with its name, as those of `read_case`."""
     with prefixed(path):
         stream = opened(path, "case file")
     with stream:
-        return read_case(stream, str(path))
+        return case_text(stream, str(path))
 
 
 def read_document(text: str, source: str) -> Document:
-    """Read a case file's text; ``source`` is its name in messages.
-
-    Raises
-    ------
-    CaseError
-        If the text is not one YAML 1.2 mapping of plain data; the message starts with ``source:line:``.
-    """
+    """Read a case file's text; what is not one YAML 1.2 mapping of plain data is a CaseError from ``source:line:``."""
     reader = _Reader(text, lambda line: f"{source}:{line}")
     root = reader.read()
     if root is None:
@@ -115,13 +96,7 @@ def read_document(text: str, source: str) -> Document:
 
 
 def read_value(text: str, source: str) -> Any:
-    """Value of one line of YAML, such as that of an option; None if empty.
-
-    Raises
-    ------
-    CaseError
-        As `read_document`, with ``source`` alone as the place.
-    """
+    """Value of one line of YAML, such as an option's, None if empty; errors have ``source`` alone as the place."""
     root = _Reader(text, lambda line: source).read()
     return None if root is None else root.value
 

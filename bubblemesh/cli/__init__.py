@@ -5,17 +5,14 @@ from typing import Annotated
 import typer
 
 from bubblemesh import __version__
-from bubblemesh.cli.batch import batch
-from bubblemesh.cli.case import init, schema
+from bubblemesh.cli.cases import adapt, batch, check, init, run, schema
 from bubblemesh.cli.exits import reported, signals_obeyed
 from bubblemesh.cli.mesh import plot, quality
-from bubblemesh.cli.run import adapt, check, run
 from bubblemesh.cli.stdio import expendable_messages, write_output
 
 __all__ = ["app", "main"]
 
 app = typer.Typer(
-    help="Triangle meshes by bubble packing, from a YAML case file to solver-ready files.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

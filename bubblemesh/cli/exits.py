@@ -10,9 +10,8 @@ from types import FrameType
 
 import typer
 
-from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
+from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
 
-INTERRUPTED = 130
 SIGNALS = signal.SIGINT, signal.SIGTERM
 
 received: list[int] = []  # signals that ask to end
@@ -68,10 +67,10 @@ def reported() -> Iterator[None]:
         if received:  # a library that was being loaded may turn the interrupt into any other error
             raise failed("interrupted", INTERRUPTED) from None
         traceback.print_exc()
-        raise failed("this is an error of bubblemesh, not of the case: please report it", 1) from None
+        raise failed("this is an error of bubblemesh, not of the case: please report it") from None
 
 
-def failed(message: str, exit_code: int) -> typer.Exit:
+def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Exit:
     """Say why the command ends, and give the exception that ends it."""
     from bubblemesh import console
 

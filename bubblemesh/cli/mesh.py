@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bubblemesh.cli.options import AsJson
-from bubblemesh.cli.stdio import write_output
+from bubblemesh.cli.stdio import write_json
 from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ def quality(
     from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.quality import mesh_figures
     from bubblemesh.meshfiles.read import read_triangles
-    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -45,7 +44,7 @@ def quality(
     with located("--spacing"):
         figures = mesh_figures(points, triangles, wanted)
     if as_json:
-        write_output(json_text(figures))
+        write_json(figures)
     else:
         show_quality(figures)
 
@@ -111,10 +110,9 @@ def plot(
 def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
     """Two meshes side by side."""
     from bubblemesh import console
-    from bubblemesh.console.comparison import show_comparison
+    from bubblemesh.console.report import show_comparison
     from bubblemesh.meshes import comparison
     from bubblemesh.meshfiles.read import read_mesh
-    from bubblemesh.meshfiles.report_json import json_text
 
     read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
@@ -122,7 +120,7 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
-        write_output(json_text(comparison.report(a, b)))
+        write_json(comparison.report(a, b))
     else:
         rows = comparison.rows(a.figures, b.figures)
         show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))

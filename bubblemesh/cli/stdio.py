@@ -6,34 +6,18 @@ from pathlib import Path
 from typing import Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import read_case, unwritten
+from bubblemesh.files import case_text, unwritten
 
 
 def read_input() -> str:
-    """Text of the standard input, the whole of it.
-
-    Raises
-    ------
-    FileError
-        If it is closed.
-    CaseError
-        If it is not UTF-8 text.
-    LimitError
-        If it is too large.
-    """
+    """Text of the standard input, the whole of it; a FileError if it is closed, else errors as of `case_text`."""
     if sys.stdin is None:
         raise FileError("the standard input is closed")
-    return read_case(sys.stdin.buffer, "<stdin>")
+    return case_text(sys.stdin.buffer, "<stdin>")
 
 
 def write_new(path: Path, text: str) -> None:
-    """Write text to a file that must not be there yet, whole or not at all.
-
-    Raises
-    ------
-    FileError
-        If there is one, or it cannot be written.
-    """
+    """Write text to a file that must not be there yet, whole or not at all; else it is a FileError."""
     made = False
     try:
         with path.open("x", encoding="utf-8") as file:
@@ -59,12 +43,7 @@ def output_stream() -> BinaryIO:
 def write_output(text: str) -> None:
     """Write text to the standard output, and see that it arrives.
 
-    Raises
-    ------
-    FileError
-        If it cannot be written.
-    BrokenPipeError
-        If its reader has gone.
+    FileError if it cannot be written, BrokenPipeError if its reader has gone.
     """
     stream = output_stream()
     try:
@@ -76,13 +55,17 @@ def write_output(text: str) -> None:
         raise unwritten("to the standard output", error) from error
 
 
+def write_json(data: Any) -> None:
+    """Write data as JSON to the standard output; errors as of `write_output`."""
+    from bubblemesh.meshfiles.text import json_text
+
+    write_output(json_text(data))
+
+
 class Expendable:
     """A stream whose text is given up once it cannot be written: no message is worth the work it tells of.
 
-    Parameters
-    ----------
-    stream : TextIO
-        With a file descriptor, which leads nowhere from then on: for what is still buffered, and for other writers.
+    The stream's file descriptor leads nowhere from then on: for what is still buffered, and for other writers.
     """
 
     def __init__(self, stream: TextIO) -> None:

@@ -30,11 +30,7 @@ def new_table(**options: Any) -> Table:
 class Display:
     """A picture that is drawn anew while something runs inside of it; only on a terminal, and not if it is quiet.
 
-    Parameters
-    ----------
-    quiet : bool
-    **options
-        Those of `rich.live.Live`, which asks for the first picture at once.
+    The options are those of `rich.live.Live`, which asks for the first picture at once.
     """
 
     def __init__(self, quiet: bool, **options: Any) -> None:

@@ -11,11 +11,11 @@ from rich.text import Text
 
 from bubblemesh import console
 from bubblemesh.batch import Entry, Progress, Row
-from bubblemesh.errors import BubblemeshError, RequirementError, outcome
+from bubblemesh.errors import DONE, BubblemeshError, RequirementError, outcome
 from bubblemesh.messages import counted
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
-KINDS = (*map(outcome, (0, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
+KINDS = (*map(outcome, (DONE, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
 
 
 class BatchProgress(console.Display, Progress):

@@ -17,20 +17,13 @@ ROUNDING = 1e-9  # relative
 
 
 class Chords(NamedTuple):
-    """Straight lines that follow pieces of a boundary.
+    """Straight lines that follow pieces of a boundary."""
 
-    Attributes
-    ----------
-    piece, s, step : (m,)
-        Piece, arc length at which the chord starts, and how much of the piece it follows.
-    start, end : (m, 2)
-    """
-
-    piece: Integers
-    s: Floats
-    step: Floats
-    start: Floats
-    end: Floats
+    piece: Integers  # (m,)
+    s: Floats  # (m,), arc length at which the chord starts
+    step: Floats  # (m,), how much of the piece it follows
+    start: Floats  # (m, 2)
+    end: Floats  # (m, 2)
 
 
 @dataclass(frozen=True)
@@ -39,37 +32,20 @@ class Boundary:
 
     The rings have the domain on their left. Inner pieces have it on both sides: interfaces of two regions, and lines
     that are embedded in one.
-
-    Attributes
-    ----------
-    families : tuple of Family
-        The curves, by kind.
-    kind, index : (p,)
-        Family of each piece's curve, and the curve's index in it.
-    offset, lengths : (p,)
-        Arc length on the curve at which the piece starts, and the piece's length.
-    start, end : (p,)
-        Corners at its ends, or -1 for a closed curve without any.
-    label, ring : (p,)
-        Index into ``labels``, and number of the ring (0 is the outer one; inner pieces have a negative one).
-    left, right : (p,)
-        Number of the region on either side, -1 outside the domain.
-    corners : (k, 2)
-        Fixed nodes; one that is no piece's end is an embedded point.
     """
 
-    families: tuple[Family, ...]
-    kind: Integers
-    index: Integers
-    offset: Floats
-    lengths: Floats
-    start: Integers
-    end: Integers
-    label: Integers
-    ring: Integers
-    left: Integers
-    right: Integers
-    corners: Floats
+    families: tuple[Family, ...]  # the curves, by kind
+    kind: Integers  # (p,), family of each piece's curve
+    index: Integers  # (p,), of the curve in its family
+    offset: Floats  # (p,), arc length on the curve at which the piece starts
+    lengths: Floats  # (p,)
+    start: Integers  # (p,), corner, or -1 for a closed curve without any
+    end: Integers  # (p,), likewise
+    label: Integers  # (p,), index into ``labels``
+    ring: Integers  # (p,), 0 is the outer one; inner pieces have a negative one
+    left: Integers  # (p,), number of the region on that side, -1 outside the domain
+    right: Integers  # (p,), likewise
+    corners: Floats  # (k, 2), fixed nodes; one that is no piece's end is an embedded point
     labels: tuple[str, ...]
 
     @classmethod
@@ -115,7 +91,7 @@ class Boundary:
         vertices = np.array(list(corners), float).reshape(-1, 2)
         return replace(self, **both, families=families, corners=vertices, labels=tuple(labels))
 
-    def kept(self, pieces: Integers) -> "Boundary":
+    def select(self, pieces: Integers) -> "Boundary":
         """The boundary with these pieces (k,) only; corners and labels stay."""
         return replace(self, **{name: getattr(self, name)[pieces] for name in COLUMNS})
 
@@ -145,6 +121,17 @@ class Boundary:
         at_corner = (s == 0) & ~self.closed[piece]
         points[at_corner] = self.corners[self.start[piece[at_corner]]]
         return points
+
+    def end_steps(self) -> tuple[Floats, Floats]:
+        """Lengths (p,) of the first and of the last chord of each piece."""
+        piece, _, step = self.stations()
+        return step[np.diff(piece, prepend=-1) != 0], step[np.diff(piece, append=-1) != 0]
+
+    def ring_corners(self) -> tuple[Integers, Integers]:
+        """Corners (k,) of rings, and the ring (k,) of each; one at which rings touch comes once for each of them."""
+        mine = ~self.closed & ~self.inner
+        corner, ring = np.unique(np.column_stack([self.start, self.ring])[mine], axis=0).T
+        return corner, ring
 
     @cached_property
     def closed(self) -> Booleans:
@@ -248,14 +235,9 @@ class Boundary:
         return np.where(self.closed[piece], np.mod(s, length), np.clip(s, 0, length))
 
     def edges(self, piece: Integers, s: Floats) -> tuple[Integers, Integers]:
-        """Boundary edges between corners and the nodes (m,) at arc length ``s`` on the pieces ``piece``.
+        """Boundary edges (e, 2) and their pieces (e,), between corners and the nodes (m,) at arc lengths s on pieces.
 
-        Returns
-        -------
-        edges : (e, 2)
-            Node numbers, corners first, then the given nodes; the domain is on the left of each edge.
-        edge_piece : (e,)
-            The piece that each edge follows.
+        Edges are numbers of nodes, corners first, then the given nodes; the domain is on the left of each edge.
         """
         number = len(self.corners) + np.arange(len(piece))
         pieces = np.arange(len(self.kind))
@@ -272,12 +254,7 @@ class Boundary:
     def arcs(self, edges: Integers, edge_piece: Integers, s: Floats) -> tuple[Floats, Floats]:
         """Arc lengths (e,) at which edges begin and end, past the length of the piece across the start of a closed one.
 
-        Parameters
-        ----------
-        edges, edge_piece : (e, 2), (e,)
-            As `edges` gives them.
-        s : (m,)
-            Arc lengths of the nodes after the corners.
+        ``s`` (m,) are those of the nodes after the corners; `edges` makes edges (e, 2) and their pieces (e,) of them.
         """
         corners, length = len(self.corners), self.lengths[edge_piece]
         along = np.concatenate([np.zeros(corners), s])

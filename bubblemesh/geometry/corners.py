@@ -13,28 +13,14 @@ GLANCE = 1e-3  # of a chord's length: so far ahead curves with a common tangent 
 
 
 class CornerFans(NamedTuple):
-    """Ends of pieces, counter-clockwise around their corners.
+    """Ends of pieces, counter-clockwise around their corners."""
 
-    Attributes
-    ----------
-    corner : (m,)
-    piece : (m,)
-    forward : (m,)
-        Whether the piece starts here, rather than ends.
-    direction : (m,)
-        In which it leaves the corner, in radians.
-    curvature : (m,)
-        Of the leaving curve, positive where it turns left.
-    following : (m,)
-        Number of the next one at the same corner; its own where there is no other.
-    """
-
-    corner: Integers
-    piece: Integers
-    forward: Booleans
-    direction: Floats
-    curvature: Floats
-    following: Integers
+    corner: Integers  # (m,)
+    piece: Integers  # (m,)
+    forward: Booleans  # (m,), whether the piece starts here, rather than ends
+    direction: Floats  # (m,), in which it leaves the corner, in radians
+    curvature: Floats  # (m,), of the leaving curve, positive where it turns left
+    following: Integers  # (m,), number of the next one at the same corner; its own where there is no other
 
     def angle_to(self, other: Integers) -> Floats:
         """Angles (m,) in radians, counter-clockwise from each direction to that of the one numbered ``other`` (m,).
@@ -49,10 +35,8 @@ ROUNDING = 1e-6  # radians
 
 def corner_fans(boundary: Boundary) -> CornerFans:
     """Fans of both ends of all pieces that are not closed."""
-    of_chord, _, step = boundary.stations()
-    first, last = np.flatnonzero(np.diff(of_chord, prepend=-1)), np.flatnonzero(np.diff(of_chord, append=-1))
     piece = np.flatnonzero(~boundary.closed)
-    ahead, back = step[first[piece]], step[last[piece]]
+    ahead, back = (step[piece] for step in boundary.end_steps())
     length, start = boundary.lengths[piece], np.zeros(len(piece))
     leaving = np.vstack([boundary.tangents(piece, start), -boundary.tangents(piece, length)])
     later = np.vstack([boundary.tangents(piece, ahead), -boundary.tangents(piece, length - back)])
@@ -86,10 +70,7 @@ STRAIGHT = 1e-9  # radians over the length of the shorter piece
 def require_room(boundary: Boundary) -> None:
     """Check that curves with a common tangent part fast enough for edges to follow both of them.
 
-    Raises
-    ------
-    GeometryError
-        If their curvatures are nearly the same; with the corner and the radii.
+    GeometryError, with the corner and the radii, if their curvatures are nearly the same.
     """
     ends = corner_fans(boundary)
     one = np.arange(len(ends.corner))

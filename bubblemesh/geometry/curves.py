@@ -7,7 +7,7 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -53,13 +53,11 @@ class Lines:
     start: Floats
     end: Floats
 
+    exact = True
+
     @property
     def lengths(self) -> Floats:
         return np.hypot(*(self.end - self.start).T)
-
-    @property
-    def exact(self) -> bool:
-        return True
 
     def stations(self) -> tuple[Integers, Floats]:
         return np.arange(len(self.start)), np.zeros(len(self.start))
@@ -81,13 +79,11 @@ class Arcs:
     angle: Floats
     sweep: Floats
 
+    exact = False
+
     @property
     def lengths(self) -> Floats:
         return np.abs(self.sweep) * self.radius
-
-    @property
-    def exact(self) -> bool:
-        return False
 
     def stations(self) -> tuple[Integers, Floats]:
         turns = np.abs(self.sweep) / (2 * np.pi)
@@ -107,9 +103,27 @@ class Arcs:
         return np.sign(self.sweep[index])[:, None] * np.column_stack([-np.sin(a), np.cos(a)])
 
 
+class _Shares(NamedTuple):
+    """Increasing shares of [0, 1] of n curves, one curve after the other, for one search over all of them."""
+
+    first: Integers  # (n + 1,), row of each curve's first share
+    keys: Floats  # number of the curve plus the share
+
+    @classmethod
+    def of(cls, shares: Sequence[Floats]) -> "_Shares":
+        return cls(np.cumsum([0, *map(len, shares)]), np.concatenate([k + share for k, share in enumerate(shares)]))
+
+    def before(self, index: Integers, share: Floats) -> Integers:
+        """Row (m,) from which on the curve ``index`` (m,) holds ``share`` (m,); it is never the curve's last one."""
+        row = np.searchsorted(self.keys, index + share, side="right") - 1
+        return np.clip(row, self.first[index], self.first[index + 1] - 2)
+
+
 @dataclass(frozen=True)
 class _Tabulated:
     """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u."""
+
+    exact = False
 
     @cached_property
     def _tables(self) -> list[tuple[Floats, Floats, Floats]]:
@@ -123,14 +137,9 @@ class _Tabulated:
         return s, u, slope
 
     @cached_property
-    def _first(self) -> Integers:
-        """Row (n + 1,) of each curve's first entry in the tables of all."""
-        return np.cumsum([0, *(len(s) for s, _, _ in self._tables)])
-
-    @cached_property
-    def _share(self) -> Floats:
-        """Increasing numbers for a search over all tables at once."""
-        return np.concatenate([k + s / s[-1] for k, (s, _, _) in enumerate(self._tables)])
+    def _shares(self) -> _Shares:
+        """Arc lengths in the tables as shares of the curves' lengths."""
+        return _Shares.of([s / s[-1] for s, _, _ in self._tables])
 
     @cached_property
     def lengths(self) -> Floats:
@@ -145,7 +154,7 @@ class _Tabulated:
 
     def _least_chords(self, k: int) -> int:
         """Number of chords that curve k would have if it were straight."""
-        raise NotImplementedError
+        return LEAST_CHORDS
 
     def _position(self, index: Integers, u: Floats) -> Floats:
         raise NotImplementedError
@@ -161,10 +170,6 @@ class _Tabulated:
         speed = self._speed(k, inner.ravel()).reshape(inner.shape)
         s = np.concatenate([[0], np.cumsum(speed @ GAUSS_WEIGHTS * width / 2)])
         return s, u, 1 / self._speed(k, u)
-
-    @property
-    def exact(self) -> bool:
-        return False
 
     def stations(self) -> tuple[Integers, Floats]:
         # Short chords where the curvature is high, so that every chord turns as far and none is too long.
@@ -185,8 +190,7 @@ class _Tabulated:
 
     def _parameter(self, index: Integers, s: Floats) -> Floats:
         """u (m,) at arc length s (m,): cubic Hermite interpolation of the table."""
-        j = np.searchsorted(self._share, index + s / self.lengths[index], side="right") - 1
-        j = np.clip(j, self._first[index], self._first[index + 1] - 2)
+        j = self._shares.before(index, s / self.lengths[index])
         along, parameter, slope = self._columns
         h = along[j + 1] - along[j]
         t = (s - along[j]) / h
@@ -214,15 +218,9 @@ class Ellipses(_Tabulated):
     def __len__(self) -> int:
         return len(self.center)
 
-    def _least_chords(self, k: int) -> int:
-        return LEAST_CHORDS
-
-    @property
-    def _aspect(self) -> Floats:
-        return self.radii.max(axis=1) / self.radii.min(axis=1)
-
     def _panels(self, k: int) -> Floats:
-        return np.linspace(0, 1, int(256 * np.ceil(min(self._aspect[k], LARGEST_ASPECT))) + 1)
+        aspect = self.radii[k].max() / self.radii[k].min()
+        return np.linspace(0, 1, int(256 * np.ceil(min(aspect, LARGEST_ASPECT))) + 1)
 
     def _rotated(self, index: Integers, along: Floats, across: Floats) -> Floats:
         c, s = np.cos(self.angle[index]), np.sin(self.angle[index])
@@ -255,14 +253,9 @@ class Splines(_Tabulated):
         return [interpolating_spline(points, ends) for points, ends in zip(self.knots, slopes, strict=True)]
 
     @cached_property
-    def _breaks(self) -> Floats:
-        """Increasing numbers of all knots but the last ones, for a search over all splines at once."""
-        return np.concatenate([k + spline.x[:-1] for k, spline in enumerate(self._splines)])
-
-    @cached_property
-    def _offset(self) -> Integers:
-        """Row (n + 1,) of each spline's first cubic piece."""
-        return np.cumsum([0, *(len(spline.x) - 1 for spline in self._splines)])
+    def _breaks(self) -> _Shares:
+        """Parameters at the knots, between which the splines are cubic."""
+        return _Shares.of([spline.x for spline in self._splines])
 
     @cached_property
     def _coefficients(self) -> Floats:
@@ -275,14 +268,13 @@ class Splines(_Tabulated):
         return max(LEAST_CHORDS, len(self.knots[k]) - 1)
 
     def _panels(self, k: int) -> Floats:
-        breaks = np.append(self._breaks[self._offset[k] : self._offset[k + 1]] - k, 1)
+        breaks = self._breaks.keys[self._breaks.first[k] : self._breaks.first[k + 1]] - k
         return np.interp(np.arange(KNOT_PANELS * (len(breaks) - 1) + 1) / KNOT_PANELS, np.arange(len(breaks)), breaks)
 
     def _local(self, index: Integers, u: Floats) -> tuple[Floats, Floats]:
         """Coefficients (4, m, 2) of the cubic piece that holds u, and u - its first break (m, 1)."""
-        piece = np.searchsorted(self._breaks, index + np.clip(u, 0, 1), side="right") - 1
-        piece = np.clip(piece, self._offset[index], self._offset[index + 1] - 1)
-        return self._coefficients[:, piece], (u - (self._breaks[piece] - index))[:, None]
+        row = self._breaks.before(index, np.clip(u, 0, 1))
+        return self._coefficients[:, row - index], (u - (self._breaks.keys[row] - index))[:, None]
 
     def _position(self, index: Integers, u: Floats) -> Floats:
         c, t = self._local(index, u)
@@ -299,58 +291,55 @@ class Polylines:
 
     vertices: Sequence[Floats]
 
-    @cached_property
-    def _first(self) -> Integers:
-        """Row (n + 1,) of each polyline's first vertex in the tables of all."""
-        return np.cumsum([0, *map(len, self.vertices)])
+    exact = True
 
     @cached_property
     def _points(self) -> Floats:
         return np.concatenate(list(self.vertices))
 
     @cached_property
-    def _s(self) -> Floats:
-        """Arc length at each vertex."""
-        return np.concatenate([np.cumsum(np.append(0, np.hypot(*np.diff(v, axis=0).T))) for v in self.vertices])
+    def _along(self) -> list[Floats]:
+        """Arc length at each vertex of each polyline."""
+        return [np.cumsum(np.append(0, np.hypot(*np.diff(v, axis=0).T))) for v in self.vertices]
 
     @cached_property
-    def _order(self) -> Floats:
-        """Increasing numbers for a search over all tables at once."""
-        owner = np.repeat(np.arange(len(self.vertices)), np.diff(self._first))
-        return owner + self._s / self.lengths[owner]
+    def _s(self) -> Floats:
+        return np.concatenate(self._along)
+
+    @cached_property
+    def _shares(self) -> _Shares:
+        """Arc lengths at the vertices as shares of the polylines' lengths."""
+        return _Shares.of([s / s[-1] for s in self._along])
 
     @cached_property
     def lengths(self) -> Floats:
-        return self._s[self._first[1:] - 1]
-
-    @property
-    def exact(self) -> bool:
-        return True
+        return np.array([s[-1] for s in self._along])
 
     def stations(self) -> tuple[Integers, Floats]:
-        owner = np.repeat(np.arange(len(self.vertices)), np.diff(self._first))
-        starts = np.delete(np.arange(len(owner)), self._first[1:] - 1)
-        return owner[starts], self._s[starts]
+        curve, rank = members(np.diff(self._shares.first) - 1)
+        return curve, self._s[self._shares.first[curve] + rank]
 
     def points(self, index: Integers, s: Floats) -> Floats:
-        j = self._segment(index, s)
+        j = self._shares.before(index, s / self.lengths[index])
         share = (s - self._s[j]) / (self._s[j + 1] - self._s[j])
         return self._points[j] + share[:, None] * (self._points[j + 1] - self._points[j])
 
     def tangents(self, index: Integers, s: Floats) -> Floats:
-        j = self._segment(index, s)
+        j = self._shares.before(index, s / self.lengths[index])
         return (self._points[j + 1] - self._points[j]) / (self._s[j + 1] - self._s[j])[:, None]
-
-    def _segment(self, index: Integers, s: Floats) -> Integers:
-        """Row (m,) of the vertex before each place."""
-        j = np.searchsorted(self._order, index + s / self.lengths[index], side="right") - 1
-        return np.clip(j, self._first[index], self._first[index + 1] - 2)
 
 
 def turning(before: Floats, after: Floats) -> Floats:
     """Signed angles (m,) in radians from the directions ``before`` (m, 2) to ``after`` (m, 2), positive to the left."""
     (ax, ay), (bx, by) = before.T, after.T
     return np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
+
+
+def shares_before(points: Floats, start: Floats, end: Floats) -> Floats:
+    """Shares (...) of straight lines (..., 2) before the places on them that are nearest to points (..., 2)."""
+    along = end - start
+    squared = np.maximum(np.einsum("...j,...j->...", along, along), np.finfo(float).tiny)
+    return np.clip(np.einsum("...j,...j->...", points - start, along) / squared, 0, 1)
 
 
 def interpolating_spline(points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":

@@ -123,7 +123,7 @@ class Domain:
     def labels(self) -> tuple[str, ...]:
         """Names of the sides, lines and points of the domain, each once."""
         names = [self.boundary.labels[number] for number in np.unique(self.boundary.label)]
-        return tuple(dict.fromkeys([*names, *(label for _, label in self.parts.points)]))
+        return tuple(dict.fromkeys([*names, *(point.label for point in self.parts.points)]))
 
     def distance_to(self, points: Floats, *labels: str) -> Floats:
         """Distance (m,) of points (m, 2) from the nearest side, line or point that has one of the ``labels``.
@@ -140,7 +140,7 @@ class Domain:
             known = ", ".join(self.labels)
             raise GeometryError(f"no side, line or point is named: give at least one of {known}")
         if labels not in self._labelled:
-            places = np.array([at for at, label in self.parts.points if label in labels], float).reshape(-1, 2)
+            places = np.array([point.at for point in self.parts.points if point.label in labels], float).reshape(-1, 2)
             self._labelled[labels] = projection_onto(self.boundary, labels, places)
         return self._labelled[labels](points).distance
 

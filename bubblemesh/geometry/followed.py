@@ -1,15 +1,16 @@
-"""Rings of many short edges followed as curves: which vertices stay nodes, and what runs between them."""
+"""Rings of many short edges followed as curves between the vertices that stay nodes, and how far a mesh departs."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import shapely
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.curves import interpolating_spline, turning
+from bubblemesh.geometry.curves import interpolating_spline, shares_before, turning
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Curve, Line, Point, Polyline, Ring, Side, Spline
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
@@ -23,50 +24,37 @@ SAMPLES = 8  # of a spline between two of its points, to see how far it departs 
 
 @dataclass(frozen=True)
 class Following:
-    """Rule by which straight sides are followed as curves.
+    """Rule by which straight sides are followed as curves, between vertices that stay nodes.
 
-    Attributes
-    ----------
-    corners : float
-        Vertices that turn by more degrees stay nodes; so do those where the label changes or a curve ends.
-    smooth : bool
-        Whether a spline through the vertices is followed, in place of the straight lines between them.
-    tolerance : float, optional
-        Largest distance of the mesh from the polyline: more vertices stay nodes for it.
+    Those where the label changes or a curve ends do so in any case.
     """
 
-    corners: float
-    smooth: bool = False
-    tolerance: float | None = None
+    corners: float  # degrees: vertices that turn by more stay nodes
+    smooth: bool = False  # follow a spline through the vertices, not the straight lines between them
+    tolerance: float | None = None  # largest distance of the mesh from the polyline: more vertices stay nodes for it
 
     def __call__(self, ring: Ring) -> Ring:
         """The ring with its straight sides followed as curves between the vertices that stay nodes.
 
-        Raises
-        ------
-        GeometryError
-            If the spline through the vertices departs from the polyline by more than half the tolerance.
+        GeometryError if the spline through the vertices departs from the polyline by more than half the tolerance.
         """
         fixed = self._fixed(ring)
         if fixed.all():
             return ring
         if not fixed.any() and self.tolerance is None:
             points = np.array([*ring.vertices, ring.vertices[0]])
-            return Ring(
-                (Side(Spline(points) if self.smooth else Polyline(points), ring.sides[0].label),),
-                (),
-                ring.notes,
-                outline(ring),
-            )
+            side = Side(Spline(points) if self.smooth else Polyline(points), ring.sides[0].label)
+            return Ring((side,), (), ring.notes, outline(ring))
         cornered = bool(fixed.any())
         fixed[0] = fixed[0] or not cornered
-        sides, vertices = [], []
-        for begin, end in _spans(fixed):
-            run = [ring.sides[k % len(fixed)] for k in range(begin, end)]
-            points = np.array([ring.vertices[k % len(fixed)] for k in range(begin, end + 1)])
-            for curve in self._curves(points, cornered) if isinstance(run[0].curve, Line) else [run[0].curve]:
-                sides.append(Side(curve, run[0].label))
-                vertices.append(_start(curve, points))
+        sides, vertices = list[Side](), list[Point]()
+        stops = np.flatnonzero(fixed).tolist()
+        for begin, end in pairwise([*stops, stops[0] + len(fixed)]):
+            run, corners = ring.sides[begin], [ring.vertices[k % len(fixed)] for k in range(begin, end + 1)]
+            straight = isinstance(run.curve, Line)
+            curves = self._curves(np.array(corners), cornered) if straight else {0: run.curve}
+            sides += [Side(curve, run.label) for curve in curves.values()]
+            vertices += [corners[first] for first in curves]
         return Ring(tuple(sides), tuple(vertices), ring.notes, outline(ring))
 
     def _fixed(self, ring: Ring) -> Booleans:
@@ -80,12 +68,15 @@ class Following:
         labels = np.array([side.label or "" for side in ring.sides])
         return (turn > self.corners) | (labels != np.roll(labels, 1)) | ~straight | ~np.roll(straight, 1)
 
-    def _curves(self, points: Floats, cornered: bool) -> list[Curve]:
-        """Curves through the points (k, 2) of a run; closed, it has a corner at its start or is smooth there."""
+    def _curves(self, points: Floats, cornered: bool) -> dict[int, Curve]:
+        """Curves through the points (k, 2) of a run, by the number of the first point of each.
+
+        A closed run has a corner at its start or is smooth there.
+        """
         spline = interpolating_spline(points, cornered=cornered) if self.smooth and len(points) > 2 else None
         last = len(points) - 1
         if self.tolerance is None:
-            return [_part(points, spline, 0, last)]
+            return {0: _part(points, spline, 0, last)}
         # Both the polyline and what the nodes slide on stay in a tube around the chords of the kept vertices.
         dense, stride = points, 1
         if spline is not None:
@@ -93,7 +84,7 @@ class Following:
             dense = spline(np.interp(np.arange(stride * last + 1) / stride, np.arange(last + 1), spline.x))
             self._require_near(points, dense)
         kept = _simplified(dense, stride, self.tolerance / 2)
-        return [_part(points, spline, begin, end) for begin, end in pairwise(kept)]
+        return {begin: _part(points, spline, begin, end) for begin, end in pairwise(kept)}
 
     def _require_near(self, points: Floats, dense: Floats) -> None:
         """The spline must not bulge between its points by more than the tolerance allows."""
@@ -104,25 +95,6 @@ class Following:
                 f"the spline at {place(points[away.argmax()])} departs from the polyline by {away.max():.3g}, more "
                 f"than half the tolerance of {self.tolerance:g}: raise the tolerance or leave out smooth"
             )
-
-
-def _spans(fixed: Booleans) -> Iterator[tuple[int, int]]:
-    """Begin and end of the runs from each fixed vertex to the next, all around."""
-    stops = np.flatnonzero(fixed).tolist()
-    if stops:
-        yield from zip(stops, [*stops[1:], stops[0] + len(fixed)], strict=True)
-
-
-def _start(curve: Curve, points: Floats) -> Point:
-    """Start of a curve of a run."""
-    match curve:
-        case Line(start=start):
-            return start
-        case Polyline(points=own) | Spline(knots=own):
-            x, y = own[0].tolist()
-        case _:
-            x, y = points[0].tolist()
-    return x, y
 
 
 def _part(points: Floats, spline: "CubicSpline | None", begin: int, end: int) -> Curve:
@@ -160,7 +132,38 @@ def _simplified(points: Floats, stride: int, tolerance: float) -> list[int]:
 
 def _from_chord(points: Floats, a: Floats, b: Floats) -> Floats:
     """Distances of points (..., 2) from the straight lines from ``a`` to ``b``."""
-    along = b - a
-    length = np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
-    share = np.clip(((points - a) * along).sum(axis=-1) / length, 0, 1)
-    return np.linalg.norm(points - a - share[..., None] * along, axis=-1)
+    return np.linalg.norm(points - a - shares_before(points, a, b)[..., None] * (b - a), axis=-1)
+
+
+class Deviation(NamedTuple):
+    """Largest distance between a ring as given and the mesh's boundary, and the point (x, y) where it is."""
+
+    largest: float
+    at: tuple[float, float]
+
+
+def deviation(domain: Domain, points: Floats, facets: Integers, facet_piece: Integers) -> Deviation | None:
+    """Deviation of a mesh's boundary edges from the polylines that they follow; None without any such ring.
+
+    The edges ``facets`` (b, 2) of the nodes ``points`` (n, 2) follow the boundary pieces ``facet_piece`` (b,).
+    """
+    found = []
+    for number, given in domain.given_outlines.items():
+        edges = points[facets[domain.boundary.ring[facet_piece] == number]]
+        # Distances from a chord to its polyline and back are largest at the vertices, at nodes and in between.
+        found.append(_farthest(given, edges))
+        found.append(_farthest(np.vstack([edges[:, 0], edges.mean(axis=1)]), _closed(given)))
+    return max(found) if found else None
+
+
+def _closed(points: Floats) -> Floats:
+    return np.stack([points, np.roll(points, -1, axis=0)], axis=1)
+
+
+def _farthest(points: Floats, lines: Floats) -> Deviation:
+    """Largest distance of the points (m, 2) from the nearest of the lines (k, 2, 2)."""
+    _, distance = shapely.STRtree(shapely.linestrings(lines)).query_nearest(
+        shapely.points(points), all_matches=False, return_distance=True
+    )
+    x, y = points[distance.argmax()].tolist()
+    return Deviation(float(distance.max()), (x, y))

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.corners import corner_fans
+from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
 
 BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
@@ -24,29 +25,13 @@ DOUBLINGS = 8  # of the reach: what is near is found without all that is far
 
 
 class Gaps(NamedTuple):
-    """Ways from places on lines, or from points, to others that face them.
+    """Ways from places on lines, or from points, to others that face them."""
 
-    Attributes
-    ----------
-    number : (k,)
-        Of the place among those that were looked at.
-    places, feet : (k, 2)
-        The place, and the nearest point of what faces it.
-    widths : (k,)
-        Their distances.
-    inner : (k,)
-        Whether a line or point inside the domain is at one end.
-    """
-
-    number: Integers
-    places: Floats
-    feet: Floats
-    widths: Floats
-    inner: Booleans
-
-    def kept(self, which: Integers | Booleans) -> "Gaps":
-        """The gaps ``which`` (k,)."""
-        return Gaps(*(column[which] for column in self))  # type: ignore[arg-type]
+    number: Integers  # (k,), of the place among those that were looked at
+    places: Floats  # (k, 2)
+    feet: Floats  # (k, 2), nearest points of what faces the places
+    widths: Floats  # (k,), distances of the two
+    inner: Booleans  # (k,), whether a line or point inside the domain is at one end
 
 
 class ReentrantCorners(NamedTuple):
@@ -79,19 +64,8 @@ class Walls:
     def facing(self, piece: Integers, s: Floats, reach: Floats, room: Floats) -> Gaps:
         """Gaps between places on the lines and what faces them: on the left of rings, on both sides of inner lines.
 
-        Parameters
-        ----------
-        piece, s : (m,)
-            Pieces and arc lengths of the places.
-        reach : (m,)
-            How far to look, square to the lines.
-        room : (m,)
-            Two lines that join at both ends are walls of a gap only farther than that from these.
-
-        Returns
-        -------
-        Gaps
-            The nearest one for each place and side that has any.
+        For places at arc lengths s (m,) on pieces (m,), the nearest gap within ``reach`` (m,), square to the lines, on
+        each side that has any. Lines that join at both ends are walls only farther from these than ``room`` (m,).
         """
         boundary, chords = self.domain.boundary, self.chords
         both = np.flatnonzero(boundary.inner[piece])
@@ -111,10 +85,10 @@ class Walls:
         widths = np.hypot(*(feet - points[ray]).T)
         apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, foot, widths, room[ray])
         inner = boundary.inner[piece[ray]] | boundary.inner[chords.piece[chord]]
-        found = Gaps(number[ray], points[ray], feet, widths, inner).kept(apart)
+        found = select(Gaps(number[ray], points[ray], feet, widths, inner), apart)
         nearest = np.lexsort((at[apart], ray[apart]))
         nearest = nearest[np.diff(ray[apart][nearest], prepend=-1) != 0]
-        return gaps_inside(self.domain, found.kept(nearest))
+        return gaps_inside(self.domain, select(found, nearest))
 
     def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
         """Distances (m,) of chords along rays from ``points`` (m, 2), and which rays leave the domain there."""
@@ -128,8 +102,7 @@ class Walls:
     def _feet(self, points: Floats, chord: Integers) -> Floats:
         """Arc lengths (m,) of the points of the curves beside the nearest points of their chords."""
         chords = self.chords
-        start, delta = chords.start[chord], chords.end[chord] - chords.start[chord]
-        share = np.clip(((points - start) * delta).sum(axis=1) / (delta**2).sum(axis=1), 0, 1)
+        share = shares_before(points, chords.start[chord], chords.end[chord])
         return np.asarray(chords.s[chord] + share * chords.step[chord])
 
     def _opposite(
@@ -173,11 +146,11 @@ class Walls:
             width = np.hypot(*(foot - place).T)
             behind = np.max([(line[tip] * (foot - place)).sum(axis=1) for line in (some.first, some.second)], axis=0)
             gaps = Gaps(tip, place, foot, width, inner[thing] | ~on_ring[tip])
-            gaps = gaps_inside(domain, gaps.kept((width > 0) & (behind < BEHIND * width)), PARTS)
+            gaps = gaps_inside(domain, select(gaps, (width > 0) & (behind < BEHIND * width)), PARTS)
             order = np.lexsort((gaps.widths, gaps.number))
-            found.append(gaps.kept(order[np.diff(gaps.number[order], prepend=-1) != 0]))
+            found.append(select(gaps, order[np.diff(gaps.number[order], prepend=-1) != 0]))
             left = np.setdiff1d(left, gaps.number)
-        return Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
+        return concatenated(found)
 
 
 def reentrant_corners(domain: Domain) -> ReentrantCorners:
@@ -203,4 +176,4 @@ def reentrant_corners(domain: Domain) -> ReentrantCorners:
 def gaps_inside(domain: Domain, gaps: Gaps, shares: Sequence[float] = (0.5,)) -> Gaps:
     """Gaps of which some parts of the way are in the domain, not across what is outside of it."""
     between = [domain.contains(gaps.places + share * (gaps.feet - gaps.places)) for share in shares]
-    return gaps.kept(np.all(between, axis=0))
+    return select(gaps, np.all(between, axis=0))

@@ -1,8 +1,8 @@
 """Curves one after the other: closed rings and open paths."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,11 @@ from bubblemesh.errors import Key
 from bubblemesh.geometry import curves
 
 Point = tuple[float, float]
+
+
+def as_point(values: Sequence[float] | Floats) -> Point:
+    """Pair of Python's numbers."""
+    return float(values[0]), float(values[1])
 
 
 class Line(NamedTuple):
@@ -86,13 +91,11 @@ Curve = Line | Arc | Ellipse | Spline | Polyline
 
 def family(members: Sequence[Curve]) -> curves.Family:
     """The family that evaluates ``members``, which are of one kind."""
-    if isinstance(members[0], Spline):
-        splines = [member for member in members if isinstance(member, Spline)]
-        return curves.Splines([spline.knots for spline in splines], [spline.slopes for spline in splines])
-    if isinstance(members[0], Polyline):
-        return curves.Polylines([member.points for member in members if isinstance(member, Polyline)])
+    columns: Iterable[Any] = zip(*members, strict=True)
+    if isinstance(members[0], Spline | Polyline):  # of any number of points each
+        return (curves.Splines if isinstance(members[0], Spline) else curves.Polylines)(*columns)
     kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
-    return kind(*(np.array(column, float) for column in zip(*members, strict=True)))
+    return kind(*(np.array(column, float) for column in columns))
 
 
 @dataclass(frozen=True)
@@ -105,28 +108,13 @@ class Side:
 
 @dataclass(frozen=True)
 class Ring:
-    """A closed ring.
-
-    Attributes
-    ----------
-    sides : tuple of Side
-    vertices : tuple of (x, y)
-        Start of each side; empty for a whole circle or ellipse, which has no fixed node.
-    notes : tuple of str
-        What was changed on reading, for the user to know.
-    given : (m, 2), optional
-        Outline of the ring as it was given, where it is followed as a curve.
-    origin : str, optional
-        File and place in it that the ring comes from, for messages.
-    key : Key
-        Key of the case that gives the ring, which errors are about.
-    """
+    """A closed ring. Errors are about its key in the case."""
 
     sides: tuple[Side, ...]
-    vertices: tuple[Point, ...]
-    notes: tuple[str, ...] = ()
-    given: Floats | None = field(default=None, compare=False)
-    origin: str | None = field(default=None, compare=False)
+    vertices: tuple[Point, ...]  # start of each side; empty for a whole circle or ellipse, which has no fixed node
+    notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
+    given: Floats | None = field(default=None, compare=False)  # its outline (m, 2) where it is followed as a curve
+    origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)
 
     def reversed(self) -> "Ring":
@@ -150,28 +138,27 @@ class Ring:
 
 @dataclass(frozen=True)
 class OpenPath:
-    """Inner sides one after the other.
-
-    Attributes
-    ----------
-    sides : tuple of Side
-    vertices : tuple of (x, y)
-        Start of each side and end of the last one; empty for a whole circle or ellipse.
-    label : str
-        For sides that have none.
-    notes : tuple of str
-        What was changed on reading, for the user to know.
-    """
+    """Inner sides one after the other. Errors are about its key in the case."""
 
     sides: tuple[Side, ...]
-    vertices: tuple[Point, ...]
-    label: str
-    notes: tuple[str, ...] = ()
+    vertices: tuple[Point, ...]  # start of each side and end of the last one; empty for a whole circle or ellipse
+    label: str  # for sides that have none
+    notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
+    key: Key = field(default=Key(), compare=False)
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""
-        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes)
+        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes, ring.key)
+
+
+@dataclass(frozen=True)
+class InnerPoint:
+    """A point inside a domain that is a node, with the key of the case that gives it, which errors are about."""
+
+    at: Point
+    label: str
+    key: Key = field(default=Key(), compare=False)
 
 
 def _times(point: Point, factor: float) -> Point:

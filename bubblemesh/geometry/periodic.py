@@ -17,16 +17,8 @@ SAMPLES = 9
 def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
     """Pairs (k, 2) of pieces, the second being the first one moved and run the other way.
 
-    Parameters
-    ----------
-    boundary : Boundary
-    labels : sequence of (str, str)
-        Labels of sides that match, in any order of their pieces.
-
-    Raises
-    ------
-    GeometryError
-        If there is no such label, or a piece has no counterpart; with the coordinates.
+    They belong to sides whose labels match, in any order of their pieces. GeometryError, with the coordinates, if there
+    is no such label, or a piece has no counterpart.
     """
     pairs: list[tuple[int, int]] = []
     used = Counter(name for names in labels for name in names)
@@ -53,13 +45,8 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> In
 def counterparts(boundary: Boundary, pairs: Integers, piece: Integers, s: Floats) -> tuple[Integers, Integers, Floats]:
     """Places on periodic sides: their numbers (k,), and pieces (k,) and arc lengths (k,) of the places that match them.
 
-    Parameters
-    ----------
-    boundary : Boundary
-    pairs : (p, 2)
-        Pieces of which the second is the first one moved and run the other way.
-    piece, s : (m,)
-        Places on any pieces. Those on periodic sides come out in the order of the pairs.
+    The places are any, at arc lengths s (m,) on pieces (m,); those on periodic sides come out in the order of the pairs
+    (p, 2) that `matching_pieces` gives.
     """
     here, there = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(-1, 2).T
     rank = np.full(len(boundary.kind), -1)
@@ -71,14 +58,9 @@ def counterparts(boundary: Boundary, pairs: Integers, piece: Integers, s: Floats
 
 
 def matching_edges(pairs: Integers, piece: Integers) -> Integers:
-    """Pairs (m, 2) of edges on pieces that match, in opposite directions.
+    """Pairs (m, 2) of edges on the pieces of `matching_pieces`, in opposite directions.
 
-    Parameters
-    ----------
-    pairs : (k, 2)
-        Pieces of which the second is the first one moved and run the other way.
-    piece : (e,)
-        The piece that each edge follows; those of one piece come in its direction.
+    Each edge follows a ``piece`` (e,); those of one piece come in its direction.
     """
     found = [np.column_stack([np.flatnonzero(piece == a), np.flatnonzero(piece == b)[::-1]]) for a, b in pairs.tolist()]
     return np.concatenate([np.empty((0, 2), np.int64), *found])

@@ -19,26 +19,14 @@ CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
 
 @dataclass(frozen=True)
 class PolygonalCopy:
-    """Fine polygonal copy of the boundary.
+    """Fine polygonal copy of the boundary, whose chords go from each point to its successor along the point's piece."""
 
-    Attributes
-    ----------
-    points : (m, 2)
-    piece, s : (m,)
-        Piece and arc length of each point; the chord from point i to its successor follows that piece.
-    step : (m,)
-        Arc length of that chord.
-    successor : (m,)
-        Index of the next point of the same ring.
-    ring : (m,)
-    """
-
-    points: Floats
-    piece: Integers
-    s: Floats
-    step: Floats
-    successor: Integers
-    ring: Integers
+    points: Floats  # (m, 2)
+    piece: Integers  # (m,)
+    s: Floats  # (m,), arc length of each point on its piece
+    step: Floats  # (m,), arc length of the chord that starts there
+    successor: Integers  # (m,), index of the next point of the same ring
+    ring: Integers  # (m,)
 
     @classmethod
     def of(cls, boundary: Boundary) -> "PolygonalCopy":
@@ -87,17 +75,14 @@ def _graded_to_contacts(boundary: Boundary) -> tuple[Integers, Floats]:
     curved = boundary.approximated & ~boundary.inner
     if not curved.any():
         return none
-    rings = int(boundary.ring.max()) + 1
-    corner_and_ring = np.unique((boundary.start * rings + boundary.ring)[~boundary.closed & ~boundary.inner])
-    rings_at = np.bincount(corner_and_ring // rings, minlength=len(boundary.corners))
+    rings_at = np.bincount(boundary.ring_corners()[0], minlength=len(boundary.corners))
     contact = np.append((rings_at > 1) | _cusps(boundary), False)  # the last entry answers for start = -1
     forward, backward = np.flatnonzero(contact[boundary.start] & curved), np.flatnonzero(contact[boundary.end] & curved)
     if len(forward) + len(backward) == 0:
         return none
     # Equal lengths on both curves: the sharper curve's chords then turn away faster.
-    piece, _, step = boundary.stations()
-    first, last = np.flatnonzero(np.diff(piece, prepend=-1)), np.flatnonzero(np.diff(piece, append=-1))
-    beside = np.concatenate([step[first[forward]], step[last[backward]]])
+    first, last = boundary.end_steps()
+    beside = np.concatenate([first[forward], last[backward]])
     # Far from the origin the curves must part by more than their points are rounded.
     rounding = CONTACT_ROUNDINGS * np.spacing(np.abs(boundary.corners).max())
     finest = max(CONTACT_FINEST * beside.min(), float(np.sqrt(CONTACT_CHORDS * beside.min() * rounding)))

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.paths import Arc, Curve, Ellipse, Line, Point, Side, Spline
+from bubblemesh.geometry.paths import Arc, Curve, Ellipse, Line, Point, Side, Spline, as_point
 from bubblemesh.geometry.paths import OpenPath as OpenPath  # what the functions here return
 from bubblemesh.geometry.paths import Ring as Ring
 from bubblemesh.messages import place
@@ -46,14 +45,14 @@ Piece = LineTo | ArcTo | SplineTo
 
 def end_of(piece: Piece) -> Point:
     """The point at which a piece ends."""
-    return _point(piece.through[-1] if isinstance(piece, SplineTo) else piece.to)
+    return as_point(piece.through[-1] if isinstance(piece, SplineTo) else piece.to)
 
 
 def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
     """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1."""
     if len(points) == 0:
         raise GeometryError("a polygon has no points: give at least three")
-    corners = [_point(point) for point in points]
+    corners = [as_point(point) for point in points]
     if len(corners) > 1 and corners[0] == corners[-1]:
         corners.pop()
     names = list(labels) if labels is not None else [label] * len(corners)
@@ -71,26 +70,22 @@ def rectangle(
 
 def circle(center: Sequence[float], radius: float, label: str | None = None) -> Ring:
     """Whole circle."""
-    return Ring((Side(Arc(_point(center), float(radius), 0.0, 2 * np.pi), label),), ())
+    return Ring((Side(Arc(as_point(center), float(radius), 0.0, 2 * np.pi), label),), ())
 
 
 def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0, label: str | None = None) -> Ring:
     """Whole ellipse whose first axis is turned by ``angle`` degrees."""
-    return Ring((Side(Ellipse(_point(center), _point(radii), float(np.radians(angle)), 1.0), label),), ())
+    return Ring((Side(Ellipse(as_point(center), as_point(radii), float(np.radians(angle)), 1.0), label),), ())
 
 
 def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = None) -> Ring:
     """Ring from ``start`` along ``pieces``, closed by a straight line where it does not end at its start.
 
-    Consecutive points that coincide are merged, with a note.
-
-    Raises
-    ------
-    GeometryError
-        If an arc's ends are not equally far from its centre, or fewer than three points remain.
+    Consecutive points that coincide are merged, with a note. GeometryError if an arc's ends are not equally far from
+    its centre, or fewer than three points remain.
     """
-    first = _point(start)
-    tolerance = 1e-13 * _extent([first, *(end_of(piece) for piece in pieces)])
+    first = as_point(start)
+    tolerance = 1e-13 * float(np.ptp([first, *(end_of(piece) for piece in pieces)], axis=0).max())
     if not _same(end_of(pieces[-1]) if pieces else first, first, tolerance):
         pieces = [*pieces, LineTo(first, label)]
     sides, vertices, notes = _sides(first, pieces, tolerance, first, label)
@@ -103,12 +98,9 @@ def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = No
 def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> OpenPath:
     """Open line from ``start`` along ``pieces``.
 
-    Raises
-    ------
-    GeometryError
-        If an arc's ends are not equally far from its centre, or the line has no length.
+    GeometryError if an arc's ends are not equally far from its centre, or the line has no length.
     """
-    sides, vertices, notes = _sides(_point(start), pieces)
+    sides, vertices, notes = _sides(as_point(start), pieces)
     if not sides:
         raise GeometryError(f"the line at {place(vertices[0])} has no length: give it two different points")
     return OpenPath(tuple(sides), tuple(vertices), label, notes)
@@ -191,16 +183,8 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
         turned += 2 * np.pi
     elif not piece.left and turned >= 0:
         turned -= 2 * np.pi
-    return Arc(_point(center), float(np.hypot(ux, uy)), float(first), float(turned)), notes
-
-
-def _extent(points: Sequence[Sequence[float]]) -> float:
-    return float(np.ptp(np.array(points, float), axis=0).max())
+    return Arc(as_point(center), float(np.hypot(ux, uy)), float(first), float(turned)), notes
 
 
 def _same(a: Sequence[float], b: Sequence[float], tolerance: float) -> bool:
     return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= tolerance
-
-
-def _point(values: Sequence[float] | Floats) -> Point:
-    return float(values[0]), float(values[1])

@@ -18,12 +18,7 @@ FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 def require_domain(outlines: Sequence[Floats], names: Sequence[str], keys: Sequence[Key]) -> None:
     """Check the polygonal copies (m, 2) of the rings, the outer one first, which messages call by their ``names``.
 
-    Errors are about the keys of the rings in the case.
-
-    Raises
-    ------
-    GeometryError
-        With the ring's name and the coordinates of the first fault.
+    GeometryError, about the key of the ring in the case, with its name and the coordinates of the first fault.
     """
     polygons: list[shapely.Polygon] = []
     for outline, name, key in zip(outlines, names, keys, strict=True):
@@ -47,10 +42,7 @@ def require_domain(outlines: Sequence[Floats], names: Sequence[str], keys: Seque
 def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
     """Polygon of a ring's polygonal copy (m, 2).
 
-    Raises
-    ------
-    GeometryError
-        If it encloses no area, or crosses or touches itself; with the ring's name and the coordinates.
+    GeometryError, with the ring's name and the coordinates, if it encloses no area, or crosses or touches itself.
     """
     extent = np.ptp(outline, axis=0).max()
     if extent <= SMALLEST_STEPS * np.spacing(np.abs(outline).max()):
@@ -76,21 +68,21 @@ def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str) ->
         shared = shapely.intersection(outer.exterior, hole.exterior)
         if shared.length > 0:
             raise GeometryError(
-                f"{name} shares an edge with the outer ring at {place(_first(shared))}: draw the outer ring around it"
+                f"{name} shares an edge with the outer ring at {first_place(shared)}: draw the outer ring around it"
             )
         return
     if not outer.intersects(hole):
-        raise GeometryError(f"{name} at {place(_first(hole.exterior))} lies outside the outer ring: move or remove it")
+        raise GeometryError(f"{name} at {first_place(hole.exterior)} lies outside the outer ring: move or remove it")
     crossing = shapely.intersection(outer.exterior, hole.exterior)
     if crossing.is_empty:
-        where = place(_first(hole.exterior))
+        where = first_place(hole.exterior)
         raise GeometryError(f"{name} at {where} encloses the outer ring: make it smaller, or exchange the two")
-    where = place(_first(crossing))
+    where = first_place(crossing)
     raise GeometryError(f"{name} crosses the outer ring at {where}: move it, or draw the outer ring around it")
 
 
 def _require_apart(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: str) -> None:
-    where = place(_first(shapely.intersection(a.exterior, b.exterior) if not a.exterior.disjoint(b.exterior) else b))
+    where = first_place(shapely.intersection(a.exterior, b.exterior) if not a.exterior.disjoint(b.exterior) else b)
     if a.contains(b) or b.contains(a):
         inner, around = (name_b, name_a) if a.contains(b) else (name_a, name_b)
         raise GeometryError(f"{inner} lies inside {around} at {where}: remove one of them")
@@ -106,5 +98,6 @@ def _explained(polygon: shapely.Polygon) -> tuple[str, str]:
     return fault, place([float(value) for value in where.split()])
 
 
-def _first(shape: shapely.Geometry) -> Floats:
-    return shapely.get_coordinates(shape)[0]
+def first_place(shape: shapely.Geometry) -> str:
+    """Place of a shape's first vertex, as messages write it."""
+    return place(shapely.get_coordinates(shape)[0])

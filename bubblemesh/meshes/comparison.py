@@ -10,9 +10,19 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.histograms import Histogram, lowest_shown, quality_histogram, spacing_histogram
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import TARGET_SPACING, edge_means, edge_ratios, mesh_figures, radius_ratios, spacing_fit
+from bubblemesh.meshes.quality import (
+    TARGET_SPACING,
+    Histogram,
+    edge_means,
+    edge_ratios,
+    lowest_shown,
+    mesh_figures,
+    quality_histogram,
+    radius_ratios,
+    spacing_fit,
+    spacing_histogram,
+)
 
 BINS = 10
 NOTHING = "-"
@@ -36,56 +46,34 @@ ROWS: tuple[tuple[str, tuple[str, ...], str], ...] = (
 
 @dataclass(frozen=True)
 class Measured:
-    """A mesh file's figures, and the ratios behind its histograms.
-
-    Attributes
-    ----------
-    path : Path
-    figures : dict
-        As `mesh_figures` gives them.
-    quality : (t,)
-        Radius ratios of the triangles.
-    spacing : (e,) or None
-        Lengths of the edges over the wanted spacing; None where that is not known.
-    """
+    """A mesh file's figures, and the ratios behind its histograms."""
 
     path: Path
-    figures: dict[str, Any]
-    quality: Floats
-    spacing: Floats | None
+    figures: dict[str, Any]  # of `mesh_figures`
+    quality: Floats  # (t,) radius ratios of the triangles
+    spacing: Floats | None  # (e,) lengths of the edges over the wanted spacing; None where that is not known
 
 
 def measured(
     path: Path, mesh: Mesh, cell_data: Mapping[str, Floats], spacing_between: Callable[[Floats], Floats] | None
 ) -> Measured:
-    """Measure a mesh as read from a file.
+    """Measure a mesh as read from a file, with data (t,) or (t, k) of its triangles.
 
-    Parameters
-    ----------
-    path : Path
-    mesh : Mesh
-    cell_data : mapping of str to (t,) or (t, k)
-        Data of its triangles; ``target_spacing`` counts where no other spacing is wanted.
-    spacing_between : callable or None
-        Wanted spacing (e,) of edges by their ends (e, 2, 2).
-
-    Raises
-    ------
-    CaseError
-        If the spacing is not positive somewhere.
+    Of these ``target_spacing`` counts where no function gives the wanted spacing (e,) by the ends (e, 2, 2) of edges;
+    CaseError if it is not positive somewhere.
     """
     target = cell_data.get(TARGET_SPACING)
     edges, _ = unique_edges(mesh.triangles)
     figures = mesh_figures(mesh.points, mesh.triangles, spacing_between)
-    lengths = None
+    wanted = None
     if spacing_between is not None:
-        lengths = spacing_between(mesh.points[edges])
+        wanted = spacing_between(mesh.points[edges])
     elif target is not None and target.ndim == 1:
         if not (target > 0).all():
             raise CaseError(f"{path}: {TARGET_SPACING} is not positive at some triangle: give a spacing")
-        lengths = edge_means(mesh.triangles, target)
-        figures["spacing"] = asdict(spacing_fit(mesh.points, edges, lengths))
-    ratios = None if lengths is None else edge_ratios(mesh.points, edges, lengths)
+        wanted = edge_means(mesh.triangles, target)
+        figures["spacing"] = asdict(spacing_fit(mesh.points, edges, wanted))
+    ratios = None if wanted is None else edge_ratios(mesh.points, edges, wanted)
     return Measured(path, figures, radius_ratios(mesh.points, mesh.triangles), ratios)
 
 
@@ -124,13 +112,14 @@ def _differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[st
 def rows(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:
     """Name, text of both values and of their difference, for each figure that either mesh has."""
     for name, keys, form in ROWS:
-        values = [_figure(figures, keys) for figures in (first, second)]
-        a, b = values
-        if a is None and b is None:
-            continue
-        texts = [NOTHING if value is None else format(value, form) for value in values]
-        difference = NOTHING if a is None or b is None else format(b - a, f"+{form}")
-        yield name, texts[0], texts[1], difference
+        a, b = (_figure(figures, keys) for figures in (first, second))
+        if a is not None or b is not None:
+            difference = None if a is None or b is None else b - a
+            yield name, _text(a, form), _text(b, form), _text(difference, f"+{form}")
+
+
+def _text(value: Any, form: str) -> str:
+    return NOTHING if value is None else format(value, form)
 
 
 def _figure(figures: Mapping[str, Any], keys: Sequence[str]) -> Any:

@@ -24,14 +24,10 @@ def area_error(mesh: Mesh) -> float:
 
 
 def require_conforming(mesh: Mesh) -> None:
-    """Check what every mesh has to hold, whatever the input was.
+    """Check what every mesh has to hold, whatever the input was; else a BubblemeshError names the first place.
 
-    Raises
-    ------
-    BubblemeshError
-        If a triangle is not counter-clockwise, a node unused, a boundary edge missing, an edge labelled that is none
-        or labelled twice, the area wrong, or a node of a periodic side away from its counterpart; the text names the
-        first place. It is an error of the program, not of the case.
+    No triangle is flat or clockwise, no node unused, no boundary edge missing, no edge labelled that is none or
+    labelled twice, the area right, and nodes of periodic sides match. It is an error of the program, not of the case.
     """
     areas = signed_areas(mesh.points, mesh.triangles)
     if areas.min() <= 0:

@@ -28,24 +28,12 @@ def directed_sides(triangles: Integers) -> Integers:
 
 @dataclass(frozen=True, eq=False)
 class SideTable:
-    """Directed sides of triangles, to be found by their nodes.
+    """Directed sides of triangles, to be found by their nodes."""
 
-    Attributes
-    ----------
-    sides : (3 t, 2)
-        In the order of `directed_sides`.
-    n : int
-        Number of nodes.
-    keys : (3 t,)
-        Keys of the sides, ascending.
-    order : (3 t,)
-        Row in ``sides`` of each key.
-    """
-
-    sides: Integers
-    n: int
-    keys: Integers
-    order: Integers
+    sides: Integers  # (3 t, 2) in the order of `directed_sides`
+    n: int  # number of nodes
+    keys: Integers  # (3 t,) of the sides, ascending
+    order: Integers  # (3 t,) row in the sides of each key
 
     @classmethod
     def of(cls, triangles: Integers, n: int) -> "SideTable":
@@ -71,18 +59,9 @@ class SideTable:
 
 
 def unique_edges(triangles: Integers) -> tuple[Integers, Integers]:
-    """Find every edge of the triangles once.
+    """Edges (e, 2) of triangles (t, 3) by nodes i < j, in lexicographic order, and the triangles (e,) at each of them.
 
-    Parameters
-    ----------
-    triangles : (t, 3)
-
-    Returns
-    -------
-    edges : (e, 2)
-        Node indices i < j, in lexicographic order.
-    counts : (e,)
-        Number of triangles at each edge: 1 on the boundary, 2 inside, more where the mesh is no surface.
+    Their number is 1 on the boundary, 2 inside, more where the mesh is no surface.
     """
     keys, n = _undirected_keys(triangles)
     keys, counts = np.unique(keys, return_counts=True)

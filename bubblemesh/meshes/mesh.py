@@ -17,22 +17,12 @@ ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
 
 class PeriodicSides(NamedTuple):
-    """Two sides of which the second is the first one moved to the right, or else upwards.
-
-    Attributes
-    ----------
-    first, second : int
-        Index of each side's label.
-    shift : (2,)
-        From the first side to the second, in the unit of the coordinates.
-    nodes : (k, 2)
-        Nodes of the first side, and their counterparts on the second.
-    """
+    """Two sides, by their labels, of which the second is the first one moved to the right, or else upwards."""
 
     first: int
     second: int
-    shift: Floats
-    nodes: Integers
+    shift: Floats  # (2,) from the first side to the second
+    nodes: Integers  # (k, 2) of the first side, and their counterparts on the second
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges."""
+"""Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges; histograms."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -14,30 +14,21 @@ _REGULAR_VALENCE = 6
 _BINS = 10
 TARGET_SPACING = "target_spacing"  # name of the wanted spacing of triangles in mesh files
 _WORST = 5  # triangles that a report names
+_HIGHEST_START = 0.8  # of a scale of qualities
+_FEW = 0.01  # share of the values that may be below it
+_WIDE = 0.5  # of a histogram of edge length over spacing, around 1
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Shape of the triangles of a mesh.
-
-    Attributes
-    ----------
-    mean, min, p01 : float
-        Mean, minimum and first percentile of the radius ratios.
-    histogram : tuple of int
-        Number of triangles in ten equal bins of radius ratio, from 0 to 1.
-    irregular_fraction : float or None
-        Share of the inner nodes whose valence is not six; None in a mesh without inner nodes.
-    angle_min, angle_max : float
-        Extreme angles in degrees.
-    """
+    """Shape of the triangles of a mesh: mean, minimum and first percentile of the radius ratios, and what follows."""
 
     mean: float
     min: float
     p01: float
-    histogram: tuple[int, ...]
-    irregular_fraction: float | None
-    angle_min: float
+    histogram: tuple[int, ...]  # number of triangles in ten equal bins of radius ratio, from 0 to 1
+    irregular_fraction: float | None  # of the inner nodes, whose valence is not six; None if there are no inner nodes
+    angle_min: float  # in degrees
     angle_max: float
 
 
@@ -52,19 +43,10 @@ class SpacingFit:
 
 
 def radius_ratios(points: Floats, triangles: Integers) -> Floats:
-    """Return twice the ratio of the inscribed to the circumscribed circle's radius of each triangle.
+    """Twice the ratio (t,) of the inscribed to the circumscribed circle's radius of triangles of either orientation.
 
-    Parameters
-    ----------
-    points : (n, 2)
-    triangles : (t, 3)
-        Node indices, in either orientation.
-
-    Returns
-    -------
-    (t,)
-        ``(b + c - a)(c + a - b)(a + b - c) / abc`` for sides a, b, c: 1 for an equilateral triangle and 0 for one
-        whose area vanishes beside the square of its perimeter.
+    It is ``(b + c - a)(c + a - b)(a + b - c) / abc`` for sides a, b, c: 1 for an equilateral triangle and 0 for one
+    whose area vanishes beside the square of its perimeter.
 
     References
     ----------
@@ -86,9 +68,13 @@ def angles(points: Floats, triangles: Integers) -> Floats:
 
 def signed_areas(points: Floats, triangles: Integers) -> Floats:
     """Return the (t,) areas of the triangles, positive where the nodes turn counter-clockwise."""
-    first, second, third = np.moveaxis(points[triangles], 1, 0)
-    (ux, uy), (vx, vy) = (second - first).T, (third - first).T
-    return np.asarray(0.5 * (ux * vy - uy * vx))
+    return np.asarray(0.5 * doubled_areas(points[triangles]))
+
+
+def doubled_areas(corners: Floats) -> Floats:
+    """Twice the areas (t,) of triangles with the corners (t, 3, 2), negative where they turn clockwise."""
+    (ux, uy), (vx, vy) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return np.asarray(ux * vy - uy * vx)
 
 
 def inverted(points: Floats, triangles: Integers) -> Integers:
@@ -108,14 +94,7 @@ def edge_means(triangles: Integers, values: Floats) -> Floats:
 
 
 def shape_quality(points: Floats, triangles: Integers) -> Shape:
-    """Summarize the shape of the triangles of a mesh.
-
-    Parameters
-    ----------
-    points : (n, 2)
-    triangles : (t, 3)
-        At least one triangle.
-    """
+    """Summarize the shape of the triangles (t, 3) of a mesh, at least one."""
     ratios = radius_ratios(points, triangles)
     corner_angles = angles(points, triangles)
     # An equilateral triangle's ratio may exceed 1 by rounding, and still belongs to the last bin.
@@ -132,15 +111,7 @@ def shape_quality(points: Floats, triangles: Integers) -> Shape:
 
 
 def spacing_fit(points: Floats, edges: Integers, wanted: Floats) -> SpacingFit:
-    """Compare the lengths of edges with the wanted spacing.
-
-    Parameters
-    ----------
-    points : (n, 2)
-    edges : (e, 2)
-    wanted : (e,)
-        Wanted spacing at the middle of each edge, same length unit as the points.
-    """
+    """Compare the lengths of edges (e, 2) with the wanted spacing (e,) at their middles."""
     ratios = edge_ratios(points, edges, wanted)
     p01, p99 = np.quantile(ratios, [0.01, 0.99])
     return SpacingFit(mean=float(ratios.mean()), std=float(ratios.std()), p01=float(p01), p99=float(p99))
@@ -161,12 +132,7 @@ def mesh_figures(
 ) -> dict[str, Any]:
     """Figures of a mesh of any orientation, as a report holds them.
 
-    Parameters
-    ----------
-    points : (n, 2)
-    triangles : (t, 3)
-    spacing_between : callable or None
-        Wanted spacing (e,) of edges by their ends (e, 2, 2), to tell how well they keep it.
+    How well edges keep the spacing is told where it is known, as a function (e,) of the ends (e, 2, 2) of edges.
     """
     edges, count = unique_edges(triangles)
     figures = {
@@ -212,3 +178,40 @@ def _irregular_fraction(nodes: int, triangles: Integers) -> float | None:
     inner = valence > 0
     inner[pairs[counts == 1].ravel()] = False
     return float(np.mean(valence[inner] != _REGULAR_VALENCE)) if inner.any() else None
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """Counts (b,) of values in bins between edges (b + 1,), and how many are below and above all of them."""
+
+    edges: Floats
+    counts: Integers
+    below: int
+    above: int
+
+    @property
+    def total(self) -> int:
+        """Number of all values."""
+        return int(self.counts.sum()) + self.below + self.above
+
+
+def histogram(values: Floats, low: float, high: float, bins: int) -> Histogram:
+    """Count values (n,) in equal bins from ``low`` to ``high``, which belongs to the last one."""
+    counts, edges = np.histogram(values, bins=bins, range=(low, high))
+    return Histogram(edges, counts, int((values < low).sum()), int((values > high).sum()))
+
+
+def lowest_shown(ratios: Floats) -> float:
+    """Return a round number below nearly all radius ratios (t,), from which a scale up to 1 may begin."""
+    return float(np.clip(np.floor(10 * np.quantile(ratios, _FEW)) / 10, 0, _HIGHEST_START))
+
+
+def quality_histogram(ratios: Floats, bins: int, low: float) -> Histogram:
+    """Histogram of radius ratios (t,) from ``low`` to 1."""
+    # An equilateral triangle's ratio may exceed 1 by rounding.
+    return histogram(np.minimum(ratios, 1), low, 1.0, bins)
+
+
+def spacing_histogram(ratios: Floats, bins: int) -> Histogram:
+    """Histogram of edge lengths over the wanted spacing (e,), around 1."""
+    return histogram(ratios, 1 - _WIDE, 1 + _WIDE, bins)

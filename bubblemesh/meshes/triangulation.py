@@ -17,28 +17,11 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
 
 
 def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = None) -> tuple[Integers, Integers]:
-    """Constrained Delaunay triangulation of the region that the constraints enclose.
+    """Triangles (t, 3) and their edges (m, 2), each once, of the constrained Delaunay triangulation of a region.
 
-    Parameters
-    ----------
-    points : (n, 2)
-        Finite and all different.
-    constraints : (e, 2)
-        Edges that form closed rings without crossings; the region is what an odd number of rings encloses.
-    two_sided : (e,), optional
-        Which of the edges lie inside the region and bound nothing.
-
-    Returns
-    -------
-    triangles : (t, 3)
-        Counter-clockwise, in the library's order; each constraint is an edge of exactly one of them.
-    edges : (m, 2)
-        Every edge of the triangles once.
-
-    Raises
-    ------
-    GeometryError
-        If points coincide or constraints cross, with the coordinates.
+    The constraints (e, 2) form closed rings without crossings, and the region is what an odd number of rings encloses;
+    those of the mask ``two_sided`` (e,) lie inside of it and bound nothing. Triangles are counter-clockwise, in the
+    library's order. GeometryError, with the coordinates, if points (n, 2) coincide or constraints cross.
     """
     if not np.isfinite(points).all():  # the library would run out of memory
         raise ValueError("points must be finite")
@@ -67,16 +50,9 @@ def sorted_triangles(triangles: Integers) -> Integers:
 
 
 def regions(triangles: Integers, facets: Integers, left: Integers, right: Integers) -> Integers:
-    """Region (t,) of each triangle: what lies between the facets is all of one region.
+    """Region (t,) of each counter-clockwise triangle: what lies between the facets is all of one region.
 
-    Parameters
-    ----------
-    triangles : (t, 3)
-        Counter-clockwise.
-    facets : (e, 2)
-        Edges of triangles.
-    left, right : (e,)
-        Regions on either side of the facets.
+    The facets (e, 2) are edges of triangles, with the regions ``left`` and ``right`` (e,) on either side.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -101,12 +77,6 @@ def _explained(fault: str, points: Floats) -> str:
     number = re.search(r"\d+", which)
     where = "" if number is None else f" at {place(points[int(number[0])])}"
     return f"the nodes cannot be connected{where}: {what.lower()}"
-
-
-def doubled_areas(corners: Floats) -> Floats:
-    """Twice the areas (t,) of triangles with the corners (t, 3, 2), negative where they turn clockwise."""
-    (ux, uy), (vx, vy) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
-    return np.asarray(ux * vy - uy * vx)
 
 
 def circumcircles(points: Floats, triangles: Integers) -> tuple[Floats, Floats]:

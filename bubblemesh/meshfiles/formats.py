@@ -20,36 +20,19 @@ XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 class Format:
     """One way to write a mesh.
 
-    Functions are given as ``module.name`` within this package.
-
-    Attributes
-    ----------
-    files : tuple of str
-        Ends of the names of the files that it is made of, the main one first.
-    writer : str
-        Function of a mesh, its fields and the main file's path, which writes the other files beside it.
-    speller : str or None
-        Function that gives the names of a mesh's groups as the files spell them; None where solvers find ids only.
-    orders : tuple of int
-        Orders of the triangles that it has a form for.
-    points : bool
-        Whether it holds labelled points.
-    periodic : bool
-        Whether it holds which nodes of periodic sides match.
-    alone : str, optional
-        Writes the mesh to one file that needs no other; as ``writer`` unless given.
-    solvers : tuple of str
-        Solvers that are to get it; why is told in docs/solvers.md.
+    Functions are given as ``module.name`` within this package: ``writer`` is one of a mesh, its fields and the main
+    file's path, which writes the other files beside it; ``speller`` gives the names of a mesh's groups as the files
+    spell them, and is None where solvers find ids only; ``alone`` writes one file that needs no other.
     """
 
-    files: tuple[str, ...]
+    files: tuple[str, ...]  # ends of the files' names, the main one first
     writer: str
     speller: str | None
-    orders: tuple[int, ...] = (1,)
-    points: bool = True
-    periodic: bool = False
-    alone: str | None = None
-    solvers: tuple[str, ...] = ()
+    orders: tuple[int, ...] = (1,)  # of the triangles that it has a form for
+    points: bool = True  # whether it holds labelled points
+    periodic: bool = False  # whether it holds which nodes of periodic sides match
+    alone: str | None = None  # as the writer unless given
+    solvers: tuple[str, ...] = ()  # that are to get it; why is told in docs/solvers.md
 
     def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
         """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""
@@ -65,11 +48,11 @@ class Format:
 
 
 _FOR_MSH = ("fenicsx", "scikit-fem", "mfem")
-_AS_THEY_ARE = "names.as_they_are"
+_AS_THEY_ARE = "groups.as_they_are"
 FORMATS: Mapping[str, Format] = {
     "msh": Format((".msh",), "write.gmsh.write_msh", _AS_THEY_ARE, BOTH, periodic=True, solvers=_FOR_MSH),
-    "vtu": Format((".vtu",), "write.vtk.write_vtu", None, BOTH, points=False),
-    "vtk": Format((".vtk",), "write.vtk.write_vtk", None, BOTH, points=False),
+    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, points=False),
+    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, points=False),
     "xdmf": Format(
         XDMF_FILES,
         "write.xdmf.write_xdmf",
@@ -80,14 +63,24 @@ FORMATS: Mapping[str, Format] = {
         solvers=("fenicsx",),
     ),
     "msh-ascii": Format((".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True),
-    "mesh": Format((".mesh",), "write.medit.write_medit", None, solvers=("freefem",)),
-    "inp": Format((".inp",), "write.abaqus.write_plane_stress", "write.abaqus.set_names", BOTH, solvers=("calculix",)),
-    "inp-strain": Format((".inp",), "write.abaqus.write_plane_strain", "write.abaqus.set_names", BOTH),
-    "su2": Format((".su2",), "write.su2.write_su2", "write.su2.marker_names", points=False, solvers=("su2",)),
-    "med": Format((".med",), "write.salome.write_med", "names.plain_words", BOTH),
-    "dat": Format((".dat",), "write.tecplot.write_tecplot", None, points=False),
+    "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",)),
+    "inp": Format(
+        (".inp",),
+        "write.fem.write_plane_stress",
+        "write.fem.set_names",
+        BOTH,
+        solvers=("calculix",),
+    ),
+    "inp-strain": Format((".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH),
+    "su2": Format((".su2",), "write.flow.write_su2", "write.flow.marker_names", points=False, solvers=("su2",)),
+    "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH),
+    "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False),
     "openfoam": Format(
-        (".msh",), "write.openfoam.write_openfoam", "write.openfoam.patch_names", points=False, solvers=("openfoam",)
+        (".msh",),
+        "write.flow.write_openfoam",
+        "write.flow.patch_names",
+        points=False,
+        solvers=("openfoam",),
     ),
     "nodes.csv": Format((".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE),
     "nodes.npz": Format((".nodes.npz",), "write.nodes.write_npz", _AS_THEY_ARE, periodic=True),

@@ -1,5 +1,8 @@
-"""Groups of cells: labels of edges, regions of triangles and labelled points, as files know them."""
+"""Groups of cells, labels of edges, regions of triangles and labelled points, as files know them: ids and names."""
 
+import json
+import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -8,8 +11,11 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.labels import FORBIDDEN, LONGEST_NAME, is_writable
+from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
+
+LABELS_FILE = ".labels.json"
+LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80
 
 Fields = Mapping[str, Floats]
 """Values for each triangle, (t,) arrays by name."""
@@ -46,12 +52,7 @@ def group_names(mesh: Mesh) -> dict[str, Group]:
     """Return the group of each label, each region and each labelled point by its name, in the order of the ids.
 
     Readers keep one group for each name, so that a region or a point which shares its name with an earlier group gets
-    a longer one.
-
-    Raises
-    ------
-    CaseError
-        If a name is none that every format can hold, or two labels, regions or points have the same one.
+    a longer one. A name that not every format can hold, or that two labels, regions or points have, is a CaseError.
     """
     kinds = [(mesh.labels, 1, ""), (mesh.regions, 2, "_region"), (mesh.point_labels, 0, "_point")]
     found: dict[str, Group] = {}
@@ -60,7 +61,11 @@ def group_names(mesh: Mesh) -> dict[str, Group]:
         if twice is not None:
             raise CaseError(f"the name {twice!r} is there twice: give all that belong to it the same index")
         for name in names:
-            _check_name(name)
+            if not is_writable(name):
+                raise CaseError(
+                    f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST_NAME} "
+                    f"characters without {FORBIDDEN}"
+                )
             found[_unused(name, suffix, {*found, *names} - ({name} - {*found}))] = Group(len(found) + 1, dimension)
     return found
 
@@ -71,12 +76,66 @@ def _unused(name: str, suffix: str, taken: Iterable[str]) -> str:
     return name
 
 
-def _check_name(name: str) -> None:
-    if not is_writable(name):
-        raise CaseError(
-            f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST_NAME} characters "
-            f"without {FORBIDDEN}"
-        )
+def as_they_are(mesh: Mesh) -> dict[str, str]:
+    """Return the names of all groups, each as its own spelling."""
+    return {name: name for name in group_names(mesh)}
+
+
+def plain_words(mesh: Mesh, reserved: Iterable[str] = (), dimensions: Iterable[int] = (0, 1, 2)) -> dict[str, str]:
+    """Return for the name of each group of these dimensions a word of letters, digits, ``_`` and ``-``.
+
+    It begins with a letter. The words differ in more than upper and lower case, as some readers know one of them only;
+    none is a reserved one, which are given in upper case.
+    """
+    words: dict[str, str] = {}
+    taken = set(reserved)
+    for name, group in group_names(mesh).items():
+        if group.dimension not in dimensions:
+            continue
+        bare = re.sub(r"[\u0300-\u036f]", "", unicodedata.normalize("NFKD", name))  # letters without their accents
+        word = re.sub(r"[^A-Za-z0-9_-]", "_", bare)[:LONGEST_WORD]
+        if not re.match(r"[A-Za-z]", word):
+            word = f"group_{word}"
+        while word.upper() in taken:
+            word = f"{word}_{group.id}"
+        words[name] = word
+        taken.add(word.upper())
+    return words
+
+
+def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *, complete: bool) -> str | None:
+    """Text of the sidecar: id and dimension of each group by name, and its name in a format that spells it otherwise.
+
+    Labelled points have the numbers of their nodes, from 0, and periodic sides the label of their counterpart with
+    the shift to it.
+
+    ``spellings`` holds for each format that is written the spelling of each name, or None if it holds ids only;
+    ``complete`` tells that the formats hold labelled points and periodic pairs, as far as the mesh has any. None if
+    every format holds the names as they are, and all else.
+    """
+    more = _places(mesh) | _counterparts(mesh)
+    entries = {}
+    for name, group in group_names(mesh).items():
+        other = {form: words[name] for form, words in spellings.items() if words and words.get(name, name) != name}
+        entries[name] = group._asdict() | more.get(group.id, {}) | ({"written": other} if other else {})
+    if complete and None not in spellings.values() and not any("written" in entry for entry in entries.values()):
+        return None
+    return json.dumps(entries, indent=2, ensure_ascii=False) + "\n"
+
+
+def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
+    """Nodes of the labelled points, by the ids of their groups."""
+    ids = node_ids(mesh)
+    return {int(number): {"nodes": mesh.labelled_nodes[ids == number].tolist()} for number in np.unique(ids)}
+
+
+def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
+    """Counterparts of the periodic sides, by the ids of their labels."""
+    found: dict[int, dict[str, Any]] = {}
+    for first, second, shift, _ in mesh.periodic_sides:
+        found[first + 1] = {"periodic": {"with": mesh.labels[second], "shift": shift.tolist()}}
+        found[second + 1] = {"periodic": {"with": mesh.labels[first], "shift": (0 - shift).tolist()}}
+    return found
 
 
 # What the readers of meshio and the writers of this package call the numbers of groups.
@@ -87,19 +146,8 @@ DIMENSIONS = {"label": 1, "region": 2}
 def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
     """Names of the groups that the cells of some blocks are in, and the index (c,) of each cell's group.
 
-    Parameters
-    ----------
-    mesh : meshio.Mesh
-    blocks : sequence of int
-        Numbers of the blocks, all of one kind of group.
-    noun : {"label", "region"}
-        What a group is called whose name the file does not tell.
-
-    Returns
-    -------
-    names : tuple of str
-        Empty where the file has no groups of such cells; then the indices are as well.
-    index : (c,)
+    The blocks of a `meshio.Mesh` are given by their numbers, all of one kind of group; ``noun``, label or region, is
+    what a group is called whose name the file does not tell. Both are empty where the file has no such groups.
     """
     for name in TAGS:
         if blocks and name in mesh.cell_data:

@@ -38,50 +38,24 @@ PARTS = {
 
 @dataclass(frozen=True)
 class MeshFile:
-    """The triangles of a mesh file, and all else that it holds.
-
-    Attributes
-    ----------
-    path : Path
-    points : (n, 2)
-        Nodes that triangles use.
-    nodes : (n,)
-        Their numbers in the file, ascending.
-    triangles : (t, 3)
-        In any orientation.
-    left_out : tuple of str
-        Kinds of cells that are none of the faces asked for, nor edges or points.
-    source : meshio.Mesh
-    faces : tuple of int
-        Blocks of the source's cells that the triangles are of.
-    """
+    """The triangles of a mesh file, and all else that it holds."""
 
     path: Path
-    points: Floats
-    nodes: Integers
-    triangles: Integers
-    left_out: tuple[str, ...]
-    source: Any
-    faces: tuple[int, ...]
+    points: Floats  # (n, 2) of the nodes that triangles use
+    nodes: Integers  # (n,) numbers of these in the file, ascending
+    triangles: Integers  # (t, 3) in any orientation
+    left_out: tuple[str, ...]  # kinds of cells that are none of the faces asked for, nor edges or points
+    source: Any  # a `meshio.Mesh`
+    faces: tuple[int, ...]  # blocks of the source's cells that the triangles are of
 
 
 def read_triangles(
     path: Path, parts: Mapping[str, Sequence[Sequence[int]]] = CORNERS, refusal: str | None = None
 ) -> MeshFile:
-    """Read the triangles of a mesh file.
+    """Read the triangles of a mesh file: ``parts`` of each kind of face, given by three of its nodes.
 
-    Parameters
-    ----------
-    path : Path
-    parts : mapping of str to sequences of three int
-        Triangles that each kind of face is cut in, by its nodes.
-    refusal : str, optional
-        Why cells of other kinds, but for edges and points, are an error; without it they are left out.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
+    The ``refusal`` says why cells of other kinds, but for edges and points, are an error; without it they are left out.
+    FileError if the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
     """
     source = _read(path)
     others = [block for block in source.cells if block.type not in (*parts, *NO_FACES)]
@@ -106,22 +80,12 @@ def read_triangles(
 
 
 class MeshWithData(NamedTuple):
-    """A mesh of a file with its data.
+    """A mesh of a file with its data; corners only, without ``labels`` and ``regions`` where the file has none."""
 
-    Attributes
-    ----------
-    mesh : Mesh
-        Corners only, in any orientation; ``labels`` and ``regions`` are empty where the file has none.
-    cell_data, point_data : mapping of str to (t,) or (t, k), (n,) or (n, k)
-        Data of the triangles and of the nodes.
-    left_out : tuple of str
-        Kinds of cells that were left out.
-    """
-
-    mesh: Mesh
-    cell_data: Mapping[str, Floats]
-    point_data: Mapping[str, Floats]
-    left_out: tuple[str, ...]
+    mesh: Mesh  # in any orientation
+    cell_data: Mapping[str, Floats]  # (t,) or (t, k)
+    point_data: Mapping[str, Floats]  # (n,) or (n, k)
+    left_out: tuple[str, ...]  # kinds of cells
 
 
 def read_mesh(path: Path) -> MeshWithData:
@@ -158,24 +122,13 @@ def _numbers(data: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 class FieldData(NamedTuple):
-    """Data on triangles.
-
-    Attributes
-    ----------
-    name : str
-    points : (n, 2)
-    triangles : (t, 3)
-    values : (n,), (n, k) or (c,)
-        At the points, or of the cells.
-    cells : (t,) or None
-        Number of the cell that each triangle is a part of; None for data at points.
-    """
+    """Data on triangles (t, 3) with corners at points (n, 2)."""
 
     name: str
     points: Floats
     triangles: Integers
-    values: Floats
-    cells: Integers | None
+    values: Floats  # (n,) or (n, k) at the points, or (c,) of the cells
+    cells: Integers | None  # (t,) number of the cell that each triangle is a part of; None for data at points
 
     @property
     def at_points(self) -> bool:
@@ -186,14 +139,9 @@ class FieldData(NamedTuple):
 def read_field(path: Path, name: str | None) -> FieldData:
     """Read the data ``name`` of a mesh file, or the only one of it; data at nodes goes before data of cells.
 
-    Faces of higher order and quadrilaterals are cut in triangles. Nodes keep their numbers.
-
-    Raises
-    ------
-    FileError
-        As of `read_triangles`, and for cells that are no plane faces.
-    CaseError
-        If the name is needed, unknown, or one of data that is not one real number in each place.
+    Faces of higher order and quadrilaterals are cut in triangles. Nodes keep their numbers. FileError as of
+    `read_triangles`, and for cells that are no plane faces; CaseError if the name is needed, unknown, or one of data
+    that is not one real number in each place.
     """
     file = read_triangles(path, PARTS, "only plane faces have data here")
     source, triangles = file.source, file.nodes[file.triangles]
@@ -217,12 +165,8 @@ def read_field(path: Path, name: str | None) -> FieldData:
 def read_nodal_field(path: Path, name: str | None) -> FieldData:
     """Read the data ``name`` at the nodes of a mesh file of linear triangles, or the only data that is there.
 
-    Raises
-    ------
-    FileError
-        As of `read_triangles`, and for faces of other kinds.
-    CaseError
-        If the name is needed, unknown, or one of data that is not given by real numbers at the nodes.
+    FileError as of `read_triangles`, and for faces of other kinds; CaseError if the name is needed, unknown, or one of
+    data that is not given by real numbers at the nodes.
     """
     refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
     file = read_triangles(path, LINEAR, refusal)

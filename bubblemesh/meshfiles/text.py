@@ -1,36 +1,44 @@
-"""Many lines of numbers as text, fast and at full precision."""
+"""Text of files: many lines of numbers, fast and at full precision, a report as JSON, the course of a run as CSV."""
 
-from collections.abc import Iterable, Iterator
-from pathlib import Path
+import csv
+import dataclasses
+import io
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bubblemesh.arrays import Floats
+
 CHUNK = 50_000  # lines formatted at once
+LONGEST_LINE, INDENT = 96, 2  # characters of readable JSON
+HISTORY_FILES = (".rounds.csv", ".history.csv")
+
+
+def write_text(path: Path, parts: Iterable[str]) -> None:
+    """Write the parts one after the other as UTF-8, with the same line ends on every system."""
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(parts)
 
 
 def lines(form: str, *columns: NDArray[Any]) -> Iterator[str]:
-    """Lines of text, many in each string.
+    """Lines of text, many in each string, filled by columns (n,) or (n, k).
 
-    Parameters
-    ----------
-    form : str
-        One line as for ``%``, without its end; ``%r`` gives the shortest text that reads back as the same number.
-    columns : (n,) or (n, k)
-        What fills it.
+    The form is one line as for ``%``, without its end; ``%r`` gives the shortest text that reads back as the same
+    number.
     """
     for start in range(0, len(columns[0]), CHUNK):
-        parts = [part for column in columns for part in _single(column[start : start + CHUNK])]
+        chunks = (column[start : start + CHUNK] for column in columns)
+        parts = [part for chunk in chunks for part in ([chunk] if chunk.ndim == 1 else chunk.T)]
         rows, width = len(parts[0]), len(parts)
         flat = [None] * (rows * width)
         for k, part in enumerate(parts):
             flat[k::width] = part.tolist()
         yield (form + "\n") * rows % tuple(flat)
-
-
-def _single(column: NDArray[Any]) -> Iterable[NDArray[Any]]:
-    return [column] if column.ndim == 1 else column.T
 
 
 def numbered(count: int) -> NDArray[np.int64]:
@@ -44,7 +52,67 @@ def listed(numbers: NDArray[Any], width: int) -> str:
     return "".join(", ".join(values[k : k + width]) + "\n" for k in range(0, len(values), width))
 
 
-def write_text(path: Path, parts: Iterable[str]) -> None:
-    """Write the parts one after the other as UTF-8, with the same line ends on every system."""
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(parts)
+def json_text(report: Mapping[str, Any]) -> str:
+    """Return the report as JSON text, keys in the order given, numbers at full precision."""
+    return json.dumps(json_ready(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def readable_json(data: Any, most_lines: int) -> tuple[str, int]:
+    """JSON text in lines of some length, at most so many, and the number of lines that were left out."""
+    lines = _json_text(json_ready(data), 0).split("\n")
+    return "\n".join(lines[:most_lines]), max(len(lines) - most_lines, 0)
+
+
+def _json_text(value: Any, indent: int) -> str:
+    line = json.dumps(value, ensure_ascii=False)
+    if len(line) + indent <= LONGEST_LINE or not isinstance(value, dict | list) or not value:
+        return line
+    inner = indent + INDENT
+    if isinstance(value, dict):
+        items = [f"{json.dumps(key, ensure_ascii=False)}: {_json_text(item, inner)}" for key, item in value.items()]
+    else:
+        items = [_json_text(item, inner) for item in value]
+    opening, closing = ("{", "}") if isinstance(value, dict) else ("[", "]")
+    separator = ",\n" + " " * inner
+    return f"{opening}\n{' ' * inner}{separator.join(items)}\n{' ' * indent}{closing}"
+
+
+def json_ready(value: Any) -> Any:
+    """Turn NumPy values, records, paths and tuples into what JSON knows; NaN and infinity become None.
+
+    A value that JSON has no form for is a TypeError.
+    """
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, (np.generic, np.ndarray)):
+        # A 0-dimensional array and a scalar of a subclass of float both become a Python number here.
+        return json_ready(value.tolist())
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, PurePath):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(key): json_ready(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_ready(item) for item in value]
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: json_ready(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    raise TypeError(f"a report cannot hold {value!r}")
+
+
+def history_tables(rounds: Sequence[dict[str, Any]], speeds: Sequence[Floats]) -> dict[str, str]:
+    """CSV of the rounds, one row for each, and of the steps, by the ends of their files' names.
+
+    The keys of the rounds' figures become columns; ``speeds`` are the mean speeds of the bubbles after each step of
+    each round.
+    """
+    moves = ((number, speed) for number, course in enumerate(speeds, start=1) for speed in course.tolist())
+    steps = ([step, number, speed] for step, (number, speed) in enumerate(moves, start=1))
+    tables = _csv(rounds[0].keys(), (row.values() for row in rounds)), _csv(["step", "round", "mean_speed"], steps)
+    return dict(zip(HISTORY_FILES, tables, strict=True))
+
+
+def _csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    return text.getvalue()

@@ -18,12 +18,8 @@ def transaction(folder: Path, prefix: str = _PREFIX) -> Iterator[Path]:
 
     Its name starts with ``prefix``. The folder is made if it is missing. After an exception, KeyboardInterrupt
     included, the folder and its old files are as they were. A symbolic link that has the name of a new file is
-    replaced, not followed.
-
-    Raises
-    ------
-    FileError
-        For any OSError, naming the path and the reason; if something other than a file is in the way.
+    replaced, not followed. Any OSError becomes a FileError with the path and the reason; it is one also if something
+    other than a file is in the way.
     """
     try:
         with _existing(folder), TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging:

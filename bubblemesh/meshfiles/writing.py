@@ -12,9 +12,8 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import unwritten
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
-from bubblemesh.meshfiles.groups import Fields
-from bubblemesh.meshfiles.names import LABELS_FILE, labels_text
-from bubblemesh.meshfiles.report_json import json_text
+from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
+from bubblemesh.meshfiles.text import json_text
 from bubblemesh.meshfiles.transaction import transaction
 
 _REPORT = ".report.json"
@@ -40,27 +39,17 @@ def write_files(
 
     Parameters
     ----------
-    mesh : Mesh
-    fields : mapping of str to (t,)
-        ``quality`` and ``target_spacing`` of each triangle.
+    mesh, fields
+        The fields are ``quality`` and ``target_spacing`` of each triangle.
     report : mapping
-        Is written to NAME.report.json with the names of all files, relative to the folder, under ``files``, and the
-        time of writing the meshes under ``seconds``.
-    folder : Path
-        Is made if it is missing.
-    name : str
-        Stem of the files' names.
-    formats : sequence of str
-        Keys of ``FORMATS``.
+        Is written to NAME.report.json, and returned, with the names of all files, relative to the folder, under
+        ``files``, and the time of writing the meshes under ``seconds``.
+    folder, name, formats
+        The folder is made if it is missing; formats are keys of ``FORMATS``.
     tables : mapping of str to str
         Text of more files, by the end of their names.
     page : callable, optional
         Makes the text of NAME.html from the report as written but for the time that this takes.
-
-    Returns
-    -------
-    dict
-        The report as written.
 
     Raises
     ------
@@ -109,14 +98,7 @@ def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:
     """Write a mesh to a binary stream; a format of several files is cut down to the triangles.
 
-    Raises
-    ------
-    CaseError
-        If the format is unknown, or has no form for the order of the triangles.
-    FileError
-        If the temporary file or the stream cannot be written.
-    BrokenPipeError
-        If the reader of the stream has gone.
+    Errors as of `write_files`, but a BrokenPipeError if the reader of the stream has gone.
     """
     form = format_named(format)
     require_order([format], mesh.order)

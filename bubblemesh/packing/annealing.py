@@ -41,7 +41,7 @@ class NoAnnealing:
         return 0
 
     def sparing(self, calm: Calm) -> "NoAnnealing":
-        """The same: there is none to spare bubbles from."""
+        """No annealing either: there is none to spare bubbles from."""
         return self
 
 
@@ -79,7 +79,7 @@ class Annealing:
         return math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / bubbles))
 
     def sparing(self, calm: Calm) -> "Annealing":
-        """The same annealing but for calm bubbles, which are left alone."""
+        """Annealing of all but calm bubbles, which are left alone."""
         return SparingAnnealing(**vars(self), calm=calm)
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:

@@ -23,10 +23,7 @@ MOST_ADDED = 500_000  # bubbles between curves; those that need more are the sam
 def split_cutting_edges(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
     """Bubbles with more of them on curves whose straight edges would cut off other parts of the boundary.
 
-    Raises
-    ------
-    GeometryError
-        If curves are so near to each other that no edges fit between them.
+    GeometryError if curves are so near to each other that no edges fit between them.
     """
     boundary, most = domain.boundary, len(bubbles) + MOST_ADDED
     if not boundary.curved.any():
@@ -104,7 +101,7 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
 
 
 def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
-    """Which interior bubbles (k,), all inside the domain, are inside the polygon of the boundary nodes too."""
+    """Interior bubbles (k,), all inside the domain, that are inside the polygon of the boundary nodes too."""
     edges, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     x, d = bubbles.x[bubbles.interior], bubbles.d[bubbles.interior]
     runs = ChordRuns.of(*np.moveaxis(bubbles.x[edges], 1, 0))

@@ -11,28 +11,14 @@ NOWHERE = np.zeros(0, np.int64), np.zeros(0)  # no place on the boundary
 
 @dataclass(frozen=True)
 class Bubbles:
-    """Bubbles at rest, in three groups: fixed corners, bubbles that slide on the boundary, interior bubbles.
+    """Bubbles at rest, in three groups: fixed corners, bubbles that slide on the boundary, interior bubbles."""
 
-    Attributes
-    ----------
-    x : (n, 2)
-        Centres, in the order of the groups.
-    d : (n,)
-        Spacing (diameter) at the centres.
-    piece, s : (b,)
-        Boundary piece and arc length of the b sliding bubbles.
-    corners : int
-        Number of fixed bubbles; they are the corners of the boundary, in its order.
-    touched : (n,)
-        Which are new since the last population control, or next to a bubble that it deleted or inserted.
-    """
-
-    x: Floats
-    d: Floats
-    piece: Integers
-    s: Floats
-    corners: int
-    touched: Booleans
+    x: Floats  # (n, 2): centres, in the order of the groups
+    d: Floats  # (n,): spacing (diameter) at the centres
+    piece: Integers  # (b,): boundary pieces of the b sliding bubbles
+    s: Floats  # (b,): their arc lengths
+    corners: int  # number of fixed bubbles: the corners of the boundary, in its order
+    touched: Booleans  # (n,): new since the last population control, or next to a bubble that it deleted or inserted
 
     def __len__(self) -> int:
         return len(self.x)
@@ -58,7 +44,7 @@ class Bubbles:
         return Bubbles(self.x[keep], self.d[keep], self.piece[slide], self.s[slide], self.corners, self.touched[keep])
 
     def append(self, x: Floats, d: Floats, piece: Integers = NOWHERE[0], s: Floats = NOWHERE[1]) -> "Bubbles":
-        """These bubbles and new ones at ``x`` (k, 2), of which the first j lie on the boundary at ``piece``, ``s``."""
+        """Bubbles with new ones at ``x`` (k, 2), of which the first j lie on the boundary at ``piece``, ``s``."""
         at, slides, new = self.boundary_count, len(piece), np.ones(len(x), bool)
         return Bubbles(
             np.concatenate([self.x[:at], x[:slides], self.x[at:], x[slides:]]),

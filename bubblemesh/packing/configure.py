@@ -37,10 +37,7 @@ class Option(NamedTuple):
 def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> Method:
     """The row ``method`` of the table, with the given schemes and parameters in place of its own.
 
-    Raises
-    ------
-    OptionError
-        If the method is unknown, does not use a key, or a value is out of range.
+    OptionError if the method is unknown, does not use a key, or a value is out of range.
     """
     given = {"packing": packing, "schedule": schedule}
     row = _with_schemes(method, given)
@@ -58,10 +55,7 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
 def unused_keys(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Sections and keys of the parameters that the method, with the schemes that are given, does not use.
 
-    Raises
-    ------
-    OptionError
-        If the method or a scheme is unknown.
+    OptionError if the method or a scheme is unknown.
     """
     given = {"packing": packing, "schedule": schedule}
     row = _with_schemes(method, given)
@@ -138,5 +132,5 @@ def _hints(kind: type[Any]) -> dict[str, Any]:
 
 
 def _scheme_name(method: Method, column: str) -> str:
-    """What a case calls the method's scheme."""
+    """Name of the method's scheme in a case."""
     return next(name for name, kind in COLUMNS[column].schemes.items() if kind is type(getattr(method, column)))

@@ -1,4 +1,4 @@
-"""What the boundary does to motion: corners stay, boundary bubbles slide, interior bubbles stay inside."""
+"""Confinement of motion by the boundary: corners stay, boundary bubbles slide, interior bubbles stay inside."""
 
 from dataclasses import dataclass, replace
 
@@ -13,20 +13,10 @@ from bubblemesh.packing.motion import Force
 
 @dataclass
 class Sliding:
-    """The boundary pieces under the sliding bubbles, kept up to date with their arc lengths.
-
-    Attributes
-    ----------
-    bubbles : Bubbles
-        The bubbles at the start of the motion.
-    s : (b,)
-        Present arc lengths of the sliding ones.
-    tangents : (b, 2)
-        Directions in which they can move.
-    """
+    """The boundary pieces under the sliding bubbles, with their present arc lengths (b,) and tangents (b, 2)."""
 
     boundary: Boundary
-    bubbles: Bubbles
+    bubbles: Bubbles  # at the start of the motion
 
     def __post_init__(self) -> None:
         self.s = self.bubbles.s
@@ -63,11 +53,7 @@ class Sliding:
 class Confinement:
     """Keeps interior bubbles inside, asking for the boundary only where one may have reached it.
 
-    Attributes
-    ----------
-    margin : float
-        Distance from the boundary, in units of spacing, to which a bubble that crossed it is put back: never onto
-        the boundary itself, which would make a flat triangle.
+    One that crossed it is put back to ``margin`` spacings from it: never onto it, which would make a flat triangle.
     """
 
     domain: Domain

@@ -7,13 +7,12 @@ import numpy as np
 from annotated_types import Gt
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, along_hilbert_curve
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
-from bubblemesh.spacing.grid.leaves import Leaves, leaves
+from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces

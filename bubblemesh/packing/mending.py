@@ -23,21 +23,11 @@ PASSES = 2
 
 
 class Patches(NamedTuple):
-    """Patches of a net that have no node in common.
+    """Patches of a net that have no node in common."""
 
-    Attributes
-    ----------
-    displaced : (n,)
-        Which nodes are displaced.
-    moving : (n,)
-        The patch that each node moves with, or -1.
-    number : int
-        How many patches there are.
-    """
-
-    displaced: Booleans
-    moving: Integers
-    number: int
+    displaced: Booleans  # (n,): nodes that are displaced
+    moving: Integers  # (n,): the patch that each node moves with, or -1
+    number: int  # of patches
 
 
 AnySmoothing = NoSmoothing | Smoothing

@@ -12,12 +12,10 @@ from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEu
 from bubblemesh.packing.placement import Perturbation, Placement
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
-from bubblemesh.packing.population import Population
-from bubblemesh.packing.population.defects import Defects
-from bubblemesh.packing.population.thresholds import Thresholds
+from bubblemesh.packing.population import Defects, Population, Thresholds
 from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
-from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled
+from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled, Termination
 from bubblemesh.packing.viscosity import Constant, NoOddBubbles, OddBubbles, SawTooth, Viscosity
 
 
@@ -37,7 +35,7 @@ class Method:
     mending: NoMending | Mending
     viscosity: Viscosity
     odd: NoOddBubbles | OddBubbles
-    termination: FixedRounds
+    termination: Termination
 
 
 FNPBS = Method(

@@ -12,7 +12,7 @@ from bubblemesh.arrays import Floats
 
 MOST_DAMPING = 1.5  # of c * dt
 
-Force = Callable[[Floats], Floats]
+Force = Callable[[Floats], Floats]  # forces (n, 2) at positions (n, 2), without those that the boundary takes up
 TimeStep = Annotated[float, Gt(0), Le(1), Doc("time step")]
 
 
@@ -41,20 +41,9 @@ class RungeKutta:
 
     @property
     def evaluations(self) -> int:
-        """Number of force evaluations of a step."""
         return len(self.weights)
 
     def __call__(self, x: Floats, v: Floats, c: Floats | float, force: Force) -> tuple[Floats, Floats]:
-        """Positions and velocities (n, 2) after a step.
-
-        Parameters
-        ----------
-        x, v : (n, 2)
-        c : float or (n, 1)
-            Viscosity of each bubble.
-        force : callable
-            Forces (n, 2) at given positions, without those that the boundary takes up.
-        """
         c = np.minimum(c, MOST_DAMPING / self.dt)
         velocities: list[Floats] = []
         accelerations: list[Floats] = []

@@ -1,4 +1,4 @@
-"""Which bubbles are neighbours: pairs nearer than a multiple of the sum of their radii."""
+"""Neighbours: pairs of bubbles nearer than a multiple of the sum of their radii."""
 
 from dataclasses import dataclass
 
@@ -11,22 +11,12 @@ CLASSES_PER_OCTAVE = 2
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Pairs of bubbles, with the positions they were found for.
+    """Pairs of bubbles, with the positions they were found for."""
 
-    Attributes
-    ----------
-    pairs : (m, 2)
-        Indices i and j of neighbours, each pair once.
-    contact : (m,)
-        Distance l0 = r_i + r_j at which a pair is at rest.
-    x, d : (n, 2), (n,)
-        Centres and spacing when the pairs were found.
-    """
-
-    pairs: Integers
-    contact: Floats
-    x: Floats
-    d: Floats
+    pairs: Integers  # (m, 2): indices i and j of neighbours, each pair once
+    contact: Floats  # (m,): distance l0 = r_i + r_j at which a pair is at rest
+    x: Floats  # (n, 2): centres when the pairs were found
+    d: Floats  # (n,): spacing there
 
     @classmethod
     def of(cls, x: Floats, d: Floats, reach: float) -> "Neighbours":

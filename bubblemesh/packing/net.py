@@ -16,29 +16,14 @@ from bubblemesh.spacing.spacing import Spacing
 
 @dataclass(frozen=True)
 class Net:
-    """Bubbles with the triangulation of their centres.
-
-    Attributes
-    ----------
-    bubbles : Bubbles
-    facets : (b, 2)
-        Edges along the pieces of the boundary; those of its rings have the domain on their left.
-    facet_piece : (b,)
-        The boundary piece that each of them follows.
-    two_sided : (b,)
-        Which of them have the domain on both sides.
-    triangles : (t, 3)
-        Counter-clockwise.
-    edges : (m, 2)
-        Every edge of the triangles once.
-    """
+    """Bubbles with the triangulation of their centres."""
 
     bubbles: Bubbles
-    facets: Integers
-    facet_piece: Integers
-    two_sided: Booleans
-    triangles: Integers
-    edges: Integers
+    facets: Integers  # (b, 2): edges along pieces of the boundary; those of its rings have the domain on their left
+    facet_piece: Integers  # (b,): boundary piece of each facet
+    two_sided: Booleans  # (b,): facets with the domain on both sides
+    triangles: Integers  # (t, 3): counter-clockwise
+    edges: Integers  # (m, 2): every edge of a triangle once
 
     @cached_property
     def valence(self) -> Integers:
@@ -47,14 +32,14 @@ class Net:
 
     @cached_property
     def inner(self) -> Booleans:
-        """Which edges (m,) are not part of the boundary."""
+        """Edges (m,) that are not part of the boundary."""
         inner = np.ones(len(self.edges), bool)
         chords = np.flatnonzero((self.edges < self.bubbles.boundary_count).all(axis=1))
         inner[chords] = ~self.are_facets(self.edges[chords])
         return inner
 
     def are_facets(self, pairs: Integers) -> Booleans:
-        """Which pairs (k, 2) of bubbles, in either order, are the ends of a facet."""
+        """Pairs (k, 2) of bubbles that are, in either order, the ends of a facet."""
         n = len(self.bubbles)
         return np.isin(edge_keys(np.sort(pairs, axis=1), n), edge_keys(np.sort(self.facets, axis=1), n))
 

@@ -1,4 +1,4 @@
-"""How much of a packing is done: for those who show progress, and for limits of time."""
+"""Progress of a packing, as the share that is done: for those who show progress, and for limits of time."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,27 +20,16 @@ class TimeUp(Exception):  # noqa: N818 - it ends the packing, but is no error
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of a packing: the rounds on a level until its termination says stop.
-
-    Attributes
-    ----------
-    level : int
-    annealing : bool
-        Whether it begins by annealing.
-    finishing : bool
-        Whether the packing is finished at its end.
-    work : float
-        Expected cost, in terms of a step of relaxation of one bubble.
-    """
+    """A part of a packing: the rounds on a level until its termination says stop."""
 
     level: int
-    annealing: bool
-    finishing: bool
-    work: float
+    annealing: bool  # the stage begins by annealing
+    finishing: bool  # the packing is finished at its end
+    work: float  # expected cost, in steps of relaxation of one bubble
 
     @property
     def opening(self) -> bool:
-        """Whether it is the first of all."""
+        """Whether the stage is the first of all."""
         return self.level == 0 and not self.annealing
 
 
@@ -69,15 +58,7 @@ def _finishing_work(method: Method, bubbles: int) -> float:
 
 
 class Progress:
-    """Count of the work done, for a watch.
-
-    Parameters
-    ----------
-    stages : sequence of Stage
-    watch : callable
-    net : Net
-        The bubbles so far, for the case that the watch ends the packing.
-    """
+    """Count of the work done, for a watch; ``net`` holds the bubbles so far, in case the watch ends the packing."""
 
     def __init__(self, stages: Sequence[Stage], watch: Watch, net: Net) -> None:
         self._total = sum(stage.work for stage in stages)
@@ -90,12 +71,6 @@ class Progress:
         self.add(0.0)
 
     def add(self, work: float) -> None:
-        """Count so many steps of a bubble.
-
-        Raises
-        ------
-        TimeUp
-            If the watch does.
-        """
+        """Count so many steps of a bubble; TimeUp if the watch does."""
         self._done = min(self._done + work, self._end)
         self._watch(self._done / self._total)

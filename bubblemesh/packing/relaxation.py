@@ -28,7 +28,7 @@ Damping = Callable[[int, Booleans], Floats | float]  # viscosity in a step of bu
 
 
 class Dynamics(NamedTuple):
-    """How bubbles move: the force between two of them, the step of their motion, and what damps it."""
+    """Motion of bubbles: the force between two of them, the step of their motion, and what damps it."""
 
     force: VanDerWaals
     motion: Motion
@@ -61,7 +61,7 @@ class Relaxed(NamedTuple):
 
 
 class Relaxation(Protocol):
-    """Which bubbles act on each other, and how the boundary takes part in the motion."""
+    """A choice of the bubbles that act on each other, and of the boundary's part in the motion."""
 
     boundary_stays: ClassVar[bool]
 

@@ -18,32 +18,15 @@ from bubblemesh.spacing.spacing import Spacing
 
 @dataclass(frozen=True)
 class Round:
-    """Record of a round.
+    """Record of a round."""
 
-    Attributes
-    ----------
-    number : int
-        Counted from 1.
-    before : int
-        Number of bubbles before the round.
-    inserted : int
-    net : Net
-        The bubbles and their triangulation after the round.
-    speeds : (iterations,)
-        Mean speed of the bubbles after each step of the motion.
-    evaluations : int
-        Evaluations of the force on a bubble.
-    stop_reason : str or None
-        Why no round follows.
-    """
-
-    number: int
-    before: int
+    number: int  # counted from 1
+    before: int  # number of bubbles
     inserted: int
-    net: Net
-    speeds: Floats
-    evaluations: int
-    stop_reason: str | None = None
+    net: Net  # after the round
+    speeds: Floats  # (iterations,): mean speed after each step of the motion
+    evaluations: int  # of the force on a bubble
+    stop_reason: str | None = None  # why no round follows
 
     @property
     def iterations(self) -> int:
@@ -71,17 +54,9 @@ def rounds(
 ) -> Iterator[Round]:
     """Rounds of the method on each level; after the last change of population the packing is finished.
 
-    Parameters
-    ----------
-    start : Bubbles
-        Placed by the first spacing of the levels.
-    domain : Domain
-    levels : sequence of Spacing
-        From the coarsest to the one asked for.
-    method : Method
-    watch : callable
-        Is told what share of the packing is done. If it raises `TimeUp`, the bubbles are refined to the last spacing
-        without more ado, and a last round tells so.
+    The bubbles of the ``start`` are placed by the first of the levels' spacings, which go from the coarsest to the one
+    asked for. If the watch raises `TimeUp`, the bubbles are refined to the last spacing without more ado, and a last
+    round tells so.
     """
     random = method.perturbation.generator()
     net, number, level = connect(method.perturbation(start, levels[0], random), domain), 0, 0

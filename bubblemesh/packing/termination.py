@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from annotated_types import Ge, Gt
 from typing_extensions import Doc
@@ -10,6 +10,19 @@ from typing_extensions import Doc
 Rounds = Annotated[int, Gt(0), Doc("number of rounds, at most")]
 Iterations = Annotated[int, Gt(0), Doc("steps of a round; at the end of the published methods as many again")]
 Tolerance = Annotated[float, Ge(0), Doc("relative change of the number of bubbles that counts as settled")]
+
+
+class Termination(Protocol):
+    """When the rounds on a level end."""
+
+    def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
+        """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
+
+    def steps(self, opening: bool) -> int:
+        """Steps of a round; ``opening`` is the first one of all."""
+
+    def expected_steps(self, opening: bool) -> int:
+        """About how many steps it takes until it says stop, the last relaxation included."""
 
 
 @dataclass(frozen=True)
@@ -20,15 +33,12 @@ class FixedRounds:
     iterations: Iterations = 250
 
     def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
-        """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
         return f"all {self.rounds} rounds done" if len(counts) >= self.rounds else None
 
     def steps(self, opening: bool) -> int:
-        """Steps of a round; ``opening`` is the first one of all."""
         return self.iterations
 
     def expected_steps(self, opening: bool) -> int:
-        """About how many steps it takes until it says stop, the last relaxation included."""
         return (self.rounds + 1) * self.iterations
 
 

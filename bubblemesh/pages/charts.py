@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from bubblemesh.meshes.histograms import Histogram
+from bubblemesh.meshes.quality import Histogram
 from bubblemesh.pages.markup import Markup, html, tag
 
 WIDTH, HEIGHT = 340, 190
@@ -20,28 +20,17 @@ class Line(NamedTuple):
     marked: bool
 
 
-def bar(share: float, kind: str = "") -> Markup:
+def bar(share: float) -> Markup:
     """A horizontal bar, for a table's cell, whose length is a share of the cell's."""
     filling = tag("rect", width=f"{100 * min(max(share, 0), 1):.1f}", height=10, class_="bar")
-    return tag(
-        "svg",
-        filling,
-        viewBox="0 0 100 10",
-        preserveAspectRatio="none",
-        class_=f"cell {kind}".strip(),
-        aria_hidden="true",
-    )
+    look = {"viewBox": "0 0 100 10", "preserveAspectRatio": "none", "class_": "cell", "aria_hidden": "true"}
+    return tag("svg", filling, **look)
 
 
 def quality_range(figures: Sequence[float], low: float) -> Markup:
-    """A line from the least to the mean quality, with a bar at the first percentile between them.
+    """A line from the least to the mean quality, with a bar at the first percentile, on a scale from ``low`` to 1.
 
-    Parameters
-    ----------
-    figures : sequence of float
-        Least quality, first percentile, mean.
-    low : float
-        Where the scale, which ends at 1, begins.
+    The figures are the least quality, the first percentile and the mean.
     """
     least, p01, mean = figures
     begin, middle, end = (4 + 92 * (q - low) / (1 - low) for q in figures)
@@ -58,19 +47,7 @@ def quality_range(figures: Sequence[float], low: float) -> Markup:
 def histogram_chart(
     title: str, counted: Histogram, noun: str, ticks: Sequence[float], ideal: float | None = None
 ) -> Markup:
-    """Chart of a histogram.
-
-    Parameters
-    ----------
-    title : str
-    counted : Histogram
-    noun : str
-        What was counted, in the plural.
-    ticks : sequence of float
-        Values that the axis tells.
-    ideal : float, optional
-        Value with a line of its own.
-    """
+    """Chart of a histogram of what the noun names, in the plural; the axis tells the ticks, a line the ideal value."""
     edges, total = [float(edge) for edge in counted.edges], max(counted.total, 1)
     shares = [int(count) / total for count in counted.counts]
     top = _rounded_up(max(shares))
@@ -92,25 +69,20 @@ def histogram_chart(
     summary = (
         f"Histogram of {total} {noun}. Most, {shares[mode]:.0%}, are from {edges[mode]:.4g} to {edges[mode + 1]:.4g}."
     )
-    marks = [] if ideal is None else [_upright(across(ideal), "ideal")]
+    mark = None
+    if ideal is not None:
+        x = f"{across(ideal):.1f}"
+        mark = tag("line", x1=x, x2=x, y1=TOP, y2=HEIGHT - BOTTOM, class_="ideal")
     axes = [_grid(up, [0, top / 2, top], lambda value: f"{value:.0%}"), _ticks(across, ticks)]
-    return _figure(title, summary, html(*axes, *bars, *marks), [html(", ".join(outside))])
+    return _figure(title, summary, html(*axes, *bars, mark), [html(", ".join(outside))])
 
 
 def line_chart(
     title: str, x_title: str, lines: Sequence[Line], low: float, high: float, *, logarithmic: bool = False
 ) -> Markup:
-    """Chart of lines over a common axis.
+    """Chart of lines over a common axis, at most two, which differ in dashes and marks as well.
 
-    Parameters
-    ----------
-    title, x_title : str
-    lines : sequence of Line
-        At most two; they differ in dashes and marks as well.
-    low, high : float
-        Ends of the upright axis.
-    logarithmic : bool
-        Whether that axis is.
+    The upright axis goes from ``low`` to ``high``, and may be logarithmic.
     """
     xs = [x for line in lines for x, _ in line.points]
     across = _linear(min(xs), max(max(xs), min(xs) + 1), LEFT + 4, WIDTH - RIGHT - 8)
@@ -170,15 +142,8 @@ def _grid(up: Scale, levels: Sequence[float], form: Callable[[float], str]) -> M
 
 
 def _ticks(across: Scale, values: Sequence[float]) -> Markup:
-    texts = [
-        tag("text", f"{value:.4g}", x=f"{across(value):.1f}", y=HEIGHT - BOTTOM + 14, class_="axis middle")
-        for value in values
-    ]
-    return html(*texts)
-
-
-def _upright(x: float, kind: str) -> Markup:
-    return tag("line", x1=f"{x:.1f}", x2=f"{x:.1f}", y1=TOP, y2=HEIGHT - BOTTOM, class_=kind)
+    y = HEIGHT - BOTTOM + 14
+    return html(*(tag("text", f"{v:.4g}", x=f"{across(v):.1f}", y=y, class_="axis middle") for v in values))
 
 
 def _whole_ticks(low: float, high: float) -> list[float]:

@@ -5,14 +5,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from bubblemesh.errors import outcome
+from bubblemesh.errors import DONE, INTERRUPTED, LimitError, outcome
 from bubblemesh.messages import counted, duration
 from bubblemesh.pages.charts import quality_range
-from bubblemesh.pages.markup import Markup, from_template, html, tag
-from bubblemesh.pages.page import page
-from bubblemesh.pages.text import whole
+from bubblemesh.pages.markup import Markup, from_template, html, page, tag, whole
 
-DONE = 0  # exit code
 BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
 # Head of a column of numbers, key in the row of a case, and how the number is written.
 COLUMNS = (
@@ -25,7 +22,7 @@ COLUMNS = (
     ("Time", "seconds", None),
     ("Warnings", "warnings", "d"),
 )
-STATES = {6: "stopped at a limit", 130: "interrupted"}
+STATES = {LimitError.exit_code: "stopped at a limit", INTERRUPTED: "interrupted"}
 
 Row = Mapping[str, Any]
 
@@ -33,13 +30,9 @@ Row = Mapping[str, Any]
 def index_page(rows: Sequence[Row]) -> str:
     """The page that compares cases: one file of HTML that needs nothing else.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        For each case ``case`` and ``exit_code``, and where they are known ``status``, ``message`` (or ``error``),
-        ``nodes``, ``triangles``, ``quality_mean``, ``quality_p01``, ``quality_min``, ``spacing_std``, ``seconds``,
-        ``warnings`` (their number or the texts), ``report`` (name of the case's page, relative to this one) and
-        ``sweep`` (values by key). What is missing or None leaves its cell empty.
+    The row of a case has ``case`` and ``exit_code``, and where they are known ``status``, ``message`` (or ``error``),
+    the keys of ``COLUMNS`` (of ``warnings`` the number or the texts), ``report`` (name of the case's page, relative to
+    this one) and ``sweep`` (values by key). What is missing or None leaves its cell empty.
     """
     lowest = min((row["quality_min"] for row in rows if row.get("quality_min") is not None), default=0.0)
     low = min(int(10 * lowest) / 10, 0.9)

@@ -1,10 +1,18 @@
-"""HTML that is escaped by construction: text becomes part of a page only through these functions."""
+"""HTML that is escaped by construction: text becomes part of a page only through these functions; a page's frame."""
 
+import base64
+import hashlib
+import math
+import re
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
 
+from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
+
+NUMBER = r"-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
+PLACE = re.compile(rf"\(({NUMBER}), ({NUMBER})\)")
 EMPTY = {"img", "input"}  # elements that have no end
 
 
@@ -15,15 +23,10 @@ class Markup(str):
 
 
 def tag(name: str, *content: Markup | str | int | None, **attributes: str | float | bool | None) -> Markup:
-    """An element.
+    """An element; text in it is escaped, None left out.
 
-    Parameters
-    ----------
-    name : str
-    *content : Markup, str, int or None
-        Text is escaped, None left out.
-    **attributes
-        ``class_`` stands for class, ``data_x`` for data-x. True gives the name alone, False and None nothing.
+    Of the attributes ``class_`` stands for class, ``data_x`` for data-x; True gives the name alone, False and None
+    nothing.
     """
     text = "".join(
         f" {key.rstrip('_').replace('_', '-')}" + ("" if value is True else f'="{escape(str(value))}"')
@@ -61,6 +64,54 @@ def table(caption: str, heads: Sequence[Markup], rows: Sequence[Sequence[Markup]
     """A table of cells."""
     body = html(*(tag("tr", *row) for row in rows))
     return tag("table", tag("caption", caption), tag("thead", tag("tr", *heads)), tag("tbody", body))
+
+
+def whole(number: int) -> str:
+    """A count with its thousands set apart."""
+    return f"{number:,}"
+
+
+def linked_places(message: str) -> Markup:
+    """A message in which each place is a button that shows it in the picture of the mesh."""
+    parts: list[Markup | str] = []
+    end = 0
+    for found in PLACE.finditer(message):
+        x, y = float(found[1]), float(found[2])
+        if math.isfinite(x) and math.isfinite(y):
+            at = {"data_x": repr(x), "data_y": repr(y)}
+            button = tag("button", found[0], type="button", class_="place", **at, title="Show in the mesh")
+            parts += [message[end : found.start()], button]
+            end = found.end()
+    return html(*parts, message[end:])
+
+
+def page(title: str, body: Markup, scripts: Sequence[str], *, wide: bool = False) -> str:
+    """A whole page: one file that asks nothing of the network, and runs no script but its own.
+
+    The scripts are names of the package's JavaScript files, which become one module in this order; a ``wide`` page may
+    be as wide as a table of many columns.
+    """
+    style = _palette() + package_text("style.css")
+    script = "".join(package_text(name) for name in scripts)
+    # Browsers run only what has these hashes, whatever else a page may have come to hold.
+    policy = (
+        f"default-src 'none'; img-src data:; style-src {_hash(style)}; script-src {_hash(script)}; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    safe = {"policy": Markup(policy), "style": Markup(style), "script": Markup(script)}
+    return str(from_template("page.html", title=title, width="wide" if wide else "", body=body, **safe))
+
+
+def _palette() -> str:
+    """The colours that pages and pictures share, for the style sheet."""
+    labels = "".join(f"--label-{k}: {color}; " for k, color in enumerate(LABEL_COLOURS))
+    regions = "".join(f"svg .region-{k} {{ fill: {color}; }}\n" for k, color in enumerate(REGION_COLOURS))
+    lines = "".join(f"svg .label-{k} {{ stroke: var(--label-{k}); }}\n" for k in range(len(LABEL_COLOURS)))
+    return f"\n:root {{ {labels}}}\n{regions}{lines}"
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
 def package_text(name: str) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.messages import counted, duration
-from bubblemesh.pages.markup import Markup, from_template, html, tag
-from bubblemesh.pages.page import page
+from bubblemesh.pages.markup import Markup, from_template, html, linked_places, page, tag, whole
 from bubblemesh.pages.scene import COLORMAP, Scene
 from bubblemesh.pages.sections import (
     colourings,
@@ -21,7 +21,6 @@ from bubblemesh.pages.sections import (
     scales,
     worst_triangles,
 )
-from bubblemesh.pages.text import linked_places, readable_json, whole
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions
 
@@ -41,17 +40,8 @@ def report_page(
 ) -> str:
     """The page of a run: one file of HTML that needs nothing else.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    fields : mapping of str to (t,)
-        ``target_spacing`` of each triangle.
-    report : mapping
-        As written, with the names of all files, which are in the folder of the page.
-    speeds : sequence of (iterations,)
-        Mean speed of the bubbles after each step of each round.
-    written : datetime
-        When the page is made.
+    The report is as written, with the names of all files, which are in the folder of the page; the fields hold
+    ``target_spacing`` (t,), ``speeds`` the mean speeds of the bubbles after each step of each round.
     """
     scene = Scene.of(mesh, fields, WORST)
     text, omitted = readable_json(report["parameters"], MOST_LINES)

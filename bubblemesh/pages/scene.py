@@ -1,7 +1,4 @@
-"""Data from which the script of a report's page draws the mesh.
-
-Arrays are bytes of one rank after the other, compressed, in letters of base64.
-"""
+"""Data from which the script of a report's page draws the mesh: arrays by rank of bytes, compressed, in base64."""
 
 import base64
 import json
@@ -15,7 +12,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.report_json import json_ready
+from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.pages.markup import Markup, html, tag
 from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
 from bubblemesh.pictures.styles import REGION_COLOURS
@@ -26,21 +23,12 @@ STEPS = 256
 
 @dataclass(frozen=True)
 class Scene:
-    """A mesh with its colourings.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    quality, ratio : Colouring
-        By radius ratio, and by edge length over wanted spacing.
-    worst : (w,)
-        The triangles of least quality, the worst first.
-    """
+    """A mesh with its colourings, by radius ratio and by edge length over wanted spacing."""
 
     mesh: Mesh
     quality: Colouring
     ratio: Colouring
-    worst: Integers
+    worst: Integers  # (w,) the triangles of least quality, the worst first
 
     @classmethod
     def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":

@@ -9,14 +9,12 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import angles, edge_means, edge_ratios
+from bubblemesh.meshes.quality import angles, edge_means, edge_ratios, histogram, lowest_shown, quality_histogram
 from bubblemesh.messages import counted, duration, place
 from bubblemesh.pages.charts import Line, bar, histogram_chart, line_chart
-from bubblemesh.pages.markup import Markup, cell, head, html, table, tag
+from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole
 from bubblemesh.pages.scene import Scene
-from bubblemesh.pages.text import whole
 from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
 
 DASHES = ("", "9 4", "2 3", "9 3 2 3")
@@ -33,17 +31,10 @@ def scales(scene: Scene) -> Markup:
     """Legend of each colouring."""
     low, high = scene.quality.limits
     below, above = scene.ratio.limits
-    regions = [
-        tag(
-            "li",
-            tag(
-                "svg", tag("rect", width=26, height=12, class_=f"region-{k % len(REGION_COLOURS)}"), aria_hidden="true"
-            ),
-            " ",
-            name,
-        )
-        for k, name in enumerate(scene.mesh.regions)
-    ]
+    regions = []
+    for k, name in enumerate(scene.mesh.regions):
+        sample = tag("rect", width=26, height=12, class_=f"region-{k % len(REGION_COLOURS)}")
+        regions.append(tag("li", tag("svg", sample, aria_hidden="true"), " ", name))
     legends = {
         "quality": _scale("Quality q", f"{low:g} or less", f"{high:g}, equilateral"),
         "ratio": _scale("Edge length over wanted spacing", f"{below:.3g} or less", f"{above:.3g} or more"),
@@ -65,26 +56,12 @@ def labels(mesh: Mesh) -> Markup:
     items = []
     for k, (name, count) in enumerate(zip(mesh.labels, counts, strict=True)):
         dashes = DASHES[k // len(LABEL_COLOURS) % len(DASHES)] or None
-        line = tag(
-            "line",
-            x1=1,
-            y1=6,
-            x2=25,
-            y2=6,
-            class_=f"label-line label-{k % len(LABEL_COLOURS)}",
-            stroke_dasharray=dashes,
-        )
+        kind = f"label-line label-{k % len(LABEL_COLOURS)}"
+        line = tag("line", x1=1, y1=6, x2=25, y2=6, class_=kind, stroke_dasharray=dashes)
         sample = tag("svg", line, viewBox="0 0 26 12", aria_hidden="true")
-        button = tag(
-            "button",
-            html(sample, name, " ", tag("span", whole(count), class_="soft")),
-            type="button",
-            class_="label",
-            data_label=k,
-            aria_pressed="false",
-            title=f"{counted(count, 'edge')}: let it stand out",
-        )
-        items.append(tag("li", button))
+        text = html(sample, name, " ", tag("span", whole(count), class_="soft"))
+        state = {"data_label": str(k), "aria_pressed": "false", "title": f"{counted(count, 'edge')}: let it stand out"}
+        items.append(tag("li", tag("button", text, type="button", class_="label", **state)))
     return html(tag("h3", "Labels and their edges"), tag("ul", html(*items), class_="legend"))
 
 
@@ -151,17 +128,11 @@ def rounds_charts(report: Mapping[str, Any], speeds: Sequence[Floats]) -> Markup
         shown = moving[np.unique(np.linspace(0, len(moving) - 1, MOST_STEPS).astype(int))]
         values = steps[shown]
         line = Line("mean speed", list(zip((shown + 1).tolist(), values.tolist(), strict=True)), marked=False)
-        low, high = (10.0 ** side(np.log10(values[values > 0])) for side in (_floor, _ceiling))
-        charts.append(line_chart("Mean speed over the steps", "step", [line], low, high, logarithmic=True))
+        exponents = np.log10(values[values > 0])
+        low = math.floor(exponents.min())
+        high = max(math.ceil(exponents.max()), low + 1)
+        charts.append(line_chart("Mean speed over the steps", "step", [line], 10.0**low, 10.0**high, logarithmic=True))
     return html(*charts, tag("div", _stages(report["seconds"]), class_="scroll"))
-
-
-def _floor(exponents: Floats) -> int:
-    return math.floor(exponents.min())
-
-
-def _ceiling(exponents: Floats) -> int:
-    return max(math.ceil(exponents.max()), math.floor(exponents.min()) + 1)
 
 
 def _stages(seconds: Mapping[str, float]) -> Markup:

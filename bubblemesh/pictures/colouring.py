@@ -1,18 +1,20 @@
-"""Colours of a picture's triangles, and the quantity that they show."""
+"""Colours of a picture's triangles, the quantity that they show, and the bar that tells its values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
+from matplotlib.figure import Figure
 
 from bubblemesh.arrays import Floats
-from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios, spacing_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, radius_ratios, spacing_ratios
 from bubblemesh.messages import meant
-from bubblemesh.pictures.styles import REGION_COLOURS, PlotOptionError
+from bubblemesh.pictures.styles import INK, REGION_COLOURS, PlotOptionError, Style
 
 OWN = ("quality", "spacing", "label", "material", "none")
 OUTER = 0.01  # share of the triangles beyond either end of a scale
@@ -31,46 +33,22 @@ class MeshData:
 
 @dataclass(frozen=True)
 class Colouring:
-    """Values (t,) of the triangles and what their colours mean.
+    """Values of the triangles and what their colours mean."""
 
-    Attributes
-    ----------
-    values : (t,)
-        NaN where there is none; the index of its name for each triangle where there are names.
-    title : str
-    colormap : Colormap
-    limits : tuple of float
-        Values at the ends of the colour map.
-    names : tuple of str
-    """
-
-    values: Floats
+    values: Floats  # (t,), NaN where there is none; the index of its name for each triangle where there are names
     title: str
     colormap: Colormap
-    limits: tuple[float, float]
+    limits: tuple[float, float]  # values at the ends of the colour map
     names: tuple[str, ...] = ()
 
 
 def colouring_of(
     mesh: Mesh, data: MeshData, color: str, colormap: str | None = None, limits: tuple[float, float] | None = None
 ) -> Colouring | None:
-    """The colouring by a quantity's name; None if the triangles have no colour of their own.
+    """The colouring by a quantity of ``OWN`` or a field; None if the triangles have no colour of their own.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    data : MeshData
-    color : str
-        One of ``OWN`` or the name of a field.
-    colormap : str, optional
-        ``quality`` or a name that matplotlib knows.
-    limits : tuple of float, optional
-        Values at the ends of the colour map; else by the values.
-
-    Raises
-    ------
-    PlotOptionError
-        If the mesh does not have the quantity, or there is no such colour map or range.
+    The colour map is ``quality`` or one that matplotlib knows; without limits, they follow from the values. A
+    PlotOptionError if the mesh does not have the quantity, or there is no such colour map.
     """
     if color in ("none", "label"):
         if color == "label" and not mesh.labels:
@@ -109,11 +87,8 @@ def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
 
 def _field(mesh: Mesh, data: MeshData, name: str) -> tuple[Floats, str]:
     """Values (t,) of a field and what to call them; a vector's is its length, a node's the mean of the corners'."""
-    if name in data.cells:
-        values = data.cells[name]
-    elif name in data.points:
-        values = data.points[name]
-    else:
+    values = data.cells.get(name, data.points.get(name))
+    if values is None:
         known = dict.fromkeys((*OWN, *data.cells, *data.points))
         close = meant(name, known)
         hint = close if close.startswith("allowed") else f"{close} allowed: {', '.join(known)}"
@@ -149,3 +124,27 @@ def _around_one(ratios: Floats) -> tuple[float, float]:
 def _extremes(values: Floats) -> tuple[float, float]:
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return (low, high) if high > low else (low - 0.5, high + 0.5)
+
+
+def add_colour_bar(
+    figure: Figure, axes: Axes, triangles: ScalarMappable, colouring: Colouring, style: Style, *, aside: bool
+) -> None:
+    """Add the scale of the colours, beside the mesh or below it."""
+    values, (low, high) = colouring.values, colouring.limits
+    below, above = bool(np.nanmin(values) < low), bool(np.nanmax(values) > high)
+    bar = figure.colorbar(
+        triangles,
+        ax=axes,
+        location="right" if aside else "bottom",
+        shrink=0.7,
+        aspect=style.bar,
+        pad=0.02,
+        extend={(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither"),
+    )
+    told = f"   (mean {np.nanmean(values):.3f}, min {np.nanmin(values):.3f})" if style.figures else ""
+    bar.set_label(colouring.title + told, color=INK, parse_math=False)
+    # Else matplotlib makes a bitmap of the scale; edges of the faces' own colour close the hairlines in it.
+    bar.solids.set(rasterized=False, edgecolor="face")  # type: ignore[union-attr]
+    bar.outline.set_visible(False)
+    size = 0.9 * float(mpl.rcParams["font.size"])
+    bar.ax.tick_params(color=INK, labelcolor=INK, labelsize=size, width=0.5)

@@ -1,44 +1,39 @@
-"""The boundary and the labelled edges in a picture."""
+"""The boundary and the labelled edges in a picture, and the legend of lines and regions."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.edges import edge_keys, unique_edges
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.pictures.colouring import Colouring
 from bubblemesh.pictures.styles import INK, LABEL_COLOURS
 
-MOST = 8  # labels that are told apart unless asked for
+MOST_APART = 8  # labels that are told apart unless asked for
+MOST_ENTRIES = 24  # of a legend
+IN_A_ROW = 5
+LINE = 2.2  # points, in the legend
 DASHES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)))
 
 
 def add_outlines(
     axes: Axes, mesh: Mesh, box: Floats, *, told_apart: bool, all_labels: bool, width: float
 ) -> list[tuple[str, LineCollection]]:
-    """Draw the boundary and the labelled edges.
+    """Draw the boundary and the labelled edges; name and lines of each label that has a colour of its own.
 
-    Parameters
-    ----------
-    axes : Axes
-    mesh : Mesh
-    box : (2, 2)
-        Lower left and upper right corner of the part that is shown; labels elsewhere are left out.
-    told_apart : bool
-        Whether each label has a colour of its own, if there are few.
-    all_labels : bool
-        Whether that holds for many of them as well; then lines are dashed once the colours are used up.
-    width : float
-        Of the lines, in points.
-
-    Returns
-    -------
-    list of tuple
-        Name and lines of each label that has a colour of its own.
+    Labels outside of the box, the lower left and upper right corner (2, 2) of what is shown, are left out. They are
+    ``told_apart`` if there are few, or ``all_labels`` however many: lines are dashed once the colours are used up. The
+    width is in points.
     """
-    if not told_apart or (len(mesh.labels) > MOST and not all_labels):
+    if not told_apart or (len(mesh.labels) > MOST_APART and not all_labels):
         _add(axes, mesh, np.concatenate([mesh.facets[:, :2], _unlabelled(mesh)]), width, INK)
         return []
     _add(axes, mesh, _unlabelled(mesh), width, INK)
@@ -66,3 +61,44 @@ def _unlabelled(mesh: Mesh) -> Integers:
     boundary, n = pairs[counts == 1], len(mesh.points)
     labelled = edge_keys(np.sort(mesh.facets[:, :2], axis=1), n)
     return boundary[~np.isin(edge_keys(boundary, n), labelled)]
+
+
+def add_legend(axes: Axes, outlines: Sequence[tuple[str, LineCollection]], colouring: Colouring | None) -> None:
+    """Add what the colours of lines and regions are called."""
+    entries: list[tuple[str, Artist]] = []
+    if colouring is not None and colouring.names:
+        entries += [
+            (name, Patch(facecolor=colouring.colormap(k), edgecolor=INK, linewidth=0.4))
+            for k, name in enumerate(colouring.names)
+        ]
+    entries += [(name, _sample(lines)) for name, lines in outlines]
+    if not entries:
+        return
+    if len(entries) > MOST_ENTRIES:
+        more = f"and {len(entries) - MOST_ENTRIES + 1} more"
+        entries = [*entries[: MOST_ENTRIES - 1], (more, Line2D([], [], linewidth=0))]
+    columns = len(entries) if len(entries) <= IN_A_ROW else IN_A_ROW - 1
+    while _legend(axes, entries, columns).get_window_extent().width > axes.figure.bbox.width and columns > 1:
+        columns -= 1
+
+
+def _legend(axes: Axes, entries: Sequence[tuple[str, Artist]], columns: int) -> Legend:
+    legend = axes.legend(
+        [handle for _, handle in entries],
+        [name for name, _ in entries],
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.005),
+        ncols=columns,
+        frameon=False,
+        labelcolor=INK,
+        handlelength=1.8,
+        columnspacing=1.6,
+    )
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+    return legend
+
+
+def _sample(lines: LineCollection) -> Line2D:
+    color, dash = lines.get_colors()[0], lines.get_linestyle()[0]
+    return Line2D([], [], color=color, linewidth=LINE, linestyle=dash)  # type: ignore[arg-type]

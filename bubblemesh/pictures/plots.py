@@ -10,25 +10,29 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 from bubblemesh.arrays import Booleans
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import transaction
-from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
-from bubblemesh.pictures.legends import add_colour_bar, add_legend
-from bubblemesh.pictures.outlines import add_outlines
-from bubblemesh.pictures.sheets import cropped, is_tall, sheet
+from bubblemesh.pictures.colouring import Colouring, MeshData, add_colour_bar, colouring_of
+from bubblemesh.pictures.outlines import add_legend, add_outlines
 from bubblemesh.pictures.styles import BARE, INK, PlotOptionError, PlotOptions, View
 
 # Without a date and with fixed ids the same mesh gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 FIXED: Any = {"svg.hashsalt": "bubblemesh"}
 NO_DATA = MeshData()
-POINTS_PER_INCH = 72
+POINTS_PER_INCH, MM_PER_INCH = 72, 25.4
+MARGIN, NARROW_MARGIN = 0.12, 0.03  # inches
+MOST_PIXELS = 30_000
+TALL, TALL_IN_COLUMN = 1 / 1.6, 1.6  # height over width
 COLOURS = 256
 FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
@@ -50,54 +54,27 @@ def require_picture(path: Path) -> None:
 
 
 def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> None:
-    """Write a picture of a mesh.
+    """Write a picture of a mesh, as `mesh_figure` makes it with the same options, as ``.png``, ``.svg`` or ``.pdf``.
 
-    Parameters
-    ----------
-    figure : Figure
-        As `mesh_figure` makes it.
-    path : Path
-        Ends with ``.png``, ``.svg`` or ``.pdf``; the triangles of a large mesh become a bitmap inside the latter two.
-    options : PlotOptions
-        The same as for the figure.
-
-    Raises
-    ------
-    CaseError
-        If the path has another ending.
-    FileError
-        If the file cannot be written.
+    The triangles of a large mesh become a bitmap inside the latter two. CaseError if the path ends otherwise, FileError
+    if the file cannot be written.
     """
     require_picture(path)
     with _drawing(options), transaction(path.parent) as staging:
-        figure.savefig(
-            staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=cropped(figure, options)
-        )
+        kept = _cropped(figure, options)
+        figure.savefig(staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=kept)
 
 
 def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> Figure:
-    """Picture of a mesh.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    options : PlotOptions
-    data : MeshData
-        Fields that ``options.color`` may name.
-
-    Raises
-    ------
-    CaseError
-        If an option asks for what there is not.
-    """
+    """Picture of a mesh, with data for ``options.color``; CaseError if an option asks for what there is not."""
     options.check()
     style = options.look
     shown = _in_view(mesh, options.view)
     usual = style.colormap if options.color == "quality" else None
     colouring = colouring_of(mesh, data, options.color, options.colormap or usual, options.limits)
-    box = _box(mesh, options.view)
+    box = box_of(mesh, options.view)
     with _drawing(options):
-        figure, inches_per_unit = sheet(box, options)
+        figure, inches_per_unit = _sheet(box, options)
         axes = figure.add_subplot()
         edge = inches_per_unit * _typical_edge(mesh, shown)
         triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)
@@ -122,11 +99,10 @@ def small_png(mesh: Mesh, options: PlotOptions) -> bytes:
     figure = mesh_figure(mesh, options)
     full, small = io.BytesIO(), io.BytesIO()
     with _drawing(options):
-        figure.savefig(full, format="png", dpi=figure.dpi, bbox_inches=cropped(figure, options))
-    colours = (
-        Image.open(full).convert("RGB").quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    )
-    colours.save(small, format="png", optimize=True)
+        figure.savefig(full, format="png", dpi=figure.dpi, bbox_inches=_cropped(figure, options))
+    bitmap = Image.open(full).convert("RGB")
+    bitmap = bitmap.quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    bitmap.save(small, format="png", optimize=True)
     return small.getvalue()
 
 
@@ -153,13 +129,50 @@ def _in_view(mesh: Mesh, view: View | None) -> Booleans:
     return shown
 
 
-def _box(mesh: Mesh, view: View | None) -> View:
+def box_of(mesh: Mesh, view: View | None = None) -> View:
+    """The view, or the box of the whole mesh; CaseError if that has no area."""
     if view is not None:
         return view
     (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
     if not (x0 < x1 and y0 < y1):
         raise CaseError("the mesh has no area: there is nothing to draw")
     return float(x0), float(y0), float(x1), float(y1)
+
+
+def is_tall(box: View, options: PlotOptions) -> bool:
+    """Whether the colour bar stands beside the mesh."""
+    aspect = (box[3] - box[1]) / (box[2] - box[0])
+    return aspect > (TALL if options.whole_width is None else TALL_IN_COLUMN)
+
+
+def _sheet(box: View, options: PlotOptions) -> tuple[Figure, float]:
+    """A figure with room for the mesh, and the inches that a unit of length takes; the empty room is cut off later."""
+    width, height = box[2] - box[0], box[3] - box[1]
+    asked, dpi = options.whole_width, options.dpi or options.look.dpi
+    long_side = options.look.long_side / MM_PER_INCH
+    if asked is None:
+        inches = long_side / max(width, height)
+        size = (max(width * inches, 2.5) + 1.2, max(height * inches, 2.0) + 1.0)
+    else:
+        inches = min(asked / MM_PER_INCH / width, long_side / height)
+        size = (asked / MM_PER_INCH, height * inches + 1.5)
+    if max(size) * dpi > MOST_PIXELS:
+        raise PlotOptionError(
+            "dpi", f"the picture would be {max(size) * dpi:.0f} pixels long: at most {MOST_PIXELS} are drawn"
+        )
+    pads: Any = {} if asked is None else {"w_pad": 0.01, "h_pad": 0.02}
+    figure = Figure(figsize=size, dpi=dpi, layout=ConstrainedLayoutEngine(**pads))
+    FigureCanvasAgg(figure)
+    return figure, inches
+
+
+def _cropped(figure: Figure, options: PlotOptions) -> Bbox:
+    """The part of the figure to keep: all that is drawn, or the whole width where one is asked for."""
+    figure.draw_without_rendering()
+    drawn = figure.get_tightbbox()
+    if options.whole_width is not None:
+        return Bbox([[0, drawn.y0 - NARROW_MARGIN], [figure.get_figwidth(), drawn.y1 + NARROW_MARGIN]])
+    return drawn.padded(MARGIN)
 
 
 def _typical_edge(mesh: Mesh, shown: Booleans) -> float:

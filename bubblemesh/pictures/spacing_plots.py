@@ -12,10 +12,8 @@ from matplotlib.tri import Triangulation
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.pictures.colouring import FIELD, Colouring
-from bubblemesh.pictures.legends import add_colour_bar
-from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
-from bubblemesh.pictures.sheets import is_tall
+from bubblemesh.pictures.colouring import FIELD, Colouring, add_colour_bar
+from bubblemesh.pictures.plots import box_of, is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
 WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
@@ -28,31 +26,15 @@ Extreme = tuple[float, tuple[float, float]]
 
 
 def draw_spacing(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], path: Path, title: str) -> None:
-    """Draw a spacing into a file; the arguments are those of `spacing_figure`.
-
-    Raises
-    ------
-    CaseError
-        If the path ends like no picture.
-    FileError
-        If the file cannot be written.
-    """
+    """Draw a spacing into a file; arguments as of `spacing_figure`, errors as of `save_figure`."""
     require_picture(path)
     save_figure(spacing_figure(mesh, spacing, extremes, title), path)
 
 
 def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], title: str | None = None) -> Figure:
-    """Filled colour map of a spacing over the domain, with the boundary, and marks at the extremes, if they differ.
+    """Filled colour map of a spacing (n,) at the nodes of a mesh that is fine enough to show it, with the boundary.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        Triangles that are fine enough to show it.
-    spacing : (n,)
-        Values at the nodes.
-    extremes : tuple
-        The least value with its place (x, y), and the largest one.
-    title : str, optional
+    The extremes, the least and the largest value with their places (x, y), are marked if they differ.
     """
     options = PlotOptions(color="none", edges=False, title=title)
     figure = mesh_figure(mesh, options)
@@ -65,8 +47,7 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
     triangles = Triangulation(mesh.points[:, 0], mesh.points[:, 1], mesh.triangles)
     colours = axes.tripcolor(triangles, spacing, shading="gouraud", cmap=FIELD, norm=norm, rasterized=True, zorder=1.5)
     colouring = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high))
-    box = (*mesh.points.min(axis=0).tolist(), *mesh.points.max(axis=0).tolist())
-    add_colour_bar(figure, axes, colours, colouring, options.look, aside=is_tall(box, options))
+    add_colour_bar(figure, axes, colours, colouring, options.look, aside=is_tall(box_of(mesh), options))
     bar: Any = colours.colorbar
     if isinstance(norm, LogNorm):
         digits = next(digits for ratio, digits in DIGITS.items() if high <= ratio * low)

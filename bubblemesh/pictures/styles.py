@@ -20,45 +20,19 @@ SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
 
 @dataclass(frozen=True)
 class Style:
-    """Look of a picture; lengths of lines and letters are in points, 1/72 inch.
+    """Look of a picture; lengths of lines and letters are in points, 1/72 inch."""
 
-    Attributes
-    ----------
-    width : float or None
-        Width of the picture in millimetres; None to make the longer side of the mesh as long as ``long_side``.
-    long_side : float
-        In millimetres.
-    dpi : float
-        Of bitmaps, those inside of vector files included.
-    most_vectors : int
-        Triangles of a mesh that a vector file holds as such; those of a larger one become a bitmap.
-    edges : tuple of float
-        Least and largest width of edges; between them they are a fixed share of the edges' length.
-    boundary : tuple of float
-        The same of the boundary.
-    labels : bool
-        Whether the boundary is coloured by label, unless asked otherwise.
-    figures : bool
-        Whether the colour bar tells mean and least value.
-    colormap : str
-        Of the quality.
-    bar : float
-        Length of the colour bar over its width.
-    settings : dict
-        What matplotlib is told about fonts.
-    """
-
-    width: float | None
+    width: float | None  # in millimetres; None to make the longer side of the mesh as long as ``long_side``
     long_side: float
-    dpi: float
-    most_vectors: int
-    edges: tuple[float, float]
-    boundary: tuple[float, float]
-    labels: bool
-    figures: bool
-    colormap: str
-    bar: float
-    settings: Any
+    dpi: float  # of bitmaps, those inside of vector files included
+    most_vectors: int  # triangles of a mesh that a vector file holds as such; those of a larger one become a bitmap
+    edges: tuple[float, float]  # least and largest width; between them a fixed share of the edges' length
+    boundary: tuple[float, float]  # the same of the boundary
+    labels: bool  # whether the boundary is coloured by label, unless asked otherwise
+    figures: bool  # whether the colour bar tells mean and least value
+    colormap: str  # of the quality
+    bar: float  # length of the colour bar over its width
+    settings: Any  # of matplotlib, for fonts
 
 
 SANS = {"font.family": "DejaVu Sans", "mathtext.fontset": "dejavusans", "font.size": 10.0}
@@ -71,13 +45,7 @@ STYLES = {
 
 
 class PlotOptionError(CaseError):
-    """An option of a picture has no such value, or asks for what the mesh does not have.
-
-    Attributes
-    ----------
-    option, problem : str
-        Name of the option, as the command line has it, and what is wrong with it.
-    """
+    """An option, by its name on the command line, has no such value, or asks for what the mesh does not have."""
 
     def __init__(self, option: str, problem: str) -> None:
         super().__init__(f"{option}: {problem}")
@@ -86,41 +54,19 @@ class PlotOptionError(CaseError):
 
 @dataclass(frozen=True)
 class PlotOptions:
-    """Options of a picture.
+    """Options of a picture; what is None suits the mesh and the style."""
 
-    Attributes
-    ----------
-    color : str
-        ``quality``, ``spacing``, ``label``, ``material``, ``none``, or the name of a field of the mesh.
-    colormap : str, optional
-        Name of one of matplotlib's colour maps.
-    limits : tuple of float, optional
-        Values at the ends of the colour map.
-    edges, labels : bool, optional
-        Whether the triangles' edges are drawn, and the boundary coloured by label; else what suits mesh and style.
-    nodes : bool
-    view : tuple of float, optional
-        Part of the plane that is shown: x0, y0, x1, y1.
-    title : str, optional
-    style : str
-        Key of ``STYLES``.
-    width : float, optional
-        Width of the picture in millimetres, over the style's.
-    dpi : float, optional
-        Of bitmaps, over the style's.
-    """
-
-    color: str = "quality"
-    colormap: str | None = None
-    limits: tuple[float, float] | None = None
-    edges: bool | None = None
+    color: str = "quality"  # or ``spacing``, ``label``, ``material``, ``none``, the name of a field of the mesh
+    colormap: str | None = None  # ``quality`` or one of matplotlib's
+    limits: tuple[float, float] | None = None  # values at the ends of the colour map
+    edges: bool | None = None  # whether those of the triangles are drawn
     nodes: bool = False
-    labels: bool | None = None
-    view: View | None = None
+    labels: bool | None = None  # whether the boundary is coloured by label
+    view: View | None = None  # the whole mesh if None
     title: str | None = None
-    style: str = "screen"
-    width: float | None = None
-    dpi: float | None = None
+    style: str = "screen"  # key of ``STYLES``
+    width: float | None = None  # in millimetres
+    dpi: float | None = None  # of bitmaps
 
     @property
     def look(self) -> Style:

@@ -1,6 +1,7 @@
 """Data terms of a spacing: their values read, and made functions of the place."""
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,12 +12,10 @@ from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTer
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.meshfiles.read import read_field
-from bubblemesh.readers.arrays import read_gridded
-from bubblemesh.readers.images import read_grey
+from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
-from bubblemesh.spacing.terms.field import Field
+from bubblemesh.spacing.terms.field import MeshField, scattered
 from bubblemesh.spacing.terms.raster import Raster
-from bubblemesh.spacing.terms.scattered import scattered
 
 
 class DataFunction(Protocol):
@@ -35,13 +34,7 @@ class DataFunction(Protocol):
 
 
 def data_functions(terms: SpacingTerms) -> dict[Key, DataFunction]:
-    """Functions of the data terms, by their keys.
-
-    Raises
-    ------
-    CaseError, FileError
-        With the key, the file and the place in it.
-    """
+    """Functions of the data terms, by their keys; errors have the key, the file and the place in it."""
     found = {}
     for name, models in terms.data.items():
         for number, model in enumerate(models):
@@ -71,8 +64,8 @@ def _field(term: FieldTerm) -> DataFunction:
     data = read_field(Path(term.file), term.name)
     with prefixed(f"{term.file}: {data.name}"):
         if data.at_points:
-            return Field.of(data.points, data.triangles, data.values).scaled(term.scale)
-        return Field.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
+            return MeshField.of(data.points, data.triangles, data.values).scaled(term.scale)
+        return MeshField.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
 
 
 def _raster(term: RasterTerm) -> DataFunction:
@@ -95,12 +88,9 @@ def _image(term: ImageTerm) -> DataFunction:
 
 
 def _scattered(term: ScatteredTerm) -> DataFunction:
-    if term.file is None:
-        samples = np.array(term.points, float)
-        return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
-    with prefixed(term.file):
-        samples = read_columns(Path(term.file), ("x", "y", "d"))
-        return scattered(samples[:, :2], samples[:, 2]).scaled(term.scale)
+    with nullcontext() if term.file is None else prefixed(term.file):
+        given = np.array(term.points, float) if term.file is None else read_columns(Path(term.file), ("x", "y", "d"))
+        return scattered(given[:, :2], given[:, 2]).scaled(term.scale)
 
 
 FUNCTIONS: dict[type[DataTerm], Callable[[Any], DataFunction]] = {

@@ -6,11 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.errors import CaseError, LimitError, at_key
+from bubblemesh.errors import CaseError, Key, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.check import check_spacing
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.resources import timed
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
@@ -27,111 +25,6 @@ FEW = 100_000  # nodes that the search for a scale may count, whatever the targe
 TIMES_TOO_MANY = 4  # the target: more nodes need no counting
 
 Trial = tuple[float, float]  # logarithms of the rough number and of the true one
-
-
-@dataclass(frozen=True)
-class NodeTarget:
-    """A number of nodes, and a scale of the spacing at which about so many are expected.
-
-    Attributes
-    ----------
-    nodes : int
-        The number that the mesh is to have.
-    scale : float
-        Factor of the spacing.
-    rough : float
-        Logarithm of the rough number of nodes at that scale.
-    search : ScaleSearch
-        What finds other scales.
-    """
-
-    nodes: int
-    scale: float
-    rough: float
-    search: "ScaleSearch"
-
-
-@dataclass(frozen=True)
-class ScaleSearch:
-    """A spacing request in its domain, and what it takes to find scales for it.
-
-    Attributes
-    ----------
-    domain : Domain
-    request : SpacingRequest
-    nodes : int
-        The target.
-    task : Task
-    seconds : dict
-        Time taken before.
-    asked : str
-        What messages call the target.
-    """
-
-    domain: Domain
-    request: SpacingRequest
-    nodes: int
-    task: Task
-    seconds: dict[str, float]
-    asked: str
-
-    @cached_property
-    def scales(self) -> "Scales":
-        """Scales for rough numbers of nodes."""
-        return Scales.of(self.domain, self.request.at)
-
-    def problem(self, expected: float, start: float | None = None) -> Problem:
-        """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
-        spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
-        problems: dict[float, Problem] = {}
-        time = dict(self.seconds)
-
-        def count(scale: float) -> float:
-            try:
-                problems[scale] = check_spacing(self.domain, self.request, spent, self.seconds, scale)
-            except LimitError:
-                return np.inf
-            return problems[scale].expected_nodes
-
-        with timed(time, "spacing"):
-            scale = scaled_to(expected, self.scales, count, start, self.asked if start is None else None)
-        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
-        return replace(problems[scale], task=self.task, seconds=time, node_target=target)
-
-
-def fit_node_target(
-    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], asked: str
-) -> Problem:
-    """Make the problem with the scale of the spacing at which so many nodes are expected.
-
-    Raises
-    ------
-    CaseError, LimitError
-        If no scale does; else as `check_spacing`.
-    """
-    if nodes > task.max_nodes:
-        raise LimitError(
-            f"limits.max_nodes: {asked} asks for {nodes}, more than the limit of {task.max_nodes}: ask for "
-            "fewer or raise the limit"
-        )
-    return ScaleSearch(domain, request, nodes, task, seconds, asked).problem(nodes)
-
-
-def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, int]]) -> Problem:
-    """Make a problem anew with a better scale, or the same one if it is the last.
-
-    Parameters
-    ----------
-    problem : Problem
-        The last one that was meshed.
-    target : NodeTarget
-        Its target.
-    found : sequence of pairs
-        Expected number and number of nodes of each mesh so far.
-    """
-    trials = [(np.log(expected), np.log(meshed)) for expected, meshed in found]
-    aim = next_aim(trials, np.log(target.nodes), FLATTEST_OF_MESHES)
-    return target.search.problem(np.exp(aim), np.exp(target.rough + aim - np.log(problem.expected_nodes)))
 
 
 @dataclass(frozen=True)
@@ -165,36 +58,81 @@ class Scales:
         return float(np.exp(brentq(lambda u: self.rough(u) - aim, guess - reach, guess + reach, xtol=1e-9)))
 
 
+@dataclass(frozen=True)
+class ScaleSearch:
+    """Search for scales of a spacing at which some numbers of nodes are expected."""
+
+    nodes: int  # the target
+    scales: Scales
+    check: Callable[[Task, float], Problem]  # gives the problem at a scale
+    task: Task
+    seconds: dict[str, float]  # taken before
+    key: Key  # of the target in the case
+
+    def problem(self, expected: float, start: float | None = None) -> Problem:
+        """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
+        spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
+        problems: dict[float, Problem] = {}
+        time = dict(self.seconds)
+
+        def count(scale: float) -> float:
+            try:
+                problems[scale] = self.check(spent, scale)
+            except LimitError:
+                return np.inf
+            return problems[scale].expected_nodes
+
+        with timed(time, "spacing"):
+            scale = scaled_to(expected, self.scales, count, start, self.key if start is None else None)
+        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
+        return replace(problems[scale], task=self.task, seconds=time, node_target=target)
+
+
+@dataclass(frozen=True)
+class NodeTarget:
+    """A number of nodes, and a scale of the spacing at which about so many are expected."""
+
+    nodes: int
+    scale: float
+    rough: float  # logarithm of the rough number of nodes at that scale
+    search: ScaleSearch  # that finds other scales
+
+
+def fit_node_target(search: ScaleSearch) -> Problem:
+    """Make the problem in which the target is expected; a CaseError or LimitError says that no scale does it."""
+    nodes, limit = search.nodes, search.task.max_nodes
+    if nodes > limit:
+        raise LimitError(
+            f"limits.max_nodes: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
+            "fewer or raise the limit"
+        )
+    return search.problem(nodes)
+
+
+def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, int]]) -> Problem:
+    """Make the last problem that was meshed anew with a better scale, or the same one if it is the last.
+
+    Pairs in ``found`` are the expected number and the number of nodes of each mesh so far.
+    """
+    trials = [(np.log(expected), np.log(meshed)) for expected, meshed in found]
+    aim = next_aim(trials, np.log(target.nodes), FLATTEST_OF_MESHES)
+    return target.search.problem(np.exp(aim), np.exp(target.rough + aim - np.log(problem.expected_nodes)))
+
+
 def scaled_to(
     nodes: float,
     scales: Scales,
     count: Callable[[float], float],
     start: float | None = None,
-    key: str | None = None,
+    key: Key | None = None,
 ) -> float:
-    """Find the scale at which a spacing asks for so many nodes.
+    """Find the scale at which a spacing asks for so many nodes, by the true number that ``count`` gives at a scale.
 
     The secant method on logarithms, over the rough number, which is quickly known, instead of the scale: the true
-    number is nearly proportional to it.
-
-    Parameters
-    ----------
-    nodes : float
-    scales : Scales
-    count : callable
-        The true number of nodes at a scale; infinite where it is far too large.
-    start : float, optional
-        Rough number to start from, in place of the target.
-    key : str, optional
-        Path of the key that asks for the number, for the error if that is out of reach; without it, the nearest scale
-        is given.
-
-    Raises
-    ------
-    CaseError
-        If the limits of the spacing do not let it be that fine.
-    LimitError
-        If they, or the boundary, do not let it be that coarse.
+    number, infinite where it is far too large, is nearly proportional to it. It begins at the rough number ``start``,
+    else at the target. If the number is out of reach, it is an error that names the ``key``: a CaseError if the limits
+    of the spacing do not let it be that fine, a LimitError if they, or the boundary, do not let it be that coarse.
+    Without a key it is the nearest scale.
     """
     target, ends = np.log(nodes), scales.ends
     aim = target if start is None else np.log(start)
@@ -210,7 +148,7 @@ def scaled_to(
         if (trial[1] > target and aim == ends[0]) or (trial[1] < target and aim == ends[1]):
             if key is None:
                 return scale
-            with at_key(*key.split(".")):
+            with at_key(*key):
                 raise _out_of_reach(nodes, float(np.exp(trial[1])))
         aim = next_aim(trials, target)
     return best[1]

@@ -17,70 +17,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """Method, limits and requirements of a mesh.
+    """Method, limits and requirements of a mesh."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the case.
-    method_name : str
-    method : Method
-    max_nodes : int
-        Largest number of nodes that the mesh may need.
-    time_limit : float or None
-        Seconds after which the packing ends as it is.
-    parameters : dict
-        All parameters, defaults included, as reports tell them.
-    order : int
-        Order of the triangles, 1 or 2.
-    requirements : mapping of str to float
-        Least ``quality_min``, ``quality_mean`` and ``angle_min`` of the mesh, as far as they are required.
-    """
-
-    name: str
+    name: str  # of the case
     method_name: str
     method: Method
-    max_nodes: int
-    time_limit: float | None
-    parameters: dict[str, Any]
-    order: int = 1
-    requirements: Mapping[str, float] = field(default_factory=dict)
+    max_nodes: int  # the most that the mesh may need
+    time_limit: float | None  # seconds after which the packing ends as it is
+    parameters: dict[str, Any]  # defaults included, as reports tell them
+    order: int = 1  # of the triangles, 1 or 2
+    requirements: Mapping[str, float] = field(default_factory=dict)  # quality_min, quality_mean, angle_min if required
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Geometry and spacing checked and ready for packing.
-
-    Attributes
-    ----------
-    task : Task
-    domain : Domain
-    spacing, packing_spacing : Spacing
-        What the case asks for, and what the packing goes by: finer where the boundary needs it.
-    survey : Survey
-        Extremes of the spacing and the ideal number of nodes.
-    expected_nodes : float
-        Ideal number of nodes for the packing spacing.
-    after_rules, after_periodic : LimitedSpacing
-        How the rules of the spacing changed it, and then the counterparts of periodic sides, if they did.
-    warnings : tuple of str
-    seconds : dict
-        Time taken, by stage.
-    node_target : NodeTarget or None
-        The number of nodes that the mesh is to have, if the spacing was scaled for one.
-    """
+    """Geometry and spacing checked and ready for packing."""
 
     task: Task
     domain: Domain
-    spacing: Spacing
-    packing_spacing: Spacing
+    spacing: Spacing  # that the case asks for
+    packing_spacing: Spacing  # that the packing goes by: finer where the boundary needs it
     survey: Survey
-    expected_nodes: float
+    expected_nodes: float  # the ideal number for the packing spacing
     after_rules: LimitedSpacing
-    after_periodic: LimitedSpacing
+    after_periodic: LimitedSpacing  # the spacing after its rules, and after the counterparts of periodic sides
     warnings: tuple[str, ...]
-    seconds: dict[str, float]
-    node_target: "NodeTarget | None" = None
+    seconds: dict[str, float]  # by stage
+    node_target: "NodeTarget | None" = None  # if the spacing was scaled for a number of nodes
 
     @property
     def method(self) -> Method:
@@ -103,7 +66,6 @@ class Problem:
     @cached_property
     def packing_extremes(self) -> Extremes:
         """Extremes of the packing spacing."""
-        survey = self.survey
         if not self.refined:
-            return Extremes(survey.minimum, survey.minimum_at, survey.maximum, survey.maximum_at)
+            return self.survey.extremes
         return extremes(self.domain, self.packing_spacing)

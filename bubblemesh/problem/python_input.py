@@ -10,10 +10,10 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.distance.to_labels import distance_to_labels
+from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
@@ -23,12 +23,8 @@ from bubblemesh.spacing.terms.combination import Combination, Term, costly
 def polygon_domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
     """The domain that a polygon with names for its rings is.
 
-    Raises
-    ------
-    CaseError
-        If the geometry is none, or the labels do not fit its rings.
-    GeometryError
-        If the polygon is empty, invalid or several polygons.
+    It is a CaseError if the geometry is none or the labels do not fit its rings, a GeometryError if the polygon is
+    empty, invalid or several polygons.
     """
     if isinstance(geometry, Domain):
         if labels is not None:
@@ -76,13 +72,7 @@ def _names(labels: Sequence[str] | None, count: int) -> Sequence[str | None]:
 def spacing_of(
     spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any], domain: Domain
 ) -> SpacingRequest:
-    """The spacing, whose values are checked, and its rules.
-
-    Raises
-    ------
-    CaseError
-        If it is neither a number nor an expression nor a mapping of terms nor a function.
-    """
+    """The spacing, whose values are checked, and its rules; CaseError where it is none of the four."""
     if isinstance(spacing, Mapping):
         return spacing_request(checked_terms(spacing), domain)
     term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)

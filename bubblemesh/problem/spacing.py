@@ -12,7 +12,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
-from bubblemesh.geometry.distance.to_labels import Distance, distance_to_labels, distance_to_line
+from bubblemesh.geometry.distance.distances import Distance, distance_to_labels, distance_to_line
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.data_terms import data_functions, elsewhere
@@ -31,22 +31,11 @@ APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 @dataclass(frozen=True)
 class SpacingRequest:
-    """Request for a spacing in a domain.
+    """Request for a spacing in a domain."""
 
-    Attributes
-    ----------
-    at : callable
-        The spacing at a scale, or at its own if None is given; before its rules.
-    rules : Rules
-    nodes : int or None
-        How many nodes it is to be scaled for.
-    warnings : tuple of str
-        What may not be meant so.
-    """
-
-    at: Callable[[float | None], Spacing]
+    at: Callable[[float | None], Spacing]  # before its rules, at a scale, or at its own if None is given
     rules: Rules = NO_RULES
-    nodes: int | None = None
+    nodes: int | None = None  # that it is to be scaled for
     warnings: tuple[str, ...] = ()
 
 
@@ -62,13 +51,7 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
 
 
 def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
-    """Spacing request of a value, or of terms, and of the regions' own values in a domain.
-
-    Raises
-    ------
-    CaseError
-        If a term names a label or a region that is not there; with the key.
-    """
+    """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key."""
     terms = as_terms(spacing)
     key, value = terms.basis
     path = ("spacing", key) if spacing is terms else ("spacing",)
@@ -92,7 +75,11 @@ def within_limits(
     limits = terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
 
     def at(scale: float | None) -> Spacing:
-        return replace(_combined(found, own_scale if scale is None else scale, limits), spots=spots)
+        factor = own_scale if scale is None else scale
+        if len(found) == 1 and (factor, limits) == (1.0, UNLIMITED):  # as it is, since it is evaluated very often
+            return replace(found[0], spots=spots)
+        combination = Combination(found, factor, *limits)
+        return Spacing(combination, key=combination.key, costly=combination.costly, spots=spots)
 
     return at
 
@@ -100,14 +87,6 @@ def within_limits(
 def rules_of(terms: SpacingTerms) -> Rules:
     """Rules that the spacing has to respect."""
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
-
-
-def _combined(terms: tuple[Spacing, ...], scale: float, limits: tuple[float, float]) -> Spacing:
-    """The terms as one; a single one without limits as it is, since it is evaluated very often."""
-    if len(terms) == 1 and (scale, limits) == (1.0, UNLIMITED):
-        return terms[0]
-    combination = Combination(terms, scale, *limits)
-    return Spacing(combination, key=combination.key, costly=combination.costly)
 
 
 def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:
@@ -153,7 +132,7 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
         else:
             line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
             yield shapely.get_coordinates(line)
-    yield np.array([at for at, label in domain.parts.points if label in labels]).reshape(-1, 2)
+    yield np.array([point.at for point in domain.parts.points if point.label in labels]).reshape(-1, 2)
 
 
 def _distance(near: NearTerm, domain: Domain) -> Distance:

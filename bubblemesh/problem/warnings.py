@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
@@ -53,15 +53,14 @@ def narrow_parts(domain: Domain, spacing: Spacing) -> list[str]:
     boundary, walls, corner = domain.boundary, Walls(domain), reentrant_corners(domain)
     piece, s = _samples(domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
-    found = walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)
-    gaps = Gaps(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
     warnings = []
-    for at, width, d_there in _narrowest(gaps.kept(~gaps.inner), spacing):
+    for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), spacing):
         warnings.append(
             f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d_there:.3g}): only "
             "boundary nodes fit"
         )
-    for at, width, d_there in _narrowest(gaps.kept(gaps.inner), spacing):
+    for at, width, d_there in _narrowest(select(gaps, gaps.inner), spacing):
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
             f"({d_there:.3g}): no nodes fit into it"

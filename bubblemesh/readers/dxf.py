@@ -36,10 +36,7 @@ UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 13: "um"}  # of th
 def read_dxf(path: Path) -> FeatureCollection:
     """The curves of a drawing's model space, blocks resolved; other entities are named in the notes.
 
-    Raises
-    ------
-    FileError, CaseError
-        With the entity.
+    FileError or CaseError with the entity.
     """
     try:
         drawing = readfile(path)
@@ -56,7 +53,8 @@ def read_dxf(path: Path) -> FeatureCollection:
         kind = entity.dxftype()
         if kind in CURVES and _is_plane(entity):
             features.append(_feature(entity))
-            heights |= {round(float(point[2]), 9) for point in _ends(entity)}
+            ends = (entity.dxf.start, entity.dxf.end) if kind == "LINE" else ()  # which may be at different heights
+            heights |= {round(float(end[2]), 9) for end in ends}
         else:
             unused.setdefault(kind, []).append(entity)
     notes = tuple(_unused(kind, entities) for kind, entities in unused.items())
@@ -65,11 +63,6 @@ def read_dxf(path: Path) -> FeatureCollection:
     if len(heights) > 1:
         notes = (*notes, NO_HEIGHTS)
     return FeatureCollection(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
-
-
-def _ends(entity: Any) -> list[Any]:
-    """Ends of a line, which may be at different heights; none of other entities."""
-    return [entity.dxf.start, entity.dxf.end] if entity.dxftype() == "LINE" else []
 
 
 def _entities(layout: Iterable[Any], depth: int, number: Iterator[int]) -> Iterator[Any]:

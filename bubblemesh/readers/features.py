@@ -8,15 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
+from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.errors import CaseError, GeometryError, prefixed
+from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.labels import FORBIDDEN, is_writable
 from bubblemesh.messages import place
 
-# Fourth powers of coordinates, which the triangulation's predicates take, must stay finite.
-LARGEST_COORDINATE = 1e70
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
 
@@ -35,70 +34,36 @@ class CompoundCurve(NamedTuple):
 
 @dataclass(frozen=True)
 class Feature:
-    """One thing of a file.
+    """One thing of a file."""
 
-    Attributes
-    ----------
-    name : str
-        What messages call it.
-    layer : str or None
-    properties : mapping
-        By which a case may choose it.
-    areas : tuple of tuple of Ring
-        Outer rings, each with its holes.
-    rings : tuple of Ring
-        Closed curves; how they nest tells which are holes.
-    curves : tuple of CompoundCurve
-        Curves that form rings together.
-    notes : tuple of str
-        On what was left out of it.
-    """
-
-    name: str
+    name: str  # what messages call it
     layer: str | None = None
-    properties: Mapping[str, Any] = field(default_factory=dict)
-    areas: tuple[tuple[Ring, ...], ...] = ()
-    rings: tuple[Ring, ...] = ()
-    curves: tuple[CompoundCurve, ...] = ()
-    notes: tuple[str, ...] = ()
+    properties: Mapping[str, Any] = field(default_factory=dict)  # by which a case may choose it
+    areas: tuple[tuple[Ring, ...], ...] = ()  # outer rings, each with its holes
+    rings: tuple[Ring, ...] = ()  # closed curves; how they nest tells which are holes
+    curves: tuple[CompoundCurve, ...] = ()  # that form rings together
+    notes: tuple[str, ...] = ()  # on what was left out of it
 
 
 @dataclass(frozen=True)
 class FeatureCollection:
-    """All that a reader finds in a file.
-
-    Attributes
-    ----------
-    features : tuple of Feature
-    notes : tuple of str
-        On what was changed or left out.
-    hole_points : tuple of (x, y), optional
-        Points that mark holes, where the format has them.
-    unit : str, optional
-        The unit of length that the file names.
-    """
+    """All that a reader finds in a file."""
 
     features: tuple[Feature, ...]
-    notes: tuple[str, ...] = ()
-    hole_points: tuple[Point, ...] | None = None
-    unit: str | None = None
+    notes: tuple[str, ...] = ()  # on what was changed or left out
+    hole_points: tuple[Point, ...] | None = None  # in the holes, where the format has them
+    unit: str | None = None  # of length, if the file names it
 
 
 def finite_points(points: Sequence[Sequence[float]], name: str) -> list[Point]:
-    """The points as pairs of numbers, z left out.
-
-    Raises
-    ------
-    CaseError
-        If a coordinate is no finite number.
-    """
+    """The points as pairs of numbers, z left out; CaseError if a coordinate is no finite number."""
     try:
         array = np.array([(point[0], point[1]) for point in points], float).reshape(-1, 2)
     except (TypeError, ValueError, IndexError):
         raise CaseError(f"{name}: coordinates must be pairs of numbers") from None
-    bad = np.flatnonzero(~(np.abs(array) <= LARGEST_COORDINATE).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(array) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
-        where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_COORDINATE:g}"
+        where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_NUMBER:g}"
         raise CaseError(f"{name}: {where}: coordinates must be finite and at most {most}")
     return [(x, y) for x, y in array.tolist()]
 
@@ -128,14 +93,9 @@ def feature_of(
 ) -> Feature:
     """Feature of one of shapely's shapes: polygons are areas, lines join into rings.
 
-    Its property ``label``, else ``name``, names outer rings and lines, ``hole_label`` the holes.
-
-    Raises
-    ------
-    CaseError
-        If it has points, which bound nothing, or coordinates that are no finite numbers.
-    GeometryError
-        If a ring has fewer than three different points.
+    Its property ``label``, else ``name``, names outer rings and lines, ``hole_label`` the holes. CaseError if it has
+    points, which bound nothing, or coordinates that are no finite numbers; GeometryError if a ring has fewer than three
+    different points.
     """
     label, notes = writable_label(_text(properties or {}, "label", "name"), name)
     hole_label, more = writable_label(_text(properties or {}, "hole_label"), name)

@@ -13,31 +13,18 @@ from typing import Any, NamedTuple
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import local_copy, require_readable
 from bubblemesh.geometry.paths import Point, Ring
-from bubblemesh.readers.chains import rings_of_curves
 from bubblemesh.readers.features import FeatureCollection
-from bubblemesh.readers.nesting import outer_and_holes
+from bubblemesh.readers.rings import outer_and_holes, rings_of_curves
 from bubblemesh.readers.selection import Selection
 
 
 class Format(NamedTuple):
-    """Reading of the files of an ending.
+    """Reading of the files of an ending."""
 
-    Attributes
-    ----------
-    read : str
-        Module and function, imported when needed, that give the `FeatureCollection` of a path.
-    extra : str, optional
-        What of the package to install for it.
-    beside : tuple of str
-        Endings of files that belong to it.
-    one_layer : bool
-        Whether the function reads one layer, which is its second argument.
-    """
-
-    read: str
-    extra: str | None = None
-    beside: tuple[str, ...] = ()
-    one_layer: bool = False
+    read: str  # module and function, imported when needed, that give the `FeatureCollection` of a path
+    extra: str | None = None  # what of the package to install for it
+    beside: tuple[str, ...] = ()  # endings of files that belong to it
+    one_layer: bool = False  # the function reads one layer, its second argument
 
 
 FORMATS = {
@@ -69,10 +56,7 @@ class Chosen(NamedTuple):
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
     """Closed rings of a file, however they nest; the first has the notes on the whole file.
 
-    Raises
-    ------
-    FileError, CaseError, GeometryError
-        With the file and the feature, point or line.
+    FileError, CaseError or GeometryError with the file and the feature, point or line.
     """
     with prefixed(path):
         chosen = _chosen(path, selection)
@@ -87,10 +71,7 @@ def read_rings(path: Path, selection: Selection) -> list[Ring]:
 def read_area(path: Path, selection: Selection) -> list[Ring]:
     """Outer ring and holes of the one area of a file; the first has the notes on the whole file.
 
-    Raises
-    ------
-    FileError, CaseError, GeometryError
-        With the file and the feature, point or line.
+    FileError, CaseError or GeometryError with the file and the feature, point or line.
     """
     with prefixed(path):
         chosen = _chosen(path, selection)

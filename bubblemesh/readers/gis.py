@@ -15,13 +15,7 @@ KINDS = {".shp": "shapefile", ".gpkg": "GeoPackage"}
 
 
 def read_gis(path: Path, layer: str | None) -> FeatureCollection:
-    """The features of one layer.
-
-    Raises
-    ------
-    CaseError, GeometryError
-        With the feature.
-    """
+    """The features of one layer; CaseError or GeometryError with the feature."""
     try:
         with warnings.catch_warnings():  # what is wrong with the file would be said to the terminal
             warnings.simplefilter("ignore")

@@ -28,13 +28,7 @@ def splines(curve: Callable[[Floats], Floats]) -> list[Floats]:
 
 
 def _through(curve: Callable[[Floats], Floats]) -> Floats:
-    """Points (k, 2) of ``curve`` over [0, 1], the ends included, whose cubic spline follows it.
-
-    Parameters
-    ----------
-    curve : callable
-        Gives the points (m, 2) at parameters (m,); smooth.
-    """
+    """Points (k, 2) of a smooth curve over [0, 1], the ends included, whose cubic spline follows it."""
     for doublings in range(MOST_DOUBLINGS + 1):
         t = np.linspace(0, 1, FEWEST * 2**doublings + 1)
         points, between = curve(t), curve((t[1:] + t[:-1]) / 2)

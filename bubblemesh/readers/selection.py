@@ -27,27 +27,13 @@ MOST_VALUES = 20  # of a property that one message lists
 
 @dataclass(frozen=True)
 class Selection:
-    """Choice of what a case takes of a file.
+    """Choice of what a case takes of a file."""
 
-    Attributes
-    ----------
-    layers : tuple of str
-        Only features on these layers; empty for all.
-    feature : int or mapping, optional
-        Number of the one feature, from 0, or the properties of those to take.
-    scale : float
-        By which the file's lengths are multiplied.
-    unit : str, optional
-        The file's unit of length, in place of ``scale``; the case's is the metre.
-    join : float, optional
-        Ends of curves nearer than this meet, in the file's unit.
-    """
-
-    layers: tuple[str, ...] = ()
-    feature: int | Mapping[str, Any] | None = None
-    scale: float = 1.0
-    unit: Unit | None = None
-    join: float | None = None
+    layers: tuple[str, ...] = ()  # only features on these layers; empty for all
+    feature: int | Mapping[str, Any] | None = None  # number of the one, from 0, or properties of those to take
+    scale: float = 1.0  # by which the file's lengths are multiplied
+    unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case's is the metre
+    join: float | None = None  # ends of curves nearer than this meet, in the file's unit
 
     @property
     def factor(self) -> float:
@@ -55,13 +41,7 @@ class Selection:
         return self.scale if self.unit is None else METRES[self.unit]
 
     def of(self, features: "Sequence[Feature]") -> "list[Feature]":
-        """The features to take.
-
-        Raises
-        ------
-        CaseError
-            If there is none of them; the text lists what there is.
-        """
+        """The features to take; CaseError, with a list of what there is, if there is none of them."""
         found = self._on_layers(features)
         if isinstance(self.feature, int):
             if self.feature >= len(found):

@@ -23,10 +23,7 @@ DEEPEST = 20  # collections within collections
 def plane_geometry(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> dict[str, Any]:
     """A GeoJSON geometry with pairs of numbers for positions; heights that are left out are noted.
 
-    Raises
-    ------
-    CaseError
-        If it is no geometry, or a position no list of numbers; the text starts with the ``name``.
+    CaseError, starting with the ``name``, if it is no geometry, or a position no list of numbers.
     """
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     if not isinstance(geometry, dict) or not isinstance(kind, str) or kind not in (*DEPTHS, COLLECTION):
@@ -65,13 +62,7 @@ MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
 
 
 def read_geojson(path: Path) -> FeatureCollection:
-    """The features of a GeoJSON file.
-
-    Raises
-    ------
-    FileError, CaseError, GeometryError
-        With the feature.
-    """
+    """The features of a GeoJSON file; FileError, CaseError or GeometryError with the feature."""
     try:
         data = json.loads(read_text(path), object_pairs_hook=_once, parse_int=_whole)
     except json.JSONDecodeError as error:
@@ -130,10 +121,7 @@ def _feature(entry: Any, number: int, notes: dict[str, None]) -> Feature:
 def read_wkt(path: Path) -> FeatureCollection:
     """The geometries of a WKT file, one after the other.
 
-    Raises
-    ------
-    FileError, CaseError, GeometryError
-        With the number of the geometry and its line.
+    FileError, CaseError or GeometryError with the number of the geometry and its line.
     """
     found = []
     solid = False

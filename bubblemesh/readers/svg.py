@@ -41,12 +41,7 @@ class Drawn(NamedTuple):
 def read_svg(path: Path) -> FeatureCollection:
     """The shapes of a drawing in its own units, transforms applied and y turned up.
 
-    Each part of a path that is drawn without lifting the pen is a curve.
-
-    Raises
-    ------
-    FileError, CaseError
-        With the element.
+    Each part of a path that is drawn without lifting the pen is a curve. FileError or CaseError with the element.
     """
     require_valid(path)
     try:
@@ -135,20 +130,15 @@ def _piece(segment: Any, end: Point, name: str) -> list[Piece]:
     if isinstance(segment, svgelements.Arc) and abs(segment.rx - segment.ry) <= ROUND * segment.rx:
         (center,) = finite_points([_up(segment.center)], name)
         # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
-        parts = [_up(segment.point(t)) for t in _shares(abs(segment.sweep))]
-        stops = [*finite_points(parts, name), end]
+        # The ends of a full turn would be one point.
+        middle = [] if abs(segment.sweep) < 1.9 * np.pi else [_up(segment.point(0.5))]
+        stops = [*finite_points(middle, name), end]
         return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]
 
     def curve(t: Any) -> Any:
         return np.array(finite_points([_up(segment.point(value)) for value in t.tolist()], name))
 
     return [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in splines(curve)]
-
-
-def _shares(sweep: float) -> list[float]:
-    """Parameters that divide an arc of a full turn, whose ends would be one point."""
-    parts = 1 if sweep < 1.9 * np.pi else 2
-    return [k / parts for k in range(1, parts)]
 
 
 def _same(a: Point, b: Point) -> bool:

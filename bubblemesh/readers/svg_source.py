@@ -53,14 +53,9 @@ class Element:
 
 
 def require_valid(path: Path) -> None:
-    """Check that all of a drawing can be read.
+    """Check that all of a drawing can be read: FileError for the file, CaseError for an element, with its line.
 
-    Raises
-    ------
-    FileError
-        If there is no such file, or it cannot be read.
-    CaseError
-        If an element has something that is no number, path or transform, or uses itself; with the line.
+    An element must have numbers, paths and transforms where these are due, and must not use itself.
     """
     root = _parsed(path)
     if root.tag != "svg":
@@ -160,13 +155,7 @@ def _check_arguments(element: Element, command: str, numbers: int, at: int) -> N
 
 
 def _drawn(element: Element, by_id: dict[str, Element], around: tuple[str, ...], known: dict[int, int]) -> int:
-    """Number of elements that are drawn for one.
-
-    Raises
-    ------
-    CaseError
-        If it uses itself.
-    """
+    """Number of elements that are drawn for one; CaseError if it uses itself."""
     if id(element) in known:
         return known[id(element)]
     inside = (*around, element.attributes["id"]) if "id" in element.attributes else around

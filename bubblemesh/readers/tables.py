@@ -25,10 +25,7 @@ STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 def read_table(path: Path) -> FeatureCollection:
     """A ring for each block of points; blank lines part blocks, and lines of words before a block are its header.
 
-    Raises
-    ------
-    FileError, CaseError, GeometryError
-        With the line.
+    FileError, CaseError or GeometryError with the line.
     """
     features: list[Feature] = []
     notes: dict[str, None] = {}
@@ -43,10 +40,7 @@ def read_table(path: Path) -> FeatureCollection:
 def read_columns(path: Path, names: Sequence[str]) -> Floats:
     """The numbers (n, k) of a table with one column for each of the ``names``; lines of words before are its header.
 
-    Raises
-    ------
-    FileError, CaseError
-        With the line.
+    FileError or CaseError with the line.
     """
     rows: list[list[float]] = []
     for number, text, values in _lines(path):
@@ -65,10 +59,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
 def _lines(path: Path) -> Iterator[tuple[int, str, list[float] | None]]:
     """Number, text and values of each line; None for a line of words.
 
-    Raises
-    ------
-    CaseError
-        If a line starts as numbers do, but is none, or a column is empty.
+    CaseError if a line starts as numbers do, but is none, or a column is empty.
     """
     for number, text in enumerate([*read_text(path).splitlines(), ""], start=1):
         plain = COMMENT.sub("", text).replace('"', "").strip()

@@ -48,12 +48,7 @@ def _section(rows: Iterator[Row], count: int, what: str) -> Iterator[Row]:
 def read_poly(path: Path) -> FeatureCollection:
     """The segments of a ``.poly`` file; a boundary marker other than 0 becomes the label of its segment.
 
-    Vertices that the file leaves out are read from the ``.node`` file beside it.
-
-    Raises
-    ------
-    FileError, CaseError
-        With the line.
+    Vertices that the file leaves out are read from the ``.node`` file beside it. FileError or CaseError with the line.
     """
     rows = _rows(path)
     count, dimension = _head(rows, "the number of vertices")

@@ -1,4 +1,4 @@
-"""Where the products of a run go: a folder, one file, or the standard output."""
+"""Destination of the products of a run: a folder, one file, or a stream."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,140 +6,127 @@ from datetime import datetime
 from functools import partial
 from os.path import isdir, realpath
 from pathlib import Path
-from typing import Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
-from bubblemesh.meshfiles.history import HISTORY_FILES, history_tables
-from bubblemesh.meshfiles.names import LABELS_FILE
+from bubblemesh.meshfiles.groups import LABELS_FILE
+from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
 from bubblemesh.run.pipeline import Result
 
-T = TypeVar("T")
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """Options of a command that say over the case what is written, and where."""
+
+    output: str | None = None  # a folder, or a file
+    format_name: str | None = None
+    solver: str | None = None  # whose format is meant
+    history: bool = False
+    page: bool | None = None
+
+    @property
+    def formats(self) -> tuple[FormatName, ...]:
+        """Formats that the options ask for, if any; an unknown format or solver is a CaseError."""
+        if self.format_name is not None and self.solver is not None:
+            raise CaseError("--format and --for exclude each other: drop one of them")
+        if self.solver is not None:
+            return _looked_up(FORMATS_FOR, self.solver, "--for: unknown solver")
+        if self.format_name is not None:
+            return _looked_up({name: (name,) for name in FORMATS}, self.format_name, "--format: unknown format")
+        return ()
 
 
 @dataclass(frozen=True)
 class Destination:
-    """Folder, names and kinds of the files to write.
+    """Folder, names and kinds of the files to write."""
 
-    Attributes
-    ----------
-    folder : Path or None
-        Folder of the files; None for the standard output.
-    name : str
-        Stem of the files' names.
-    formats : tuple of str
-    history : bool
-        Whether tables of all rounds and steps are written too.
-    page : bool
-        Whether a page to look at is written too.
-    """
-
-    folder: Path | None
-    name: str
-    formats: tuple[str, ...]
-    history: bool
-    page: bool = False
+    folder: Path
+    name: str  # stem of the files' names
+    formats: tuple[FormatName, ...]
+    history: bool  # whether tables of all rounds and steps are written too
+    page: bool = False  # whether a page to look at is written too
 
     @property
     def files(self) -> list[Path]:
         """All files that may be written."""
-        if self.folder is None:
-            return []
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
         return [self.folder / name for name in file_names(self.name, self.formats, tables)]
 
-    def require_apart(self, source: Path) -> None:
-        """Check that no file that may be written is one that has been read; else it is a FileError."""
-        if realpath(source) in map(realpath, self.files):
-            raise FileError(f"{source}: the results would overwrite this file: give another name by -o")
+    def deliver(self, result: Result) -> dict[str, Any]:
+        """Write the mesh and the report, and return the report as written.
 
-    def deliver(self, result: Result, stream: BinaryIO | None = None) -> dict[str, Any]:
-        """Write the mesh and the report, and return the report as written; without a folder the mesh goes to a stream.
-
-        Raises
-        ------
-        FileError
-            If a file cannot be written; then none is, and old ones stay.
+        If that is a FileError, no file is written, and old ones stay.
         """
-        mesh, report = result.mesh, result.report
-        if self.folder is None:
-            assert stream is not None
-            write_stream(mesh, result.fields, self.formats[0], stream)
-            return {**report, "files": []}
+        mesh, fields, report = result.mesh, result.fields, result.report
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
-        page = partial(_page, mesh, result) if self.page else None
-        return write_files(mesh, result.fields, report, self.folder, self.name, self.formats, tables, page)
+        page = partial(_page, result) if self.page else None
+        return write_files(mesh, fields, report, self.folder, self.name, self.formats, tables, page)
 
 
-def destination(
-    case: Case,
-    source: str,
-    output: str | None,
-    format_name: str | None,
-    solver: str | None = None,
-    *,
-    history: bool = False,
-    page: bool | None = None,
-) -> Destination:
-    """What the options ``-o``, ``--format``, ``--for`` and ``--report`` and the case say together.
+@dataclass(frozen=True)
+class StreamDestination:
+    """A stream for the mesh alone."""
+
+    stream: BinaryIO
+    format_name: FormatName
+
+    def deliver(self, result: Result) -> dict[str, Any]:
+        """Write the mesh, and return the report, which has no files; a FileError if that cannot be done."""
+        write_stream(result.mesh, result.fields, self.format_name, self.stream)
+        return {**result.report, "files": []}
+
+
+def destination(case: Case, source: str, options: OutputOptions, solution: Path | None = None) -> Destination:
+    """Destination that the options and the case name together.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
-    that of its ending.
-
-    Raises
-    ------
-    CaseError
-        If the format or the solver is unknown, or the format is not that of the file's ending or has no form for the
-        order of the triangles.
-    FileError
-        If a file would be written twice, or the case file overwritten.
+    that of its ending. CaseError if the format or the solver is unknown, or the format is not that of the file's ending
+    or has no form for the order of the triangles; FileError if a file would be written twice, or that of the case or
+    of its solution be overwritten.
     """
-    asked = _asked(format_name, solver)
+    asked, output = options.formats, options.output
     formats = _distinct(asked or case.output.formats)
-    folder: Path | None = _own_folder(case, source)
+    # Relative to the case file; with a case of the standard input, or without a name, the present folder.
+    folder = Path() if case.output.directory is None else Path(source).parent / case.output.directory
     name = str(case.name)
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
-    if output == "-":
-        for option, asked_for in (("--history", history), ("--report", page)):
-            if asked_for:
-                raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
-        folder, formats = None, formats[:1]
-    elif output is not None:
+    if output is not None:
         folder = Path(output)
         if _is_file(output):
             formats = (_format_of(folder, asked, case.output.formats),)
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     require_order(formats, case.output.order)
-    wanted = case.output.report if page is None else page
-    place = Destination(folder, name, formats, history, wanted and folder is not None)
-    if source != "-":
-        place.require_apart(Path(source))
+    page = case.output.report if options.page is None else options.page
+    place = Destination(folder, name, formats, options.history, page)
+    written = [realpath(path) for path in place.files]
+    for path in (None if source == "-" else Path(source), solution):
+        if path is not None and realpath(path) in written:
+            raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
     return place
 
 
-def _page(mesh: Mesh, result: Result, report: Mapping[str, Any]) -> str:
+def stream_destination(case: Case, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
+    """Destination of the option ``-o -``; CaseError as of `destination`, and if there are other files to write."""
+    first = _distinct(options.formats or case.output.formats)[0]
+    for option, asked_for in (("--history", options.history), ("--report", options.page)):
+        if asked_for:
+            raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
+    require_order([first], case.output.order)
+    return StreamDestination(stream, first)
+
+
+def _page(result: Result, report: Mapping[str, Any]) -> str:
     """The page of a run whose report is as written."""
     from bubblemesh.pages.report import report_page
 
-    return report_page(mesh, result.fields, report, result.speeds, datetime.now().astimezone())
+    return report_page(result.mesh, result.fields, report, result.speeds, datetime.now().astimezone())
 
 
-def _asked(format_name: str | None, solver: str | None) -> tuple[FormatName, ...]:
-    """The formats that the options ask for, if any."""
-    if format_name is not None and solver is not None:
-        raise CaseError("--format and --for exclude each other: drop one of them")
-    if solver is not None:
-        return _looked_up(FORMATS_FOR, solver, "--for: unknown solver")
-    if format_name is not None:
-        return (_looked_up({name: name for name in FORMATS}, format_name, "--format: unknown format"),)
-    return ()
-
-
-def _looked_up(table: Mapping[Any, T], name: str, problem: str) -> T:
+def _looked_up(table: Mapping[str, tuple[FormatName, ...]], name: str, problem: str) -> tuple[FormatName, ...]:
     if name not in table:
         raise CaseError(f"{problem} {name!r}: choose one of {', '.join(table)}")
     return table[name]
@@ -155,13 +142,6 @@ def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:
             both = " and ".join(other for other in formats if FORMATS[other].files[0] == main)
             raise FileError(f"output.formats: {both} would be the same file: name one of them")
     return formats
-
-
-def _own_folder(case: Case, source: str) -> Path:
-    """The folder that the case names, relative to the case file; else the present one."""
-    if case.output.directory is None:
-        return Path()
-    return (Path() if source == "-" else Path(source).parent) / case.output.directory
 
 
 def _is_file(output: str) -> bool:

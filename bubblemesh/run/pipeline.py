@@ -1,4 +1,4 @@
-"""From a case to a mesh: the whole story on one screen."""
+"""From a case to a mesh, within a time limit: the whole story on one screen."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,11 +9,12 @@ from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError
-from bubblemesh.geometry.deviation import deviation
+from bubblemesh.geometry.followed import deviation
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.packing.net import connect
+from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
@@ -21,17 +22,7 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb, timed
 from bubblemesh.run.assembly import mesh_of
-from bubblemesh.run.report import (
-    NodeTargetRow,
-    Report,
-    RoundRow,
-    StartRow,
-    round_row,
-    spacing_changes,
-    start_row,
-    triangle_fields,
-)
-from bubblemesh.run.time_limit import Clock
+from bubblemesh.run.report import NodeTargetRow, Report, RoundRow, StartRow, spacing_changes, triangle_fields
 from bubblemesh.spacing.grid.table import tabulated
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -42,7 +33,7 @@ OnShare = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Result:
-    """What a run has made.
+    """Mesh of a run, with its report.
 
     Attributes
     ----------
@@ -64,6 +55,35 @@ class Result:
     verdict: BubblemeshError | None = None
 
 
+@dataclass
+class Clock:
+    """A watch that ends a packing after a time, and hands on what share of it is done."""
+
+    limit: float | None  # seconds
+    begun: float  # reading of ``perf_counter`` from which they count
+    on_share: OnShare
+    share: float = 0.0
+    over: bool = False
+
+    def __call__(self, share: float) -> None:
+        """Note the share that is done; TimeUp if the time is over."""
+        self.share = share
+        self.on_share(share)
+        if self.limit is not None and perf_counter() - self.begun > self.limit:
+            self.over = True
+            raise TimeUp(f"the time limit of {self.limit:g} s")
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warning on what the limit did to the mesh, if it was met."""
+        if not self.over:
+            return []
+        return [
+            f"the time limit of {self.limit:g} s ended the packing at about {self.share:.0%}: the mesh is valid, but "
+            "less good than it could be"
+        ]
+
+
 @dataclass(frozen=True)
 class Packing:
     """A problem with the rounds that packed it, and the time that each stage took."""
@@ -80,6 +100,12 @@ class Packing:
     def nodes(self) -> int:
         """Number of bubbles in the end."""
         return len(self.last.bubbles)
+
+    @property
+    def scale(self) -> float:
+        """Factor of the spacing, which a number of nodes may ask for."""
+        target = self.problem.node_target
+        return 1.0 if target is None else target.scale
 
 
 def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result:
@@ -106,12 +132,10 @@ def mesh_problem(
     """Mesh a problem; ``adaptation`` is what the report tells of the solution that the sizes come from."""
     begun = perf_counter() - sum(problem.seconds.values())
     packings = [pack(problem, begun, on_round, on_share)]
-    target = problem.node_target
-    while target is not None and len(packings) < MOST_MESHES and _misses(packings[-1], target):
+    while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
         found = [(packing.problem.expected_nodes, packing.nodes) for packing in packings]
-        problem = correct(packings[-1].problem, target, found)
-        target = problem.node_target
-        if target is None or target.scale in [_scale(packing) for packing in packings]:
+        problem = correct(problem, target, found)
+        if problem.node_target is None or problem.node_target.scale in [packing.scale for packing in packings]:
             break
         packings.append(pack(problem, begun, on_round, on_share))
     return _finish(packings, begun, adaptation)
@@ -125,12 +149,12 @@ def pack(problem: Problem, begun: float, on_round: OnRound, on_share: OnShare) -
         spacing = tabulated(domain, problem.packing_spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        first = start_row(start, connect(start, domain).triangles)
+        first = StartRow.of(start, connect(start, domain).triangles)
     rows, speeds = list[RoundRow](), list[Floats]()
     with timed(seconds, "packing"):
         last_end = perf_counter()
         for done in rounds(start, domain, levels, method, clock):
-            rows.append(round_row(done, perf_counter() - last_end))
+            rows.append(RoundRow.of(done, perf_counter() - last_end))
             speeds.append(done.speeds)
             on_round(rows[-1])
             last_end = perf_counter()
@@ -140,7 +164,8 @@ def pack(problem: Problem, begun: float, on_round: OnRound, on_share: OnShare) -
 def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result:
     """Make the mesh of the best packing, measure it and report: the nearest one to the wanted number of nodes."""
     target = packings[0].problem.node_target
-    best = packings[0] if target is None else min(packings, key=lambda each: _rank(each, target))
+    wanted = packings[0].nodes if target is None else target.nodes
+    best = min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - wanted)))
     problem, task, seconds = best.problem, best.problem.task, dict(best.seconds)
     domain, ideal_nodes, last = problem.domain, problem.survey.ideal_nodes, best.last
     with timed(seconds, "quality"):
@@ -156,6 +181,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     if target is not None:
         total = perf_counter() - begun
         seconds |= {"other_attempts": total - seconds["total"], "total": total}
+    attempts = tuple({"scale": packing.scale, "nodes": packing.nodes} for packing in packings)
     changes = spacing_changes(problem)
     report = Report(
         case=task.name,
@@ -183,7 +209,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
         ),
-        budget=None if target is None else NodeTargetRow(target.nodes, _scale(best), _attempts(packings)),
+        budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
         adaptation=adaptation,
     )
     return Result(mesh, fields, report, best.speeds, _verdict(best, figures))
@@ -192,19 +218,6 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
 def _misses(packing: Packing, target: NodeTarget) -> bool:
     """Whether another scale may come nearer to the target."""
     return not packing.clock.over and bool(warnings.missed_node_target(target.nodes, packing.nodes))
-
-
-def _rank(packing: Packing, target: NodeTarget) -> tuple[bool, int]:
-    return packing.clock.over, abs(packing.nodes - target.nodes)
-
-
-def _scale(packing: Packing) -> float:
-    target = packing.problem.node_target
-    return 1.0 if target is None else target.scale
-
-
-def _attempts(packings: Sequence[Packing]) -> tuple[dict[str, Any], ...]:
-    return tuple({"scale": _scale(packing), "nodes": packing.nodes} for packing in packings)
 
 
 def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | None:

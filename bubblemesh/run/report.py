@@ -1,20 +1,18 @@
-"""What a run reports: figures of the start, of each round and of the mesh, as a frozen record."""
+"""The report of a run: figures of the start, of each round and of the mesh, as a frozen record."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.deviation import Deviation
+from bubblemesh.geometry.followed import Deviation
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
-from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Extremes
 
 
 @dataclass(frozen=True)
@@ -26,6 +24,12 @@ class StartRow:
     triangles: int
     quality_mean: float
     quality_min: float
+
+    @classmethod
+    def of(cls, start: Bubbles, triangles: Integers) -> Self:
+        """Figures of bubbles that triangles (t, 3) connect."""
+        q = radius_ratios(start.x, triangles)
+        return cls(len(start), start.boundary_count, len(triangles), float(q.mean()), float(q.min()))
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,24 @@ class RoundRow:
     quality_min: float
     force_evaluations: int
     seconds: float
+
+    @classmethod
+    def of(cls, done: Round, seconds: float) -> Self:
+        """Figures of a finished round."""
+        q = radius_ratios(done.bubbles.x, done.triangles)
+        return cls(
+            round=done.number,
+            iterations=done.iterations,
+            nodes_before=done.before,
+            nodes_after=len(done.bubbles),
+            deleted=done.deleted,
+            inserted=done.inserted,
+            mean_speed=float(done.speeds[-1]) if done.iterations else 0.0,
+            quality_mean=float(q.mean()),
+            quality_min=float(q.min()),
+            force_evaluations=done.evaluations,
+            seconds=seconds,
+        )
 
 
 @dataclass(frozen=True)
@@ -125,30 +147,6 @@ def _plain(value: Any) -> Any:
     return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
 
 
-def start_row(start: Bubbles, triangles: Integers) -> StartRow:
-    """Figures of the initial placement, connected by triangles (t, 3)."""
-    q = radius_ratios(start.x, triangles)
-    return StartRow(len(start), start.boundary_count, len(triangles), float(q.mean()), float(q.min()))
-
-
-def round_row(done: Round, seconds: float) -> RoundRow:
-    """Figures of a finished round."""
-    q = radius_ratios(done.bubbles.x, done.triangles)
-    return RoundRow(
-        round=done.number,
-        iterations=done.iterations,
-        nodes_before=done.before,
-        nodes_after=len(done.bubbles),
-        deleted=done.deleted,
-        inserted=done.inserted,
-        mean_speed=float(done.speeds[-1]) if done.iterations else 0.0,
-        quality_mean=float(q.mean()),
-        quality_min=float(q.min()),
-        force_evaluations=done.evaluations,
-        seconds=seconds,
-    )
-
-
 def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
     """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
     return {
@@ -158,16 +156,13 @@ def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
 
 
 def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
-    """How much the rules of the wanted spacing and its periodic sides changed it, if they did."""
-
-    def row(changed: LimitedSpacing) -> SpacingChange:
-        return SpacingChange(changed.share, changed.ratio, changed.ratio_at)
-
-    return {key: row(changed) for key, changed in problem.changes.items()}
+    """Changes of the wanted spacing by its rules and by its periodic sides, as far as there are any."""
+    changes = problem.changes.items()
+    return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
 
 
 def estimate(problem: Problem) -> dict[str, Any]:
-    """What a case asks for, before any packing, as plain data."""
+    """Figures of what a case asks for, before any packing, as plain data."""
     domain, survey, target = problem.domain, problem.survey, problem.node_target
     return {
         "case": problem.task.name,
@@ -177,7 +172,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "area": domain.polygon.area,
         "holes": domain.hole_count,
         "labels": domain.labels,
-        "spacing": {name: getattr(survey, name) for name in Extremes._fields},
+        "spacing": survey.extremes._asdict(),
         **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
         **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),

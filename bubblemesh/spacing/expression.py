@@ -17,7 +17,7 @@ from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
 
 if TYPE_CHECKING:
-    from bubblemesh.geometry.distance.to_labels import Distance  # with which a case that is wrong should not wait
+    from bubblemesh.geometry.distance.distances import Distance  # with which a case that is wrong should not wait
 
 
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.
@@ -34,10 +34,7 @@ DISTANCE = "distance"  # the only function that takes text: labels of what the d
 def check_parameter_name(name: str) -> None:
     """Refuse a parameter that no expression could use.
 
-    Raises
-    ------
-    CaseError
-        If ``name`` is not an identifier, or already means something in every expression.
+    CaseError if ``name`` is not an identifier, or already means something in every expression.
     """
     if not name.isidentifier() or keyword.iskeyword(name):
         raise CaseError(f"the parameter {name!r} is not a name: use letters, digits and underscores")
@@ -47,24 +44,12 @@ def check_parameter_name(name: str) -> None:
 
 @dataclass(frozen=True)
 class Expression:
-    """A real function of x and y given as text; made by `Expression.parse`.
+    """A real function of x and y given as text; made by `Expression.parse`."""
 
-    Attributes
-    ----------
-    text : str
-        The expression as given, without the space around it.
-    parameters : mapping of str to float
-        The constants it may name.
-    costly : bool
-        Whether it measures distances that take long.
-    given : str
-        The text with the space around it.
-    """
-
-    text: str
-    parameters: Mapping[str, float] = field(hash=False)
-    costly: bool
-    given: str = field(repr=False, compare=False)
+    text: str  # without the space around it
+    parameters: Mapping[str, float] = field(hash=False)  # constants that it may name
+    costly: bool  # whether it measures distances that take long
+    given: str = field(repr=False, compare=False)  # with the space around it
     _tree: ast.expr = field(repr=False, compare=False)
     _evaluate: Evaluate = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
@@ -75,21 +60,12 @@ class Expression:
     ) -> "Expression":
         """Check ``text`` and bind its parameters.
 
-        Comparisons, ``and``, ``or`` and ``not`` give 1 and 0; as a condition, everything but 0 is true.
-        All numbers are float64 from the start, so that ``9**9**9**9`` is infinite rather than endless.
+        Comparisons, ``and``, ``or`` and ``not`` give 1 and 0; as a condition, everything but 0 is true. All numbers are
+        float64 from the start, so that ``9**9**9**9`` is infinite rather than endless. CaseError if the text is not
+        such an expression; the message names the column and the part of the text.
 
-        Parameters
-        ----------
-        text : str
-        parameters : mapping of str to float, optional
-        distance_to : callable, optional
-            Gives the distance from some labels for calls such as ``distance("bore")``, or raises a CaseError if a
-            label is unknown. Without it, such calls are checked, but have no values.
-
-        Raises
-        ------
-        CaseError
-            If the text is not such an expression; the message names the column and the part of the text.
+        ``distance_to`` gives the distance from some labels for calls such as ``distance("bore")``, or raises a
+        CaseError if a label is unknown. Without it, such calls are checked, but have no values.
         """
         return cls._of(text, dict(parameters or {}), parsed(text.strip()), distance_to)
 
@@ -102,7 +78,7 @@ class Expression:
         return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to)
 
     def measuring(self, distance_to: DistanceTo) -> "Expression":
-        """The same expression with values for its calls of the distance; a CaseError as of `parse`."""
+        """Expression with values for its calls of the distance; CaseError as of `parse`."""
         return self._of(self.given, self.parameters, self._tree, distance_to)
 
     def __str__(self) -> str:
@@ -123,10 +99,7 @@ class Expression:
 def constant(text: str, parameters: Mapping[str, float]) -> float:
     """Value of an expression of the parameters alone, with the same functions; infinities and nan are passed on.
 
-    Raises
-    ------
-    CaseError
-        As `Expression.parse`; x, y and distances have no value here.
+    CaseError as `Expression.parse`; x, y and distances have no value here.
     """
     text = text.strip()
     evaluate = _Builder(text, {}, _constants(parameters), None).built(parsed(text), 0)

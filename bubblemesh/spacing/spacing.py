@@ -1,13 +1,16 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.messages import place
+
+STEEP = 0.1  # growth per length: around spots from which it is slower, samples see it
+MOST_SPOTS = 2000  # more are noise
 
 
 def _whole(point: Floats) -> Key:
@@ -16,35 +19,19 @@ def _whole(point: Floats) -> Key:
 
 @dataclass(frozen=True)
 class Spacing:
-    """Desired distance between neighbouring nodes, in the domain's unit of length.
+    """Desired distance between neighbouring nodes, in the domain's unit of length."""
 
-    Attributes
-    ----------
-    function : callable
-        Values (n,) at the coordinates x (n,) and y (n,).
-    floor : float
-        Value that stands for d outside the domain where the function has no positive one.
-    key : callable
-        The key of the case that the spacing at a point (2,) comes from: a region may have its own.
-    costly : bool
-        Whether the function takes so long that a table of it is worth having.
-    spots : (k, 2)
-        Places where it may be fine over so short a distance that samples would pass them by.
-    """
-
-    function: Callable[[Floats, Floats], Floats]
-    floor: float = 0.0
-    key: Callable[[Floats], Key] = _whole
-    costly: bool = False
+    function: Callable[[Floats, Floats], Floats]  # values (n,) at the coordinates x (n,) and y (n,)
+    floor: float = 0.0  # stands for d outside the domain where the function has no positive value
+    key: Callable[[Floats], Key] = _whole  # key of the case that sets it at a point (2,): a region may have its own
+    costly: bool = False  # so much that a table of it is worth having
+    # Places (k, 2) where it may be fine over so short a distance that samples would pass them by.
     spots: Floats = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.
 
-        Raises
-        ------
-        CaseError
-            Where it is zero, negative, infinite or no number; the text names the point.
+        CaseError where it is zero, negative, infinite or no number; the text names the point.
         """
         d = self._values(points)
         bad = np.flatnonzero(~_usable(d))
@@ -73,13 +60,35 @@ class Spacing:
             d[bad] = self(corners[bad].reshape(-1, 2)).reshape(len(bad), -1).mean(axis=1)
         return d
 
-    def floored(self, floor: float) -> "Spacing":
-        """The spacing with a floor outside the domain."""
-        return replace(self, floor=floor)
-
     def _values(self, points: Floats) -> Floats:
         return np.asarray(self.function(points[:, 0], points[:, 1]), float)
 
 
 def _usable(d: Floats) -> Booleans:
     return np.isfinite(d) & (d > 0)
+
+
+def require_positive(values: Floats, where: Callable[[int], str]) -> None:
+    """Refuse values (n,) that are no spacings; ``where`` tells the place of one by its number.
+
+    CaseError with the first such value and its place.
+    """
+    bad = np.flatnonzero(~_usable(values))
+    if len(bad):
+        more = len(bad) - 1
+        several = f", and {more} more {'value is' if more == 1 else 'values are'} as bad" if more else ""
+        raise CaseError(f"is {values[bad[0]]:g} {where(int(bad[0]))}{several}: a spacing has to be positive and finite")
+
+
+def spots(points: Floats, first: Integers, last: Integers, values: Floats) -> Floats:
+    """Points (k, 2), among points (n, 2), from which the ``values`` (n,) rise steeply, and fall nowhere.
+
+    Neighbours are the points ``first`` (e,) and ``last`` (e,). Of more than can be spots the finest are given.
+    """
+    rise = (values[last] - values[first]) / np.hypot(*(points[last] - points[first]).T)
+    least, steepest = np.full(len(points), np.inf), np.full(len(points), -np.inf)
+    for node, change in ((first, rise), (last, -rise)):
+        np.minimum.at(least, node, change)
+        np.maximum.at(steepest, node, change)
+    found = np.flatnonzero((least >= 0) & (steepest > STEEP))
+    return points[found[np.argsort(values[found], kind="stable")[:MOST_SPOTS]]]

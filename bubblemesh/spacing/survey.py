@@ -9,11 +9,12 @@ import numpy as np
 from bubblemesh.arrays import GAUSS, Floats, Integers, members
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.triangulation import doubled_areas, triangulated
+from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.meshes.triangulation import triangulated
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import Spacing
 
-COARSEST = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
+LARGEST_PART = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral
 SHARE = 1e-3  # of that: change on halving below which a part of the integral stands
 SETTLING = 0.1  # relative change of a part on halving below which its size is believed
@@ -35,24 +36,17 @@ class Extremes(NamedTuple):
 
 @dataclass(frozen=True)
 class Survey:
-    """Extremes of the spacing with their places (x, y), and the ideal number of nodes."""
+    """Extremes of the spacing, and the ideal number of nodes."""
 
-    minimum: float
-    minimum_at: tuple[float, float]
-    maximum: float
-    maximum_at: tuple[float, float]
+    extremes: Extremes
     ideal_nodes: float
 
 
 def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
     """Survey of the spacing over the domain.
 
-    Raises
-    ------
-    CaseError
-        Where the spacing is not positive and finite; the text names the point.
-    LimitError
-        If it needs more than ``max_nodes`` nodes.
+    CaseError where the spacing is not positive and finite, with the point; LimitError if it needs more than
+    ``max_nodes`` nodes.
     """
     triangles = _resolved(domain)
     found = extremes(domain, spacing, triangles)
@@ -61,7 +55,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )
-    return Survey(*found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
+    return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
 
 
 def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) -> Extremes:
@@ -81,12 +75,7 @@ def ideal_nodes(
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
     minus the number of holes; ``tolerance`` is the relative accuracy of the integrals. The one over the area is taken
-    on ``triangles`` (t, 3, 2), which cover the domain.
-
-    Raises
-    ------
-    LimitError
-        If it is more than ``max_nodes``.
+    on ``triangles`` (t, 3, 2), which cover the domain. LimitError if it is more than ``max_nodes``.
     """
     triangles, limits = _resolved(domain) if triangles is None else triangles, (tolerance, max_nodes)
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
@@ -151,7 +140,7 @@ def _too_many(needed: float, max_nodes: int) -> LimitError:
 
 def _resolved(domain: Domain) -> Floats:
     """Triangles (t, 3, 2) that cover the domain, with edges up to a fraction of its size."""
-    longest = COARSEST * domain.size
+    longest = LARGEST_PART * domain.size
     outline, edges = _outline(domain, longest)
     points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
     return _refined(
@@ -186,7 +175,7 @@ def _intervals(domain: Domain) -> Floats:
     """Boundary intervals (k, 3) as piece, begin and end arc length; inner pieces lie in the area and count there."""
     piece = np.flatnonzero(~domain.boundary.inner)
     whole = np.column_stack([piece, np.zeros(len(piece)), domain.boundary.lengths[piece]])
-    return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], COARSEST * domain.size)
+    return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], LARGEST_PART * domain.size)
 
 
 def _refined(
@@ -242,7 +231,7 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
     steps = np.linspace(-1, 1, 9)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     best, value = start, float(spacing(start[None])[0])
-    reach = COARSEST * domain.size
+    reach = LARGEST_PART * domain.size
     for _ in range(HALVINGS):
         around = best + reach * grid
         around = around[domain.contains(around)]

@@ -31,10 +31,7 @@ FORBIDDEN: dict[type[ast.AST], str] = {
 def parsed(text: str) -> ast.expr:
     """Syntax tree of ``text``; columns count in characters of the text as one line.
 
-    Raises
-    ------
-    CaseError
-        If it is none; the message names the column and the part of the text.
+    CaseError if it is none; the message names the column and the part of the text.
     """
     if not text:
         raise CaseError("the expression is empty: give a number or a formula in x and y")

@@ -196,7 +196,7 @@ def test_a_summary_that_another_one_replaces_ends_the_batch(here):
 @pytest.mark.parametrize(("deaths", "attempts", "code"), [(0, 1, 0), (1, 2, 0), (2, 3, 0), (3, 3, 99)])
 def test_the_death_of_a_worker_costs_a_retry_and_three_cost_the_case(deaths, attempts, code, here):
     write(here, a=SMALL, b=SMALL, c=SMALL)
-    rows = rows_of(".", workers=failing(deaths, WorkerDied("gone", 6)))
+    rows = rows_of(".", workers=failing(deaths, WorkerDied(6, "gone")))
     assert [row.exit_code for row in rows] == [0, code, 0]
     assert [row.attempts for row in rows] == [1, attempts, 1]
     assert (rows[1].error is None) == (code == 0)

@@ -7,11 +7,11 @@ from case_data import SQUARE
 from pydantic import BaseModel
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.case.template import TEMPLATE
+from bubblemesh.case.models import case_template
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.packing.methods import METHODS
+from bubblemesh.problem.domain import rings_of
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.rings import rings_of
 
 
 def case_of(text, **options):
@@ -152,12 +152,12 @@ class TestLoading:
         assert load_case(path).name == "square"
 
     def test_template_loads(self):
-        case = case_of(TEMPLATE)
+        case = case_of(case_template())
         assert (case.name, case.method) == ("plate", "multilevel")
         assert case.spacing.text.startswith("h*(1 + 2*max")
 
     def test_case_survives_json(self):
-        case = case_of(TEMPLATE)
+        case = case_of(case_template())
         assert Case.model_validate_json(case.model_dump_json(), context=case.parameters) == case
         assert Case.model_validate(case.model_dump(), context=case.parameters) == case
 

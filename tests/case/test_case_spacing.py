@@ -3,8 +3,7 @@
 import pytest
 
 from bubblemesh.case import Case, load_case
-from bubblemesh.case.models import case_schema
-from bubblemesh.case.template import TEMPLATE
+from bubblemesh.case.models import case_schema, case_template
 from bubblemesh.errors import CaseError
 
 HEAD = "domain:\n  outer: {rectangle: [0, 0, 1, 1]}\n"
@@ -51,7 +50,7 @@ def test_terms_survive_json():
 
 
 def test_the_terms_of_the_template_are_right():
-    shown = TEMPLATE.partition("# spacing:\n")[2].partition("\n\n")[0]
+    shown = case_template().partition("# spacing:\n")[2].partition("\n\n")[0]
     lines = [line.removeprefix("#") for line in shown.splitlines()]
     terms = load_case("plate.yaml", text=f"{HEAD}spacing:\n" + "\n".join(lines) + "\n").spacing
     assert (terms.near.label, terms.labels, terms.maximum, terms.growth) == ("hole", {"left": 0.08}, 0.2, 0.2)

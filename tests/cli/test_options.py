@@ -1,6 +1,6 @@
 """Options that set keys of the case: a row in each of two tables, and every command that reads a case has them."""
 
-from importlib import import_module, reload
+from importlib import reload
 from typing import Annotated
 
 import pytest
@@ -10,10 +10,9 @@ from typer.testing import CliRunner
 from bubblemesh import load_case
 from bubblemesh.case import overrides
 from bubblemesh.case.overrides import Override, overrides_of
-from bubblemesh.cli import options
+from bubblemesh.cli import cases, options
 from bubblemesh.errors import CaseError
 
-MODULES = [import_module(f"bubblemesh.cli.{name}") for name in ("run", "batch")]  # not the commands of these names
 CASE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}
 spacing: 0.4
@@ -31,12 +30,11 @@ def with_option_called(tmp_path, monkeypatch):
         tables.setitem(overrides.OPTIONS, "called", ("name",))
         tables.setitem(options.CASE_OPTIONS, "called", Annotated[str | None, typer.Option(help="Name of the mesh.")])
         app = typer.Typer()
-        run, batch = map(reload, MODULES)
-        for command in (run.run, run.adapt, run.check, batch.batch):
+        reload(cases)
+        for command in (cases.run, cases.adapt, cases.check, cases.batch):
             app.command()(command)
         yield lambda *arguments: CliRunner().invoke(app, arguments)
-    for module in MODULES:
-        reload(module)
+    reload(cases)
 
 
 @pytest.mark.parametrize("command", ["run", "check", "batch"])

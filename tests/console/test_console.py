@@ -220,6 +220,7 @@ def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
 def test_places_are_told_without_their_rounding(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     problem = prepare(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
-    survey = replace(problem.survey, minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
+    extremes = problem.survey.extremes._replace(minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
+    survey = replace(problem.survey, extremes=extremes)
     show_estimate(estimate(replace(problem, survey=survey)))
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()

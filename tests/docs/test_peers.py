@@ -183,7 +183,9 @@ class TestTools:
 
     def test_boundary_nodes_are_equidistributed(self):
         problem = prepare(case_of("example-1"))
-        points, edges = with_triangle.boundary_nodes(problem.domain.boundary, problem.spacing, problem.survey.minimum)
+        points, edges = with_triangle.boundary_nodes(
+            problem.domain.boundary, problem.spacing, problem.survey.extremes.minimum
+        )
         assert len(points) == len(edges) == 2 * (20 + 40)
         np.testing.assert_allclose(np.hypot(*(points[edges[:, 0]] - points[edges[:, 1]]).T), 0.1)
 

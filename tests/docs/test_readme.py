@@ -35,8 +35,8 @@ def test_the_mapping_of_terms_shown_is_a_spacing_of_the_quickstart():
     _, shown = blocks("yaml")
     case, _, _ = (ROOT / "configs/quickstart.yaml").read_text().partition("spacing:")
     problem = prepare(load_case("plate.yaml", text=case + shown))
-    assert problem.survey.minimum == pytest.approx(0.02, rel=0.01)
-    assert problem.survey.maximum < 0.2
+    assert problem.survey.extremes.minimum == pytest.approx(0.02, rel=0.01)
+    assert problem.survey.extremes.maximum < 0.2
 
 
 def test_there_are_exactly_two_set_up_lines():

@@ -9,9 +9,8 @@ from numpy.testing import assert_allclose
 from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.curves import Polylines
-from bubblemesh.geometry.deviation import deviation
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.followed import Following, _simplified
+from bubblemesh.geometry.followed import Following, _simplified, deviation
 from bubblemesh.geometry.paths import Line, Polyline, Spline
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, path, polygon, rectangle

@@ -8,10 +8,9 @@ from PIL import Image
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshfiles.read import PARTS, read_field
-from bubblemesh.readers.arrays import read_gridded
-from bubblemesh.readers.images import read_grey
+from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
-from bubblemesh.spacing.terms.field import Field
+from bubblemesh.spacing.terms.field import MeshField
 
 TRIANGLE = [[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5], [0.5, 0.5]]
@@ -66,7 +65,7 @@ class TestReadField:
         area = (ux * vy - uy * vx) / 2
         assert (area > 0).all()
         assert area.sum() == pytest.approx(0.5 if "triangle" in kind else 1)
-        np.testing.assert_allclose(Field.of(points, triangles, found)(*nodes.T), values, rtol=1e-9)
+        np.testing.assert_allclose(MeshField.of(points, triangles, found)(*nodes.T), values, rtol=1e-9)
 
     def test_cell_data_of_mixed_faces_goes_with_their_triangles(self, tmp_path):
         points = [*SQUARE[:4], [2, 0.5], [0.5, 2]]

@@ -14,8 +14,7 @@ from test_output import holed_square
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, Solver
-from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
-from bubblemesh.meshfiles.names import plain_words
+from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
 from bubblemesh.meshfiles.writing import write_file, write_files
 
 

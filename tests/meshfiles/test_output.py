@@ -16,7 +16,7 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
-from bubblemesh.meshfiles.report_json import json_ready, json_text
+from bubblemesh.meshfiles.text import json_ready, json_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import write_file, write_files, write_stream
 
@@ -199,7 +199,7 @@ def test_a_failure_midway_leaves_the_old_files(mesh, fields, tmp_path, monkeypat
         path.write_text("half")
         raise failure
 
-    monkeypatch.setattr("bubblemesh.meshfiles.write.vtk.write_vtk", fail)
+    monkeypatch.setattr("bubblemesh.meshfiles.write.viewers.write_vtk", fail)
     with pytest.raises(failure):
         write_files(mesh, fields, {}, tmp_path, "plate", ["msh", "vtu", "vtk"])
     assert contents(tmp_path) == before

@@ -11,8 +11,7 @@ from test_solvers import SYSTEM, blocks, mfem_python, openfoam, program, python_
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.formats import FORMATS_FOR
-from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
-from bubblemesh.meshfiles.names import plain_words
+from bubblemesh.meshfiles.groups import facet_ids, group_names, plain_words, region_ids
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.run.pipeline import mesh_case
 

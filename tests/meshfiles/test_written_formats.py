@@ -13,8 +13,7 @@ import skfem
 from sandwiches import ODD, names_of, sandwich, written
 from test_output import holed_square
 
-from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
-from bubblemesh.meshfiles.names import plain_words
+from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
 from bubblemesh.meshfiles.write.nodes import nodes_of
 
 

@@ -3,15 +3,15 @@ import pytest
 from examples import BARE
 from lattices import hexagon, packed_hexagon, uniform
 
+from bubblemesh.arrays import along_hilbert_curve
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.spacing.grid.leaves import leaves
+from bubblemesh.spacing.grid.cells import leaves
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from report_pages import NASTY, Elements
 
-from bubblemesh.meshes.histograms import histogram
+from bubblemesh.meshes.quality import histogram
+from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.pages.charts import Line, histogram_chart, line_chart
-from bubblemesh.pages.markup import Markup, from_template, html, tag
+from bubblemesh.pages.markup import Markup, from_template, html, linked_places, tag
 from bubblemesh.pages.scene import json_block
-from bubblemesh.pages.text import linked_places, readable_json
 
 
 def test_text_is_escaped_wherever_it_goes():

@@ -15,7 +15,7 @@ from matplotlib.colors import LogNorm, Normalize
 from bubblemesh.case import load_case
 from bubblemesh.pictures.spacing_plots import draw_spacing, spacing_figure
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.run.preview import previewed
+from bubblemesh.run.assembly import previewed
 from bubblemesh.run.report import estimate
 
 WIDE = """
@@ -39,27 +39,31 @@ def problem_of(text, *overrides):
     return prepare(load_case("-", text=text, overrides=overrides))
 
 
+def extremes_of(problem):
+    return problem.packing_extremes[:2], problem.packing_extremes[2:]
+
+
 def figure_of(problem, title=None):
-    shown = previewed(problem)
-    return spacing_figure(shown.mesh, shown.spacing, (shown.extremes[:2], shown.extremes[2:]), title)
+    return spacing_figure(*previewed(problem), extremes_of(problem), title)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("spacing", ["1e-5 + 0.3*hypot(x - 0.5, y - 0.25)", "0.004", "50"])
 def test_the_mesh_of_a_picture_is_never_large_and_never_coarse(spacing):
-    shown = previewed(problem_of(WIDE, f"spacing={spacing}"))
-    check_mesh(shown.mesh)
-    assert 2000 < len(shown.mesh.points) < 40_000
-    assert shown.mesh.labels == ("s", "e", "n", "w", "hole-1")
+    mesh, _ = previewed(problem_of(WIDE, f"spacing={spacing}"))
+    check_mesh(mesh)
+    assert 2000 < len(mesh.points) < 40_000
+    assert mesh.labels == ("s", "e", "n", "w", "hole-1")
 
 
 def test_values_and_extremes_are_those_that_the_packing_goes_by():
     problem = problem_of(REFINED)
-    shown = previewed(problem)
-    np.testing.assert_allclose(shown.spacing, problem.packing_spacing(shown.mesh.points))
-    assert shown.extremes.maximum == pytest.approx(0.2)
-    assert shown.extremes.minimum == pytest.approx(0.02 * np.pi / 3, rel=0.05)
-    assert np.hypot(shown.extremes.minimum_at[0] - 1.5, shown.extremes.minimum_at[1] - 0.5) < 0.03
+    mesh, spacing = previewed(problem)
+    extremes = problem.packing_extremes
+    np.testing.assert_allclose(spacing, problem.packing_spacing(mesh.points))
+    assert extremes.maximum == pytest.approx(0.2)
+    assert extremes.minimum == pytest.approx(0.02 * np.pi / 3, rel=0.05)
+    assert np.hypot(extremes.minimum_at[0] - 1.5, extremes.minimum_at[1] - 0.5) < 0.03
 
 
 @pytest.mark.parametrize(("text", "norm"), [(WIDE, LogNorm), (NARROW, Normalize)])
@@ -85,10 +89,10 @@ def test_colours_tell_the_spacing(text, norm):
 @pytest.mark.parametrize("ratio", [4.5, 9.9, 11, 80, 990, 1100, 1e6, 1e12])
 @pytest.mark.parametrize("turn", [1, -1])
 def test_numbers_at_a_long_scale_keep_apart(low, ratio, turn):
-    shown = previewed(problem_of("domain: {outer: {rectangle: [0, 0, 3, 1]}}\nspacing: 1\n"))
-    x, y = shown.mesh.points[:, ::turn].T
-    mesh = replace(shown.mesh, points=np.column_stack([x, y]))
-    places = mesh.points[shown.spacing.argmin()], mesh.points[-1]
+    shown, spacing = previewed(problem_of("domain: {outer: {rectangle: [0, 0, 3, 1]}}\nspacing: 1\n"))
+    x, y = shown.points[:, ::turn].T
+    mesh = replace(shown, points=np.column_stack([x, y]))
+    places = mesh.points[spacing.argmin()], mesh.points[-1]
     high = ratio * low
     figure = spacing_figure(mesh, low * ratio ** (x / x.max()), ((low, places[0]), (high, places[1])))
     figure.canvas.draw()
@@ -121,10 +125,11 @@ def test_a_uniform_spacing_has_one_colour_and_no_marks():
 @pytest.mark.long
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_same_problem_same_bytes(tmp_path, ending):
-    shown = previewed(problem_of(WIDE))
+    problem = problem_of(WIDE)
+    mesh, spacing = previewed(problem)
     for name in ("a", "b"):
         path = tmp_path / name / f"d.{ending}"
-        draw_spacing(shown.mesh, shown.spacing, (shown.extremes[:2], shown.extremes[2:]), path, "wide")
+        draw_spacing(mesh, spacing, extremes_of(problem), path, "wide")
     assert (tmp_path / "a" / f"d.{ending}").read_bytes() == (tmp_path / "b" / f"d.{ending}").read_bytes()
 
 

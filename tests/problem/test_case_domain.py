@@ -19,6 +19,10 @@ domain:
     - {name: core, ring: {rectangle: [2.1, 0.5, 2.5, 1.5]}}
   lines:
     - {path: [[0.2, 0.2], [0.4, 0.2]]}
+    - {path: [[0.2, 0.4], [0.4, 0.4]]}
+  points:
+    - {at: [0.2, 1.6]}
+    - {at: [0.4, 1.6], label: well}
   periodic:
     - [left, right]
 """
@@ -36,7 +40,24 @@ PLAIN = CASE.partition("  periodic")[0]
         ("[2.1, 0.5, 2.5, 1.5]", "[7, 0, 8, 1]", "a.yaml:10: domain: region 'core' at (7, 0) lies outside"),
         ("[2.1, 0.5, 2.5, 1.5]", "[2, 1, 2, 1]", "a.yaml:10: domain: region 'core': the ring at (2, 1) has fewer"),
         ("[0.4, 0.2]]", "[0.2, 0.2]]", "a.yaml:12: domain: line 1: the line at (0.2, 0.2) has no length"),
-        ("[0.2, 0.2], [0.4", "[7, 0.2], [8", "a.yaml:2: domain: the line 'line-1' at (7.5, 0.2) lies outside"),
+        ("[0.2, 0.2], [0.4", "[7, 0.2], [8", "a.yaml:12: domain: the line 'line-1' at (7.5, 0.2) lies outside"),
+        ("[0.2, 0.4], [0.4, 0.4]", "[0, 1], [0, 2]", "a.yaml:13: domain: the line 'line-2' at (0, 1.5) lies outside"),
+        ("[0.2, 0.4], [0.4, 0.4]", "[0.4, 0.2], [0.2, 0.2]", "a.yaml:13: domain: the line 'line-2' at (0.3, 0.2) "),
+        ("[0.2, 1.6]", "[0.2, 7]", "a.yaml:15: domain: the point 'point-1' at (0.2, 7) lies outside the domain"),
+        ("[0.4, 1.6]", "[3, 1]", "a.yaml:16: domain: the point 'well' at (3, 1) lies outside the domain"),
+        ("[0.4, 1.6]", "[0.2, 1.6]", "a.yaml:16: domain: the points 'point-1' and 'well' are both at (0.2, 1.6)"),
+        (
+            "[0.4, 1.6]",
+            "[0.2, 1.60000001]",
+            "a.yaml:16: domain: the vertices at (0.2, 1.6) and (0.2, 1.6) are 1e-08 ap",
+        ),
+        ("[0.4, 1.6]", "[0.4, 1e-8]", "a.yaml:16: domain: the vertex at (0.4, 1e-08) is 1e-08 away from the line at"),
+        ("[0.2, 0.4], [0.4", "[1, 1e-8], [4", "a.yaml:13: domain: the vertex at (1, 1e-08) is 1e-08 away from the li"),
+        (
+            "[0.2, 0.4], [0.4, 0.4]",
+            "[2.3, 1.69999999], {arc: {to: [1.7, 1.69999999], center: [2, 1.69999999], turn: left}}",
+            "a.yaml:13: domain: two curves pass each other at (2, 2) at a distance of 1e-08, next to each other",
+        ),
     ],
 )
 def test_errors_of_the_geometry_tell_the_line(old, new, message):
@@ -49,6 +70,6 @@ def test_errors_of_the_geometry_tell_the_line(old, new, message):
 
 def test_periodic_sides_that_are_not_there_tell_the_line():
     case = load_case("a.yaml", text=CASE)
-    problem = r"^a\.yaml:13: domain: periodic: there is no side 'left'"
+    problem = r"^a\.yaml:17: domain: periodic: there is no side 'left'"
     with pytest.raises(BubblemeshError, match=problem), located("a.yaml", case.origin):
         prepare(case)

@@ -13,7 +13,7 @@ from paths import ROOT
 
 import bubblemesh
 from bubblemesh.case import load_case
-from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
@@ -92,8 +92,8 @@ def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
 
 def test_limits_of_the_spacing_hold():
     problem = prepare(load_case("a.yaml", text=DOMAINS["ruled"], overrides=["spacing.nodes=1500"]))
-    assert problem.survey.minimum >= 0.004 * 0.999
-    assert problem.survey.maximum <= 0.06
+    assert problem.survey.extremes.minimum >= 0.004 * 0.999
+    assert problem.survey.extremes.maximum <= 0.06
     assert problem.expected_nodes == pytest.approx(1500, rel=0.01)
 
 
@@ -207,13 +207,13 @@ class TestSearch:
 
     def test_a_number_out_of_reach_is_an_error_unless_the_nearest_will_do(self):
         with pytest.raises(LimitError, match="at least about 700"):
-            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, key="nodes")
+            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, key=Key(["nodes"]))
         scale = scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2)
         assert scale > 50
 
     def test_a_number_always_too_large_to_count_is_an_error(self):
         with pytest.raises(LimitError, match="need far more"):
-            scaled_to(500, self.scales, lambda s: np.inf, key="nodes")
+            scaled_to(500, self.scales, lambda s: np.inf, key=Key(["nodes"]))
 
     def test_a_jump_across_the_number_ends_the_search(self):
         scale = scaled_to(1000, self.scales, lambda s: 800.0 if s > 3 else 1300.0)

@@ -222,7 +222,7 @@ def test_small_spots_of_terms_are_not_passed_over(terms, at, size):
     problem = prepare(load_case("-", text=text % (terms % points if "%s" in terms else terms)))
     away = np.add(at, [[0, 0], [0, 0.01], [0, 0.1]])
     np.testing.assert_allclose(problem.packing_spacing(away), size + 0.2 * np.array([0, 0.01, 0.1]), rtol=0.05)
-    assert problem.survey.minimum == pytest.approx(size, rel=0.01)
+    assert problem.survey.extremes.minimum == pytest.approx(size, rel=0.01)
 
 
 def test_the_estimate_tells_the_labels_of_all_that_is_inside_too():

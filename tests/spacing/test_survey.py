@@ -96,10 +96,10 @@ def test_ideal_nodes_do_not_depend_on_the_unit_of_length(scale):
 
 def test_extremes_are_found_with_their_places():
     survey = surveyed(SQUARE, Spacing(lambda x, y: 0.1 + (x - 0.317) ** 2 + (y + 0.123) ** 2), ENOUGH)
-    assert survey.minimum == pytest.approx(0.1, rel=1e-12)
-    assert survey.minimum_at == pytest.approx((0.317, -0.123), abs=1e-6)
-    assert survey.maximum_at == (-1, 1)
-    assert survey.maximum == pytest.approx(0.1 + 1.317**2 + 1.123**2)
+    assert survey.extremes.minimum == pytest.approx(0.1, rel=1e-12)
+    assert survey.extremes.minimum_at == pytest.approx((0.317, -0.123), abs=1e-6)
+    assert survey.extremes.maximum_at == (-1, 1)
+    assert survey.extremes.maximum == pytest.approx(0.1 + 1.317**2 + 1.123**2)
 
 
 def test_spacing_larger_than_the_domain_is_allowed():
@@ -129,7 +129,7 @@ def test_spacing_that_vanishes_between_the_samples_is_refused(function, place):
 def test_spacing_may_be_undefined_in_a_hole():
     with np.errstate(invalid="ignore"):
         spacing = Spacing(lambda x, y: 0.1 + np.sqrt(np.hypot(x, y) - 0.3999))
-        assert surveyed(PERFORATED, spacing, ENOUGH).minimum > 0.1
+        assert surveyed(PERFORATED, spacing, ENOUGH).extremes.minimum > 0.1
 
 
 @pytest.mark.parametrize(("d", "count"), [(0.01, r"4\.62e\+04"), (1e-6, r"4\.62e\+12")])

@@ -9,6 +9,7 @@ import shapely
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
@@ -88,14 +89,13 @@ def _near(line: PolygonalCopy, reach: Floats) -> tuple[Integers, Integers]:
 
 def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
     """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
-    corners_of = [set(boundary.start[boundary.ring == ring].tolist()) - {-1} for ring in range(boundary.ring.max() + 1)]
+    corner, ring = boundary.ring_corners()
     distance = np.full(len(probe), np.inf)
-    rings = line.ring[probe] * len(corners_of) + line.ring[chord]
-    for both in np.unique(rings).tolist():
-        a, b = divmod(both, len(corners_of))
-        shared = sorted(corners_of[a] & corners_of[b])
-        if shared:
-            mine = rings == both
+    rings = np.column_stack([line.ring[probe], line.ring[chord]])
+    for a, b in np.unique(rings, axis=0).tolist():
+        shared = np.intersect1d(corner[ring == a], corner[ring == b])
+        if len(shared):
+            mine = (rings == (a, b)).all(axis=1)
             offset = line.points[probe[mine]][:, None] - boundary.corners[shared]
             distance[mine] = np.hypot(offset[..., 0], offset[..., 1]).min(axis=1)
     return distance
@@ -121,9 +121,6 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: int, chord: int) ->
 
 def _feet(boundary: Boundary, line: PolygonalCopy, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
     """Arc lengths (m,) and places (m, 2) of the points next to ``points`` (m, 2) on the curves of the chords (m,)."""
-    piece, start = line.piece[chord], line.points[chord]
-    along = line.points[line.successor[chord]] - start
-    share = np.einsum("ij,ij->i", points - start, along) / np.einsum("ij,ij->i", along, along)
-    s = line.s[chord] + np.clip(share, 0, 1) * line.step[chord]
-    s = boundary.foot(points, piece, s, steps=4)
+    piece, share = line.piece[chord], shares_before(points, line.points[chord], line.points[line.successor[chord]])
+    s = boundary.foot(points, piece, line.s[chord] + share * line.step[chord], steps=4)
     return s, boundary.points(piece, s)

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.errors import GeometryError
+from bubblemesh.arrays import Booleans, Floats, Integers, select
+from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.messages import place
@@ -46,10 +47,6 @@ class NearChords(NamedTuple):
     b: Floats
     step_a: Floats
     step_b: Floats
-
-    def kept(self, which: Integers | Booleans) -> "NearChords":
-        """The pairs ``which`` (k,)."""
-        return NearChords(*(column[which] for column in self))  # type: ignore[arg-type]
 
 
 def chord_boxes(boundary: Boundary, size: float) -> ChordBoxes:
@@ -99,13 +96,10 @@ def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
     return Cuts(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
 
 
-def touches(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
-    """Cuts where the curves of chords touch with a common tangent.
+def touches(boundary: Boundary, pairs: NearChords, size: float, parts: Parts) -> Cuts:
+    """Cuts where the curves of chords touch with a common tangent; GeometryError where one passes the other next to it.
 
-    Raises
-    ------
-    GeometryError
-        If one passes the other next to it.
+    Errors are about the first one's part.
     """
     tolerance = TOUCHING * size
     curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)
@@ -129,11 +123,12 @@ def touches(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
     near = np.flatnonzero(opposite & (alike | (distance > tolerance)) & (distance <= NEARLY * size))
     if len(near):
         k = near[0]
-        raise GeometryError(
-            f"two curves pass each other at {place(boundary.points(p[[k]], a[[k]])[0])} at a distance of "
-            f"{distance[k]:.1g}, next to each other but not the same and not touching in a point: let them touch, "
-            "or move them apart"
-        )
+        with about(parts.paths[-1 - boundary.ring[p[k]]].key):
+            raise GeometryError(
+                f"two curves pass each other at {place(boundary.points(p[[k]], a[[k]])[0])} at a distance of "
+                f"{distance[k]:.1g}, next to each other but not the same and not touching in a point: let them touch, "
+                "or move them apart"
+            )
     k = np.flatnonzero(opposite & (distance <= tolerance) & ~alike)
     points = boundary.points(p[k], a[k])
     return Cuts(np.concatenate([p[k], q[k]]), np.concatenate([a[k], b[k]]), np.tile(points, (2, 1)))
@@ -154,8 +149,8 @@ def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
     result = np.zeros(len(pairs.p), bool)
     curved = boundary.curved[pairs.p] & boundary.curved[pairs.q] & (pairs.p != pairs.q)
     found = np.flatnonzero(curved)
-    found = found[_is_on(boundary, pairs.kept(found), 0.0, size)]
-    rest = pairs.kept(found)
+    found = found[_is_on(boundary, select(pairs, found), 0.0, size)]
+    rest = select(pairs, found)
     result[found] = _is_on(boundary, rest, ENDS[0], size) | _is_on(boundary, rest, ENDS[1], size)
     return result
 

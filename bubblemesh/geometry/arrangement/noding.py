@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import GeometryError
+from bubblemesh.arrays import Floats, Integers, concatenated, select
+from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
 from bubblemesh.geometry.arrangement.crossings import (
     NEWTON_STEPS,
@@ -20,51 +20,37 @@ from bubblemesh.geometry.arrangement.crossings import (
     openings,
     touches,
 )
+from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 
 
-def noded(boundary: Boundary, size: float, fixed: int) -> Boundary:
-    """The boundary with corners wherever an inner piece meets another piece.
+def noded(boundary: Boundary, size: float, fixed: int, parts: Parts) -> Boundary:
+    """The boundary with corners wherever an inner piece meets another piece; tolerances are parts of the domain's size.
 
-    Parameters
-    ----------
-    boundary : Boundary
-    size : float
-        Of the domain, for tolerances.
-    fixed : int
-        Number of corners that come first and stay apart, however near they are: those of the rings.
-
-    Raises
-    ------
-    GeometryError
-        If a vertex is next to a line or to another vertex, or a curve next to another one, but not on it.
+    The first ``fixed`` corners, those of the rings, stay apart, however near they are. GeometryError, about what of the
+    parts gives it, if a vertex is next to a line or to another vertex, or a curve next to another one, but not on it.
     """
     none = np.zeros(0, np.int64)
     boundary = cut(boundary, Cuts(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
-    boundary = cut(boundary, _meetings(boundary, size), size, fixed)
-    boundary = cut(boundary, _corners_on_pieces(boundary, chord_boxes(boundary, size), size, fixed), size, fixed)
-    _require_apart(boundary.corners, size, fixed)
+    boundary = cut(boundary, _meetings(boundary, size, parts), size, fixed)
+    chords = chord_boxes(boundary, size)
+    boundary = cut(boundary, _corners_on_pieces(boundary, chords, size, fixed, parts), size, fixed)
+    _require_apart(boundary.corners, size, fixed, parts)
     return boundary
 
 
-def _meetings(boundary: Boundary, size: float) -> Cuts:
+def _meetings(boundary: Boundary, size: float, parts: Parts) -> Cuts:
     """Cuts where inner pieces cross or touch others, each other or themselves, but for their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
     same = coincident(boundary, pairs, size)
-    along, pairs = pairs.kept(same), pairs.kept(~same)
-    cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size)
-    return Cuts(*(np.concatenate(columns) for columns in zip(*cuts, strict=True)))
+    along, pairs = select(pairs, same), select(pairs, ~same)
+    cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size, parts)
+    return concatenated(cuts)
 
 
-def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int) -> Cuts:
-    """Cuts where corners are on pieces between their ends, one of the two being inner.
-
-    Raises
-    ------
-    GeometryError
-        If one is next to a piece but not on it.
-    """
+def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: Parts) -> Cuts:
+    """Cuts where corners are on pieces between their ends, one of the two being inner; GeometryError if one is near."""
     corner, chord = chords.boxes.query(shapely.points(boundary.corners), predicate="intersects")
     piece = chords.piece[chord]
     own = (corner == boundary.start[piece]) | (corner == boundary.end[piece])
@@ -78,10 +64,11 @@ def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixe
     near = np.flatnonzero(found & (distance > TOUCHING * size))
     if len(near):
         k = near[0]
-        raise GeometryError(
-            f"the vertex at {place(target[k])} is {distance[k]:.1g} away from the line at {place(foot[k])}, next to "
-            "it but not on it: give them the same coordinates, or move them apart"
-        )
+        with about(_key_at(parts, target[k]) if corner[k] >= fixed else parts.paths[-1 - boundary.ring[piece[k]]].key):
+            raise GeometryError(
+                f"the vertex at {place(target[k])} is {distance[k]:.1g} away from the line at {place(foot[k])}, next "
+                "to it but not on it: give them the same coordinates, or move them apart"
+            )
     return Cuts(piece[found], s[found], target[found])
 
 
@@ -121,14 +108,20 @@ def _clustered(points: Floats, tolerance: float, fixed: int) -> tuple[Floats, In
     return points[first], (np.cumsum(first) - 1)[known]
 
 
-def _require_apart(corners: Floats, size: float, fixed: int) -> None:
+def _require_apart(corners: Floats, size: float, fixed: int, parts: Parts) -> None:
     """Check that no corner is next to another one, but for those of the rings."""
     spots = shapely.points(corners)
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=NEARLY * size)
     near = np.flatnonzero((j < i) & (i >= fixed))
     if len(near):
         first, second = corners[j[near[0]]], corners[i[near[0]]]
-        raise GeometryError(
-            f"the vertices at {place(first)} and {place(second)} are {np.hypot(*(first - second)):.1g} apart, next to "
-            "each other but not the same: give them the same coordinates, or move them apart"
-        )
+        with about(_key_at(parts, second)):
+            raise GeometryError(
+                f"the vertices at {place(first)} and {place(second)} are {np.hypot(*(first - second)):.1g} apart, next "
+                "to each other but not the same: give them the same coordinates, or move them apart"
+            )
+
+
+def _key_at(parts: Parts, corner: Floats) -> Key:
+    """Key of the case that gives a corner (2,); an empty one for a corner that only a cut has made."""
+    return parts.keys_at.get((float(corner[0]), float(corner[1])), Key())

@@ -9,11 +9,11 @@ import shapely
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.polygons import areas_of, region_at, require_apart, slack_of
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import Parts, Region, areas_of, region_at, require_apart, slack_of
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
 
 ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
@@ -22,31 +22,18 @@ NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords ar
 
 
 def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> Boundary:
-    """The boundary with inner pieces, noded, and with the regions on either side of all pieces.
+    """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces.
 
-    Rings of regions and embedded lines end at the boundary of the domain; what of them follows it, or another one
-    of them, is one piece: of the ring if it can be, else of an embedded line, else of the first region.
-
-    Parameters
-    ----------
-    boundary : Boundary
-        The rings.
-    parts : Parts
-    polygon : Polygon
-        The domain.
-
-    Raises
-    ------
-    GeometryError
-        If regions overlap or lie outside, if nothing is left of a line or a point is not in the domain, or if a
-        vertex is next to a line but not on it; with the coordinates.
+    Rings of regions and embedded lines end at the boundary of the domain, the polygon; what of them follows it, or
+    another one of them, is one piece: of the ring if it can be, else of an embedded line, else of the first region.
+    GeometryError, with the coordinates, if regions overlap or lie outside, if nothing is left of a line or a point is
+    not in the domain, or if a vertex is next to a line but not on it.
     """
     size = _size(polygon)
     outlines = [region.polygon for region in parts.regions]
     _require_inside(parts, outlines, polygon)
-    paths = [*parts.lines, *(OpenPath.around(region.ring, region.label) for region in parts.regions)]
-    whole = boundary.with_inner(paths, [point for point, _ in parts.points])
-    whole = noded(whole, size, fixed=len(boundary.corners))
+    whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
+    whole = noded(whole, size, len(boundary.corners), parts)
     areas = areas_of(whole, len(parts.lines), outlines)
     require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.lines), outlines, size))
     whole = _without_doubles(whole, TOUCHING * size)
@@ -60,10 +47,7 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
 def _size(polygon: shapely.Polygon) -> float:
     """Size of the domain that tolerances are parts of; far from the origin coordinates are rounded by more than these.
 
-    Raises
-    ------
-    GeometryError
-        If too few digits are left to tell what meets.
+    GeometryError if too few digits are left to tell what meets.
     """
     x0, y0, x1, y1 = polygon.bounds
     size = float(max(x1 - x0, y1 - y0))
@@ -79,7 +63,7 @@ def _size(polygon: shapely.Polygon) -> float:
 def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:
     for region, outline in zip(parts.regions, outlines, strict=True):
         if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
-            where = place(shapely.get_coordinates(outline)[0])
+            where = first_place(outline)
             with about(region.ring.key):
                 raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
 
@@ -96,31 +80,30 @@ def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
     double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
     keep[i[double]] = False
-    return boundary.kept(np.flatnonzero(keep))
+    return boundary.select(np.flatnonzero(keep))
 
 
-def _clipped(boundary: Boundary, points: Sequence[tuple[tuple[float, float], str]], tolerance: float) -> Boundary:
+def _clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
     """The boundary without inner pieces outside the domain, and without the corners that only these had.
 
-    Raises
-    ------
-    GeometryError
-        If an embedded point is outside, or where another one is.
+    GeometryError if an embedded point is outside, or where another one is.
     """
     domain = PolygonalCopy.of(boundary).polygon()
     middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
-    kept = boundary.kept(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
+    kept = boundary.select(np.flatnonzero(~boundary.inner | shapely.contains_xy(domain, middle)))
     open_ = ~kept.closed
     used = np.zeros(len(kept.corners), bool)
     used[kept.start[open_]] = used[kept.end[open_]] = True
     owner: dict[int, str] = {}
-    for at, label in points:
+    for point in points:
+        at, label = point.at, point.label
         there = np.hypot(*(kept.corners - at).T) <= tolerance
         corner = int(there.argmax())  # a point inside is one by itself
-        if corner in owner:
-            raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
-        if not (used[there].any() or shapely.contains_xy(domain, *at)):
-            raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
+        with about(point.key):
+            if corner in owner:
+                raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
+            if not (used[there].any() or shapely.contains_xy(domain, *at)):
+                raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
         used |= there
         owner[corner] = label
     number = np.append(np.cumsum(used) - 1, -1)  # -1 stays: no corner
@@ -134,10 +117,11 @@ def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
         if -number not in left:
             curve = Boundary.of([Ring(path.sides, path.vertices[:-1])])
             where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
-            raise GeometryError(
-                f"the line {path.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
-                "move or remove it"
-            )
+            with about(path.key):
+                raise GeometryError(
+                    f"the line {path.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
+                    "move or remove it"
+                )
 
 
 def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
@@ -160,7 +144,7 @@ def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:
     seen = {*boundary.left.tolist(), *boundary.right.tolist()}
     for number, region in enumerate(regions, start=1):
         if number not in seen:
-            where = place(shapely.get_coordinates(region.polygon)[0])
+            where = first_place(region.polygon)
             problem = f"nothing is left of region {region.name!r} at {where} beside the regions within it"
             with about(region.ring.key):
                 raise GeometryError(f"{problem}: remove one of them")

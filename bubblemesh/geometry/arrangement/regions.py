@@ -1,19 +1,23 @@
-"""Inner parts of a domain: regions, embedded lines and points, sides that match."""
+"""Inner parts of a domain: regions, embedded lines and points, sides that match; which regions overlap, and where."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Integers
-from bubblemesh.errors import about
-from bubblemesh.geometry.arrangement import TOUCHING
-from bubblemesh.geometry.paths import Line, OpenPath, Ring
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import GeometryError, Key, about
+from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Point, Ring
 from bubblemesh.geometry.polygonal_copy import outline
-from bubblemesh.geometry.validity import simple_polygon
+from bubblemesh.geometry.validity import first_place, simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
+BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve
 
 
 @dataclass(frozen=True)
@@ -59,26 +63,15 @@ class Region:
 class Parts:
     """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
 
-    Attributes
-    ----------
-    regions : tuple of Region
-        Numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts. Several
-        may have one name.
-    rest : str
-        Name of region 0.
-    lines : tuple of OpenPath
-        Embedded lines.
-    points : tuple of ((x, y), label)
-        Embedded points.
-    periodic : tuple of (label, label)
-        Sides whose nodes match.
+    Regions are numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts.
+    Several may have one name.
     """
 
     regions: tuple[Region, ...] = ()
-    rest: str = "domain"
+    rest: str = "domain"  # name of region 0
     lines: tuple[OpenPath, ...] = ()
-    points: tuple[tuple[tuple[float, float], str], ...] = ()
-    periodic: tuple[tuple[str, str], ...] = ()
+    points: tuple[InnerPoint, ...] = ()
+    periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -88,6 +81,17 @@ class Parts:
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.lines or self.points)
+
+    @cached_property
+    def paths(self) -> tuple[OpenPath, ...]:
+        """Embedded lines, then the rings of regions: the inner pieces of path k have the ring number -1 - k."""
+        return *self.lines, *(OpenPath.around(region.ring, region.label) for region in self.regions)
+
+    @cached_property
+    def keys_at(self) -> dict[Point, Key]:
+        """Keys of the case that give the vertices and embedded points, by their coordinates."""
+        vertices = {vertex: path.key for path in self.paths for vertex in path.vertices}
+        return vertices | {point.at: point.key for point in self.points}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -99,3 +103,52 @@ class Parts:
         """Index (r + 1,) into ``names`` for region 0 and the others."""
         number = {name: k for k, name in enumerate(self.names)}
         return np.array([0, *(number[region.name] for region in self.regions)])
+
+
+def areas_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
+    """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
+    chords = boundary.chords()
+    number = -boundary.ring[chords.piece] - lines
+    order = np.argsort(number, kind="stable")
+    bounds = np.searchsorted(number[order], np.arange(1, len(outlines) + 2))
+    areas = [shapely.Polygon(chords.start[order[a:b]]) for a, b in pairwise(bounds)]
+    for area in areas:
+        shapely.prepare(area)
+    return areas
+
+
+def slack_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon], size: float) -> Floats:
+    """Area (r,) that the polygon of each region may be off along its rim."""
+    piece, _, step = boundary.stations()
+    off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
+    number = -boundary.ring[piece] - lines
+    total = np.bincount(np.maximum(number, 0), off, minlength=len(outlines) + 1)
+    return np.asarray(total[1:], float)
+
+
+def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
+    """Check that regions overlap only by one being inside the other; GeometryError with the names and a place."""
+    shapes = np.array(areas, dtype=object)
+    i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    i, j = i[i < j], j[i < j]
+    common = shapely.intersection(shapes[i], shapes[j])
+    off, shared, size = slack[i] + slack[j], shapely.area(common), shapely.area(shapes)
+    overlapping = (shared > off) & (shared < np.minimum(size[i], size[j]) - off)
+    same = shared >= np.maximum(size[i], size[j]) - off
+    for k in np.flatnonzero(overlapping | same):
+        names_of_both = f"regions {names[i[k]]!r} and {names[j[k]]!r}"
+        where = first_place(shapely.point_on_surface(common[k]))
+        if same[k]:
+            raise GeometryError(f"{names_of_both} at {where} are the same: remove one of them")
+        raise GeometryError(f"{names_of_both} overlap at {where}: give them a common side")
+
+
+def region_at(points: Floats, areas: Sequence[shapely.Polygon]) -> Integers:
+    """Number (n,) of the innermost region at points (n, 2); 0 where there is none."""
+    found = np.zeros(len(points), np.int64)
+    if len(areas) == 0:
+        return found
+    number, point = shapely.STRtree(shapely.points(points)).query(np.array(areas, dtype=object), predicate="contains")
+    order = np.argsort(-shapely.area(areas)[number], kind="stable")  # the last one written stays
+    found[point[order]] = number[order] + 1
+    return found

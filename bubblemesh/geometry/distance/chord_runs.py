@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.geometry.curves import shares_before
 
 LENGTH = 16  # chords of a run
 AT_A_TIME = 1 << 11  # runs, so that their points stay in the processor's caches
@@ -17,29 +18,16 @@ class ChordRuns:
 
     The width of a run's rectangle falls with the square of its length where the curve is smooth, so that distances
     from it tell well which runs are near. Upright boxes would be much looser.
-
-    Attributes
-    ----------
-    start, end : (m, 2)
-        Of each chord; both are the same for a mere point.
-    first, count : (r,)
-        First chord of each run, and the number of its chords.
-    x, y : (LENGTH + 1, r)
-        Points of each run, the last one repeated in shorter runs.
-    boxes : (6, r)
-        Centre and axis of each run's rectangle, half its length and half its width.
-    margin : float
-        More than what rounding displaces a point.
     """
 
-    start: Floats
-    end: Floats
-    first: Integers
-    count: Integers
-    x: Floats
-    y: Floats
-    boxes: Floats
-    margin: float
+    start: Floats  # (m, 2), of each chord
+    end: Floats  # (m, 2), the same for a mere point
+    first: Integers  # (r,), first chord of each run
+    count: Integers  # (r,), number of its chords
+    x: Floats  # (LENGTH + 1, r), of the points of each run, the last one repeated in shorter runs
+    y: Floats  # likewise
+    boxes: Floats  # (6, r), centre and axis of each run's rectangle, half its length and half its width
+    margin: float  # more than what rounding displaces a point
 
     @classmethod
     def of(cls, start: Floats, end: Floats) -> "ChordRuns":
@@ -108,10 +96,9 @@ class ChordRuns:
 
     def feet(self, points: Floats, chord: Integers) -> tuple[Floats, Floats]:
         """Share (m,) of chords (m,) that lies before the place nearest to points (m, 2), and that place (m, 2)."""
-        a, along = self.start[chord], self.end[chord] - self.start[chord]
-        squared = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
-        share = np.clip(np.einsum("ij,ij->i", points - a, along) / squared, 0, 1)
-        return share, a + share[:, None] * along
+        start, end = self.start[chord], self.end[chord]
+        share = shares_before(points, start, end)
+        return share, start + share[:, None] * (end - start)
 
 
 def _boxes(x: Floats, y: Floats, margin: float) -> Floats:

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, along_hilbert_curve, concatenated
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
-from bubblemesh.geometry.hilbert import along_hilbert_curve
 
 BLOCK = 16  # points, or smaller blocks, of a block
 PAIRS = 1 << 12  # of blocks and runs at a time, so that the arrays stay in the processor's caches
@@ -67,7 +66,7 @@ def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
     pairs = Candidates(runs.start[:1], np.zeros(len(runs.first), np.int64), np.arange(len(runs.first)))
     for tier in tiers[:0:-1]:
         parts = [_candidates(runs, blocks) for blocks in _blocks(tier, pairs)]
-        pairs = Candidates(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        pairs = concatenated(parts)
     chords = [_nearest(runs, blocks)[0].T[blocks.real.T] for blocks in _blocks(tiers[0], pairs)]
     found[order] = np.concatenate(chords)
     return found

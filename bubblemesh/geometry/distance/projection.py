@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
 from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
@@ -30,17 +30,10 @@ class Nearest(NamedTuple):
 
 @dataclass(frozen=True)
 class Projection:
-    """Projection of points onto pieces of a boundary, and onto points.
-
-    Attributes
-    ----------
-    boundary : Boundary
-    chords : Chords
-        Those that follow the pieces; mere points have the piece -1.
-    """
+    """Projection of points onto pieces of a boundary, and onto points."""
 
     boundary: Boundary
-    chords: Chords
+    chords: Chords  # of the pieces; mere points have the piece -1
 
     def __call__(self, points: Floats) -> Nearest:
         """Nearest points of ``points`` (k, 2), on the true curves."""
@@ -104,5 +97,5 @@ def projection_onto(boundary: Boundary, labels: Collection[str], points: Floats)
     chords = boundary.chords()
     named = np.flatnonzero(np.isin(boundary.labels, list(labels))[boundary.label[chords.piece]])
     none, nowhere = np.full(len(points), -1), np.zeros(len(points))
-    both = zip((column[named] for column in chords), (none, nowhere, nowhere, points, points), strict=True)
-    return Projection(boundary, Chords(*(np.concatenate(columns) for columns in both)))
+    places = Chords(none, nowhere, nowhere, points, points)
+    return Projection(boundary, concatenated([select(chords, named), places]))

@@ -16,32 +16,18 @@ OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the conta
 
 
 class Nodes(NamedTuple):
-    """Places, flags, labels and normals of n nodes.
-
-    Attributes
-    ----------
-    x, y : (n,)
-    boundary : (n,)
-        Which are on the boundary of the domain.
-    label : (n,)
-        The node's own label, else that of the facet which starts there, else the empty text.
-    nx, ny : (n,)
-        Unit normal that points out of the domain; 0 inside, and where two rings touch with normals that point apart.
-    """
+    """Places, flags, labels and normals of the nodes, an array (n,) for each column of a table."""
 
     x: Floats
     y: Floats
-    boundary: Booleans
-    label: NDArray[np.str_]
-    nx: Floats
+    boundary: Booleans  # which are on the boundary of the domain
+    label: NDArray[np.str_]  # the node's own, else that of the facet which starts there, else the empty text
+    nx: Floats  # unit normal out of the domain; 0 inside, and where two rings touch with normals that point apart
     ny: Floats
 
 
 def nodes_of(mesh: Mesh) -> Nodes:
-    """Return the nodes of a mesh.
-
-    The normal of a corner is the mean of those of its two edges, of unit length.
-    """
+    """Nodes of a mesh; the normal of a corner is the mean of those of its two edges, of unit length."""
     boundary = np.zeros(len(mesh.points), bool)
     boundary[mesh.facets[mesh.outer].ravel()] = True
     label = np.full(len(mesh.points), "", dtype=object)

@@ -25,23 +25,14 @@ _DATA_TYPES = {"f": "Float", "i": "Int"}
 def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write NAME.xdmf with the triangles and NAME_facets.xdmf with the boundary edges, each with its .h5 file.
 
-    The tags are ``material`` and ``label``. Both files hold all points, so that the numbers of the nodes agree.
-
-    Raises
-    ------
-    CaseError
-        If the file's name holds a colon, which separates file and data set in XDMF.
+    The tags are ``material`` and ``label``. Both files hold all points, so that the numbers of the nodes agree. A
+    colon in the file's name, which separates file and data set in XDMF, is a CaseError.
     """
     if ":" in path.name:
         raise CaseError(f"{path.name}: the name of an XDMF file cannot hold a colon; choose another name")
     _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields))
-    _write_pair(
-        path.with_name(f"{path.stem}_facets{path.suffix}"),
-        mesh,
-        _EDGE[mesh.order],
-        mesh.facets,
-        {"label": facet_ids(mesh).astype(np.int32)},
-    )
+    beside, labels = path.with_name(f"{path.stem}_facets{path.suffix}"), {"label": facet_ids(mesh).astype(np.int32)}
+    _write_pair(beside, mesh, _EDGE[mesh.order], mesh.facets, labels)
 
 
 def write_inline_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:

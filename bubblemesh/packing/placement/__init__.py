@@ -17,16 +17,10 @@ CLIPPED_AT = 2.0  # standard deviations: no displacement is so long that a bubbl
 
 
 class Placement(Protocol):
-    """Where the first bubbles are."""
+    """Placement of the first bubbles."""
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of a domain before any motion.
-
-        Raises
-        ------
-        LimitError
-            If there would be many more than ``max_nodes`` of them.
-        """
+        """Bubbles of a domain before any motion; LimitError if there would be many more than ``max_nodes`` of them."""
 
 
 def require_at_most(max_nodes: int, count: int) -> None:

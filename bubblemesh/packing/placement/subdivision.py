@@ -16,7 +16,7 @@ from bubblemesh.packing.placement import require_at_most
 from bubblemesh.spacing.spacing import Spacing
 
 TIE = 1e-9  # relative: lengths that equal the spacing must not depend on rounding
-DEEPEST = 40
+LATTICE_LEVELS = 40
 SQRT3 = np.sqrt(3.0)
 SIDES = np.array([[0, 0, 1, 0], [1, 0, 1, 1], [0, 1, 1, 1], [0, 0, 0, 1]])  # of a rhombus, in its two axes
 
@@ -45,14 +45,14 @@ class HierarchicalSubdivision:
         side = max(width + height / SQRT3, 2 * height / SQRT3)
         lattice = Lattice(np.array([x0 - height / SQRT3, y0]), side)
         cells, corners = np.zeros((1, 2), np.int64), []
-        for level in range(DEEPEST):
-            corners.append(_corners(cells) << (DEEPEST - level))
+        for level in range(LATTICE_LEVELS):
+            corners.append(_corners(cells) << (LATTICE_LEVELS - level))
             require_at_most(max_nodes, len(cells))
             split = self._to_split(lattice, cells, level, spacing) & _meets(domain, lattice, cells, level)
-            cells = _children(cells[split])
+            cells = _corners(2 * cells[split])  # of four quarters each
             if len(cells) == 0:
                 break
-        points = lattice.points(_distinct(np.vstack(corners)), DEEPEST)
+        points = lattice.points(_distinct(np.vstack(corners)), LATTICE_LEVELS)
         points = points[domain.contains(points)]
         return points[domain.surely_inside(points, self.clearance * spacing(points))]
 
@@ -89,7 +89,7 @@ def bisected(domain: Domain, spacing: Spacing, w1: float, max_nodes: int) -> tup
     low = low * boundary.lengths[piece]
     high = low + boundary.lengths[piece] / parts
     placed = [(piece[parts > 1], low[parts > 1])]
-    for _ in range(DEEPEST):
+    for _ in range(LATTICE_LEVELS):
         ends = [spacing(boundary.points(piece, at)) for at in (low, high)]
         split = w1 * (high - low) * (1 + TIE) >= (ends[0] + ends[1]) / 2
         piece, low, high = piece[split], low[split], high[split]
@@ -115,10 +115,6 @@ def _distinct(cells: Integers) -> Integers:
     ordered = np.sort(cells.astype(float).view(complex).ravel())
     ordered = ordered[np.append(True, ordered[1:] != ordered[:-1])]
     return np.column_stack([ordered.real, ordered.imag]).astype(np.int64)
-
-
-def _children(cells: Integers) -> Integers:
-    return _corners(2 * cells)
 
 
 def _meets(domain: Domain, lattice: Lattice, cells: Integers, level: int) -> Booleans:

@@ -6,9 +6,8 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, along_hilbert_curve
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
 from bubblemesh.packing.methods import Method
@@ -23,17 +22,10 @@ LEAF = 0.35  # spacings
 
 @dataclass(frozen=True)
 class PreviousNodes:
-    """Nodes of an earlier mesh, from which the next one starts.
+    """Nodes of an earlier mesh, from which the next one starts."""
 
-    Attributes
-    ----------
-    points : (n, 2)
-    sizes : (n,)
-        Distance to their neighbours, smoothed.
-    """
-
-    points: Floats
-    sizes: Floats
+    points: Floats  # (n, 2)
+    sizes: Floats  # (n,): distance to their neighbours, smoothed
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -46,10 +38,10 @@ class PreviousNodes:
         return self.sizes[self._tree.query(points)[1]]
 
     def calm(self, bubbles: Bubbles) -> Booleans:
-        """Which bubbles (n,) have the size that the mesh has there."""
+        """Bubbles (n,) of the size that the mesh has there."""
         return np.abs(self.at(bubbles.x) / bubbles.d - 1) <= CALM
 
-    def share_kept(self, domain: Domain, spacing: Spacing) -> float:
+    def share_of_own_size(self, domain: Domain, spacing: Spacing) -> float:
         """Part of the nodes that lie where the spacing is their own size."""
         inside = domain.contains(self.points)
         d = spacing.extended(self.points)
@@ -67,13 +59,13 @@ class WarmStart:
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)
-        kept = self._kept(domain, spacing, shell)
+        staying = self._staying(domain, spacing, shell)
         new = diffused_points(domain, spacing, shell, LEAF, self._lacking)
-        x = np.vstack([kept, new])
+        x = np.vstack([staying, new])
         require_at_most(max_nodes, len(shell) + len(x))
         return shell.append(x, spacing(x))
 
-    def _kept(self, domain: Domain, spacing: Spacing, shell: Bubbles) -> Floats:
+    def _staying(self, domain: Domain, spacing: Spacing, shell: Bubbles) -> Floats:
         """Points (k, 2) of the nodes that stay."""
         order = along_hilbert_curve(self.previous.points)
         x, size = self.previous.points[order], self.previous.sizes[order]

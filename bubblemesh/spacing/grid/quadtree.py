@@ -8,52 +8,30 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 
-DEEPEST = 30
+GRID_LEVELS = 30
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 MARGIN = 1e-9  # of the square's size: so far it reaches beyond what it covers
 SPREADING = [(16, 0x0000FFFF0000FFFF), (8, 0x00FF00FF00FF00FF), (4, 0x0F0F0F0F0F0F0F0F), (2, 0x3333333333333333)]
 
 
 class Vertices(NamedTuple):
-    """Vertices of a background grid.
+    """Vertices of a background grid."""
 
-    Attributes
-    ----------
-    key : (v,)
-        Numbers of their places, ascending: the same in all grids that stem from one.
-    points : (v, 2)
-    corners : (n, 4)
-        Vertices of the cells: lower left, lower right, upper left, upper right.
-    hanging : (k, 3)
-        Vertices in the middle of a cell's side, and the ends of that side; those of large cells first.
-    """
-
-    key: Integers
-    points: Floats
-    corners: Integers
+    key: Integers  # (v,): numbers of the places, ascending: the same in all grids that stem from one
+    points: Floats  # (v, 2)
+    corners: Integers  # (n, 4): of the cells: lower left, lower right, upper left, upper right
+    # (k, 3): vertices in the middle of a cell's side, and the ends of that side; those of large cells first
     hanging: Integers
 
 
 @dataclass(frozen=True)
 class Quadtree:
-    """Square cells that tile a square.
+    """Square cells that tile a square."""
 
-    Attributes
-    ----------
-    low : (2,)
-        Lower left corner of the square.
-    size : float
-        Its side.
-    level : (n,)
-        Cells of a level are 2**level times smaller than the square.
-    column_row : (n, 2)
-        Their lower left corners, in units of the deepest level.
-    """
-
-    low: Floats
-    size: float
-    level: Integers
-    column_row: Integers
+    low: Floats  # (2,): lower left corner of the square
+    size: float  # side of the square
+    level: Integers  # (n,): how often the square was halved for each cell
+    column_row: Integers  # (n, 2): lower left corners of the cells, in units of the deepest level
 
     @classmethod
     def around(cls, bounds: tuple[float, float, float, float]) -> "Quadtree":
@@ -74,7 +52,7 @@ class Quadtree:
     @cached_property
     def divisible(self) -> Booleans:
         """Whether each of the cells (n,) is above the deepest level."""
-        return self.level < DEEPEST
+        return self.level < GRID_LEVELS
 
     @cached_property
     def centers(self) -> Floats:
@@ -87,7 +65,7 @@ class Quadtree:
 
     def _corners(self, cells: Integers | slice) -> Integers:
         """Columns and rows (k, 4, 2) of the corners of some cells."""
-        width = 1 << (DEEPEST - self.level[cells])
+        width = 1 << (GRID_LEVELS - self.level[cells])
         return self.column_row[cells][:, None] + CORNERS * width[:, None, None]
 
     @cached_property
@@ -95,11 +73,11 @@ class Quadtree:
         return _interleaved(self.column_row)
 
     def _points(self, column_row: Integers) -> Floats:
-        return self.low + column_row * (self.size / 2**DEEPEST)
+        return self.low + column_row * (self.size / 2**GRID_LEVELS)
 
     def located(self, points: Floats) -> Integers:
         """Cells (m,) in which the points (m, 2) lie; points beyond the square count as on its rim."""
-        at = np.clip((points - self.low) * (2**DEEPEST / self.size), 0, 2**DEEPEST - 1)
+        at = np.clip((points - self.low) * (2**GRID_LEVELS / self.size), 0, 2**GRID_LEVELS - 1)
         return self._located(at.astype(np.int64))
 
     def _located(self, column_row: Integers) -> Integers:
@@ -114,7 +92,7 @@ class Quadtree:
         """The grid with some divisible ``cells`` (n,) in four; from which cell each stems, and which are quarters."""
         old, new = np.flatnonzero(~cells), np.repeat(np.flatnonzero(cells), 4)
         level = np.concatenate([self.level[old], self.level[new] + 1])
-        half = 1 << (DEEPEST - self.level[new] - 1)
+        half = 1 << (GRID_LEVELS - self.level[new] - 1)
         quarter = np.tile(CORNERS, (len(new) // 4, 1)) * half[:, None]
         column_row = np.concatenate([self.column_row[old], self.column_row[new] + quarter])
         order = np.argsort(_interleaved(column_row), kind="stable")
@@ -124,10 +102,10 @@ class Quadtree:
     def unbalanced(self) -> Booleans:
         """Cells (n,) that are more than twice as large as one beside them."""
         large = np.zeros(len(self), bool)
-        width = 1 << (DEEPEST - self.level)
+        width = 1 << (GRID_LEVELS - self.level)
         for across in ([-1, 0], [1, 0], [0, -1], [0, 1]):
             beside = self.column_row + (width // 2)[:, None] + np.array(across) * (width // 2 + 1)[:, None]
-            known = ((beside >= 0) & (beside < 2**DEEPEST)).all(axis=1)
+            known = ((beside >= 0) & (beside < 2**GRID_LEVELS)).all(axis=1)
             neighbour = self._located(beside[known])
             large[neighbour[self.level[neighbour] < self.level[known] - 1]] = True
         return large
@@ -137,13 +115,13 @@ class Quadtree:
         """The corners of all cells, each once."""
         all_corners = self._corners(slice(None))
         key, corners = np.unique(_packed(all_corners.reshape(-1, 2)), return_inverse=True)
-        points = self._points(np.column_stack([key >> (DEEPEST + 1), key & (2 ** (DEEPEST + 1) - 1)]))
+        points = self._points(np.column_stack([key >> (GRID_LEVELS + 1), key & (2 ** (GRID_LEVELS + 1) - 1)]))
         corners = corners.reshape(-1, 4)
         hanging = []
         for first, last in ([0, 1], [2, 3], [0, 2], [1, 3]):
             middle = _packed((all_corners[:, first] + all_corners[:, last]) // 2)
             at = np.minimum(np.searchsorted(key, middle), len(key) - 1)
-            there = np.flatnonzero((key[at] == middle) & (self.level < DEEPEST))
+            there = np.flatnonzero((key[at] == middle) & (self.level < GRID_LEVELS))
             hanging.append(np.column_stack([self.level[there], at[there], corners[there, first], corners[there, last]]))
         found = np.concatenate(hanging)
         return Vertices(key, points, corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
@@ -157,7 +135,7 @@ class Quadtree:
 
 
 def _packed(column_row: Integers) -> Integers:
-    return column_row[:, 0] << (DEEPEST + 1) | column_row[:, 1]
+    return column_row[:, 0] << (GRID_LEVELS + 1) | column_row[:, 1]
 
 
 def _interleaved(column_row: Integers) -> Integers:

@@ -6,15 +6,13 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grid.quadtree import DEEPEST, Quadtree
-from bubblemesh.spacing.grid.samples import Samples
+from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
+from bubblemesh.spacing.grid.quadtree import GRID_LEVELS, Quadtree
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
 TOLERANCE = 2e-3  # relative error of what is interpolated
-COARSEST = 1 / 32  # of the domain's size: largest side of a cell
-LARGEST = 2.0  # spacings: largest side of a cell, so that no spot is passed over
-SMALLEST = 0.25  # spacings: side of a cell that is not split any more
+SMALLEST_IN_SPACINGS = 0.25  # spacings: side of a cell that is not split any more
 ROUGH = 0.03  # the same at sharp bends, in the smallest cells
 PLACES = np.array([[x, y] for y in (-0.5, 0.0, 0.5) for x in (-0.5, 0.0, 0.5)])  # of samples, from a cell's centre
 CORNERS = np.array([0, 2, 6, 8])  # those of the samples that are corners
@@ -25,23 +23,12 @@ QUARTERS = np.array([[0, 1, 3, 4], [1, 2, 4, 5], [3, 4, 6, 7], [4, 5, 7, 8]])  #
 
 @dataclass(frozen=True)
 class Table:
-    """A function that is interpolated where that is good enough.
+    """A function that is interpolated where that is good enough."""
 
-    Attributes
-    ----------
-    function : callable
-        Values (n,) at x (n,) and y (n,).
-    grid : Quadtree
-    corners : (n, 4)
-        Values at the corners of each cell.
-    good : (n,)
-        In which cells these are enough.
-    """
-
-    function: Term
+    function: Term  # values (n,) at x (n,) and y (n,)
     grid: Quadtree
-    corners: Floats
-    good: Booleans
+    corners: Floats  # (n, 4): values at the corners of each cell
+    good: Booleans  # (n,): cells in which these are enough
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
@@ -70,17 +57,18 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
         return d
 
     start = Samples.of_one_cell(grid, _values(function, grid, np.zeros(1, np.int64), PLACES))
-    samples = start.refined(domain, lambda samples: _coarse(samples, COARSEST * domain.size), values, DEEPEST)
+    longest = LARGEST_IN_DOMAIN * domain.size
+    samples = start.refined(domain, lambda samples: _coarse(samples, longest), values, GRID_LEVELS)
     table = Table(function, samples.grid, samples.d[:, CORNERS], samples.inside & (_error(samples.d) <= ROUGH))
     return Spacing(table, spacing.floor)
 
 
-def _coarse(samples: Samples, coarsest: float) -> Booleans:
+def _coarse(samples: Samples, longest: float) -> Booleans:
     """Whether each of the cells (n,) has to be split."""
     sides, d = samples.grid.sides, samples.d
     finest = np.where(d > 0, d, np.inf).min(axis=1)
-    large = (sides > LARGEST * finest) | (sides > coarsest)
-    large |= (_error(d) > TOLERANCE) & (sides > SMALLEST * finest)
+    large = (sides > LARGEST_IN_SPACINGS * finest) | (sides > longest)
+    large |= (_error(d) > TOLERANCE) & (sides > SMALLEST_IN_SPACINGS * finest)
     return samples.inside & samples.grid.divisible & large
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, members, select
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -16,7 +16,10 @@ from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
 NARROW = 0.95  # spacings are not narrower than what is wanted
-APART, FARTHEST = 0.3, 1.5  # distance of sources: so much the spacing may grow in between; in terms of their sizes
+APART_IN_GAP, FARTHEST_IN_GAP = (
+    0.3,
+    1.5,
+)  # distance of sources: so much the spacing may grow in between; in terms of their sizes
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40
@@ -25,31 +28,17 @@ NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zer
 
 @dataclass(frozen=True)
 class GapSources:
-    """Sources that fill the narrow parts of a domain.
+    """Sources that fill the narrow parts of a domain."""
 
-    Attributes
-    ----------
-    across : float
-        Spacings that are to fit between two walls.
-    growth : float
-        What the spacing grows by from the sources, per length.
-    least : callable
-        The finest size (k,) that is of use at places (k, 2).
-    max_nodes : float
-    """
-
-    across: float
-    growth: float
-    least: Callable[[Floats], Floats]
+    across: float  # spacings that are to fit between two walls
+    growth: float  # of the spacing from the sources, per length
+    least: Callable[[Floats], Floats]  # finest size (k,) that is of use at places (k, 2)
     max_nodes: float = np.inf
 
     def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
         """Sources where the spacing is too coarse.
 
-        Raises
-        ------
-        LimitError
-            If they need more than ``max_nodes`` nodes, with the narrowest place.
+        LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
         walls, corner = Walls(domain), reentrant_corners(domain)
         d = spacing(domain.boundary.corners[corner.corner])
@@ -64,10 +53,10 @@ class GapSources:
             self._require_few(found, size, length[found.number])
             # Where both halves of a part have passed by the gap that its middle has.
             lost = ~np.isin(waiting.number, found.number % max(len(piece) // 2, 1))
-            done.append(self._sources(waiting.kept(lost), sizes[lost], HALFWAY))
+            done.append(self._sources(select(waiting, lost), sizes[lost], HALFWAY))
             short = length[found.number] <= self._apart(size)
-            done.append(self._sources(found.kept(short), size[short], HALFWAY))
-            waiting, sizes = found.kept(~short), size[~short]
+            done.append(self._sources(select(found, short), size[short], HALFWAY))
+            waiting, sizes = select(found, ~short), size[~short]
             long, number = np.unique(waiting.number, return_inverse=True)
             if len(long) == 0:
                 break
@@ -79,11 +68,11 @@ class GapSources:
         """The gaps that are too narrow for the spacing d (m,) at the places, and the sizes (k,) that they need."""
         size = np.maximum(found.widths / self.across, self.least(found.places))
         narrow = size < NARROW * d[found.number]
-        return found.kept(narrow), size[narrow]
+        return select(found, narrow), size[narrow]
 
     def _apart(self, size: Floats) -> Floats:
         """Distance (k,) of sources on both walls of the gaps, and between these."""
-        return min(APART / self.growth, FARTHEST) * size
+        return min(APART_IN_GAP / self.growth, FARTHEST_IN_GAP) * size
 
     def _sources(self, found: Gaps, size: Floats, far: float) -> Sources:
         """Sources on the ways across the gaps, up to a part of these."""

@@ -6,12 +6,11 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.grid.samples import Samples
 from bubblemesh.spacing.rules.eikonal import limited_values
-from bubblemesh.spacing.rules.resolution import CELL, SteepestPlace, resolved, steepest, too_steep, unresolved
+from bubblemesh.spacing.rules.resolution import SteepestPlace, resolved, steepest, thin_walls, too_steep, unresolved
 from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, short_intervals
-from bubblemesh.spacing.rules.thin_walls import thin_walls
 from bubblemesh.spacing.spacing import Spacing
 
 STEEPEST_GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
@@ -21,30 +20,14 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 
 @dataclass(frozen=True)
 class LimitedSpacing:
-    """A gradient-limited spacing, and what limiting it has changed.
+    """A gradient-limited spacing, and what limiting it has changed."""
 
-    Attributes
-    ----------
-    spacing : Spacing
-        The largest one below the given one, and below the sources' sizes, that grows by at most the limit.
-    steepest : SteepestPlace or None
-        Where the given one grows fastest, if faster than the limit.
-    share : float
-        Part of the domain's area where it is finer than the given one.
-    ratio : float
-        Given spacing over it, where that is largest.
-    ratio_at : tuple of float or None
-        That place (x, y), if it is finer anywhere.
-    growth : float or None
-        The limit, if there is one.
-    """
-
-    spacing: Spacing
-    steepest: SteepestPlace | None = None
-    share: float = 0.0
-    ratio: float = 1.0
-    ratio_at: tuple[float, float] | None = None
-    growth: float | None = None
+    spacing: Spacing  # the largest below the given one, and the sources' sizes, that grows by at most the limit
+    steepest: SteepestPlace | None = None  # where the given spacing grows fastest, if faster than the limit
+    share: float = 0.0  # of the domain's area where it is finer than the given one
+    ratio: float = 1.0  # largest one of the given spacing over it
+    ratio_at: tuple[float, float] | None = None  # the place, if it is finer anywhere
+    growth: float | None = None  # the limit, if there is one
 
 
 @dataclass(frozen=True)
@@ -130,7 +113,7 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
     """
     grid, inside = samples.grid, samples.inside
     mine = values[grid.vertices.corners]
-    largest = np.where(inside, CELL * mine.min(axis=1), np.inf)
+    largest = np.where(inside, LARGEST_IN_SPACINGS * mine.min(axis=1), np.inf)
     steep = np.flatnonzero(inside & too_steep(samples, growth).any(axis=1))
     kept = (values >= given * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)
     kept |= (samples.d[steep, 0] < mine[steep].mean(axis=1)) & domain.contains(grid.centers[steep])

@@ -1,22 +1,25 @@
-"""Grids whose cells resolve a spacing and the sources around which it is finer."""
+"""Grids whose cells resolve a spacing, the sources around which it is finer, and thin walls of the domain."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.grid.samples import Samples
-from bubblemesh.spacing.rules.sources import Sources
+from bubblemesh.spacing.rules.sources import Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
-CELL = 2.0  # spacings: largest side of a cell
-COARSEST = 1 / 32  # of the domain's size: spots as large as that are not passed over
 SPLITS = 1000
 PLACES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of samples, from a cell's centre
 PAIRS = np.array([[0, 1], [0, 2], [0, 3], [0, 4], [1, 2], [3, 4], [1, 3], [2, 4]])
 TOLERANCE = 1e-3  # relative excess of the growth that does not count
+WIDEST_WALL = 4.0  # spacings: radius of the discs outside that a coarse cell cannot overlook
+FITTING = 0.9  # depth of a disc's centre in terms of its radius
+WALL_CELL = 0.5  # radii: side of the cells that part one side of a wall from the other
+THINNEST_WALL = 1e-9  # of the domain's size
+MOST_WALL_PLACES = 5_000  # places: walls that would need more are seen as thicker than they are
 
 
 class SteepestPlace(NamedTuple):
@@ -39,7 +42,7 @@ def resolved(
 
     def coarse(refined: Samples) -> Booleans:
         grid = refined.grid
-        sides = np.minimum(CELL * refined.d.min(axis=1), COARSEST * domain.size)
+        sides = np.minimum(LARGEST_IN_SPACINGS * refined.d.min(axis=1), LARGEST_IN_DOMAIN * domain.size)
         np.minimum.at(sides, grid.located(sources.points), sources.cells)
         split = refined.inside & grid.divisible & (grid.sides > sides)
         if refined is samples:
@@ -81,3 +84,32 @@ def _slopes(samples: Samples) -> Floats:
 def _places(grid: Quadtree, cells: Integers) -> Floats:
     """Places (k, 5, 2) of samples in some cells: centre and corners."""
     return np.concatenate([grid.centers[cells, None], grid.corners(cells)], axis=1)
+
+
+def thin_walls(domain: Domain, spacing: Spacing) -> tuple[Floats, Floats]:
+    """Places (k, 2) on thin walls and in their middles, and sides (k,) of cells there that keep both sides apart.
+
+    A wall is as thick as the largest disc that touches the boundary from outside.
+    """
+    boundary = domain.boundary
+    piece, begin, length = short_intervals(domain, spacing)
+    outer = ~boundary.inner[piece]
+    piece, begin, length = piece[outer], begin[outer], length[outer]
+    points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)
+    outward = np.column_stack([tangents[:, 1], -tangents[:, 0]])  # the domain is on the left
+    radius = WIDEST_WALL * spacing(points)
+    widest = radius.copy()
+    tried = np.arange(len(points))
+    while len(tried):
+        centers = points[tried] + radius[tried, None] * outward[tried]
+        tried = tried[-domain.signed_distance(centers) < FITTING * radius[tried]]
+        radius[tried] /= 2
+        tried = tried[radius[tried] > THINNEST_WALL * domain.size]
+    thin = np.flatnonzero(radius < widest)
+    radius = np.maximum(radius, length[thin].sum() / (WALL_CELL * MOST_WALL_PLACES))
+    parts = np.ceil(length[thin] / (WALL_CELL * radius[thin])).astype(np.int64)
+    wall, part = members(parts)
+    mine = thin[wall]
+    on_wall = boundary.points(piece[mine], begin[mine] + (part + 0.5) / parts[wall] * length[mine])
+    within = on_wall + radius[mine, None] * outward[mine]
+    return np.vstack([on_wall, within]), np.tile(WALL_CELL * radius[mine], 2)

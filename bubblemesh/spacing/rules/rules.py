@@ -1,45 +1,39 @@
-"""Rules that a spacing follows beyond its values at points: what the boundary needs, and how fast it grows."""
+"""Rules that a spacing follows beyond its values at points: what the boundary needs, growth, and periodic sides.
 
-from dataclasses import dataclass
+Of periodic sides the finer one counts on both, and the spacing grows from there into the domain.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.gap_sources import GapSources
-from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited
-from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_pieces
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
+from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_intervals, short_pieces
 from bubblemesh.spacing.spacing import Spacing
+
+ALIKE = 0.1  # relative difference of the spacings of both sides that is none: grading is no more exact
+PASSES = 10  # across the sides: what comes in through one of them may leave through another one
 
 
 @dataclass(frozen=True)
 class Rules:
-    """Rules that a spacing follows.
+    """Rules that a spacing follows."""
 
-    Attributes
-    ----------
-    growth : float or None
-        Largest growth per length, from short pieces and tight curves of the boundary on as well.
-    per_circle : float or None
-        Nodes on a full turn of the boundary's curves.
-    across : float or None
-        Spacings across the narrowest parts of the domain.
-    minimum : float
-        The last two make the spacing nowhere finer.
-    """
-
-    growth: float | None = None
-    per_circle: float | None = None
-    across: float | None = None
-    minimum: float = 0.0
+    growth: float | None = None  # largest one per length, from short pieces and tight curves of the boundary as well
+    per_circle: float | None = None  # nodes on a full turn of curves
+    across: float | None = None  # spacings across the narrowest parts of the domain
+    minimum: float = 0.0  # per_circle and across make the spacing nowhere finer
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> LimitedSpacing:
         """The largest spacing below the given one that follows the rules.
 
-        Raises
-        ------
-        LimitError
-            If curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
+        LimitError if curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
         """
         if self == Rules(minimum=self.minimum):
             return LimitedSpacing(spacing)
@@ -58,3 +52,58 @@ class Rules:
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)
+
+
+def finer_of_both_sides(domain: Domain, spacing: Spacing, piece: Integers, s: Floats) -> Floats:
+    """Spacing (k,) on pieces (k,) of the boundary at arc lengths s (k,), on periodic sides the finer one of both."""
+    d = spacing(domain.boundary.points(piece, s))
+    if len(domain.periodic):
+        mine, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
+        d[mine] = np.minimum(d[mine], spacing(domain.boundary.points(other, at)))
+    return d
+
+
+def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> LimitedSpacing:
+    """The spacing after its rules, finer beside periodic sides where their counterparts are, if they are."""
+    sources = _finer_opposite(domain, after_rules.spacing)
+    if len(sources) == 0:
+        return after_rules
+    growth = STEEPEST_GROWTH if after_rules.growth is None else after_rules.growth
+    found = _settled(
+        domain, after_rules, sources, lambda before, s: gradient_limited(domain, before.spacing, growth, s)
+    )
+    return found if after_rules.growth is None else replace(found, steepest=after_rules.steepest)
+
+
+def limited_for_packing_across_sides(domain: Domain, before: LimitedSpacing, sources: Sources) -> LimitedSpacing:
+    """The spacing, `limited_for_packing` also across periodic sides."""
+    return _settled(domain, before, sources, partial(limited_for_packing, domain))
+
+
+def _settled(
+    domain: Domain,
+    before: LimitedSpacing,
+    sources: Sources,
+    limited: Callable[[LimitedSpacing, Sources], LimitedSpacing],
+) -> LimitedSpacing:
+    """The spacing ``limited`` by the sources, and by what they make fine across the sides."""
+    result, told = limited(before, sources), Sources.none()
+    for _ in range(PASSES if result is not before else 0):
+        more = _finer_opposite(domain, result.spacing)
+        if len(more) == 0 or np.array_equal(more.points, told.points):  # told in vain
+            break
+        sources, told = sources.joined(more), more
+        result = limited(before, sources)
+    return result
+
+
+def _finer_opposite(domain: Domain, spacing: Spacing) -> Sources:
+    """The spacings of periodic sides, at their counterparts where these are coarser."""
+    if len(domain.periodic) == 0:
+        return Sources.none()
+    piece, begin, length = short_intervals(domain, spacing)
+    s = begin + length / 2
+    mine, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
+    d, opposite = spacing(domain.boundary.points(piece[mine], s[mine])), domain.boundary.points(other, at)
+    finer = d < (1 - ALIKE) * spacing(opposite)
+    return Sources(opposite[finer], d[finer])

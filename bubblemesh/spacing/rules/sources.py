@@ -17,7 +17,7 @@ from bubblemesh.spacing.spacing import Spacing
 LONGEST = 0.5  # spacings: length of an interval
 HALVINGS = 60
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
-APART = 0.25  # distance of sources on a curve, in terms of their sizes
+APART_ON_CURVE = 0.25  # distance of sources on a curve, in terms of their sizes
 SOURCE_CELL = 0.25  # of the size: largest side of a cell from which a limit starts
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many beside them
@@ -114,12 +114,8 @@ def curvature_sources(
 ) -> Sources:
     """Sources on curves where the spacing is too coarse for ``per_circle`` nodes on a full turn.
 
-    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use.
-
-    Raises
-    ------
-    LimitError
-        If they need more than ``max_nodes`` nodes, with the tightest place.
+    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use. LimitError if
+    they need more than ``max_nodes`` nodes, with the tightest place.
     """
     tight = _tight(domain, spacing, 2 * np.pi / per_circle)
     radius = tight.size * per_circle / (2 * np.pi)
@@ -157,7 +153,7 @@ def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
 
 
 def _along(domain: Domain, tight: TightChords) -> Sources:
-    parts = np.ceil(tight.step / (APART * tight.size)).astype(np.int64)
+    parts = np.ceil(tight.step / (APART_ON_CURVE * tight.size)).astype(np.int64)
     chord, part = members(parts)
     s = tight.s[chord] + part * (tight.step / parts)[chord]
     return Sources(domain.boundary.points(tight.piece[chord], s), tight.size[chord])

@@ -24,21 +24,11 @@ def costly(term: Term | None) -> bool:
 
 @dataclass(frozen=True)
 class Combination:
-    """A spacing d(x, y) made of terms.
+    """A spacing d(x, y) made of terms."""
 
-    Attributes
-    ----------
-    terms : tuple of Spacing
-        The smallest of their values counts, and none counts where one is no number.
-    scale : float
-        Factor of it.
-    minimum, maximum : float
-        Limits of the product.
-    """
-
-    terms: tuple[Spacing, ...]
-    scale: float = 1.0
-    minimum: float = 0.0
+    terms: tuple[Spacing, ...]  # the smallest value counts, and none where one is no number
+    scale: float = 1.0  # factor of that value
+    minimum: float = 0.0  # of the product
     maximum: float = np.inf
 
     @property

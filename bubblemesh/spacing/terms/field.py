@@ -1,4 +1,4 @@
-"""A spacing given by values on a triangle mesh."""
+"""A spacing given by values on a triangle mesh, or at scattered points."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,41 +8,31 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.meshes.triangulation import doubled_areas
+from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
+from bubblemesh.spacing.spacing import require_positive, spots
 from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
-from bubblemesh.spacing.terms.values import require_positive, spots
 
 FLAT = 1e-13  # height in terms of the longest side
+THINNEST_HULL = 1e-9  # width of scattered points' hull in terms of its length
 
 
 @dataclass(frozen=True)
-class Field:
+class MeshField:
     """Linear interpolation of values at the nodes of a mesh; outside the mesh, the value at its nearest point.
 
     The mesh may have holes and several parts, and its triangles may turn either way. Made by `of` and `of_triangles`.
-
-    Attributes
-    ----------
-    points : (n, 2)
-    triangles : (t, 3)
-        Each has an area.
-    values : (n,)
-        Positive and finite at the nodes of triangles.
     """
 
-    points: Floats
-    triangles: Integers
-    values: Floats
+    points: Floats  # (n, 2)
+    triangles: Integers  # (t, 3): each has an area
+    values: Floats  # (n,): positive and finite at the nodes of triangles
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers, values: Floats) -> Self:
         """Field of values (n,) at the points (n, 2) of triangles (t, 3), those without an area left out.
 
-        Raises
-        ------
-        CaseError
-            If a value is not positive and finite (the text names the node and its place), or no triangle is left.
+        CaseError if a value is not positive and finite (the text names the node and its place), or no triangle is left.
         """
         points, values = np.asarray(points, float), np.asarray(values, float)
         used = np.unique(triangles)
@@ -53,20 +43,9 @@ class Field:
     def of_triangles(cls, points: Floats, triangles: Integers, values: Floats, cells: Integers | None = None) -> Self:
         """Field of values (t,) of the triangles, or (c,) of cells that they are parts of, averaged at the points.
 
-        So that the number of bubbles stays the same, it is 1/d^2 that is averaged, by the area around each point.
-
-        Parameters
-        ----------
-        points : (n, 2)
-        triangles : (t, 3)
-        values : (t,) or (c,)
-        cells : (t,), optional
-            Number of the cell that each triangle is a part of.
-
-        Raises
-        ------
-        CaseError
-            If a value is not positive and finite (the text names the cell's place), or no triangle has an area.
+        ``cells`` (t,) tells which one each triangle is a part of. So that the number of bubbles stays the same, it is
+        1/d^2 that is averaged, by the area around each point. CaseError if a value is not positive and finite (the text
+        names the cell's place), or no triangle has an area.
         """
 
         def where(cell: int) -> str:
@@ -131,3 +110,36 @@ def _with_area(points: Floats, triangles: Integers) -> Integers:
     if len(real) == 0:
         raise CaseError("none of the triangles has an area")
     return real
+
+
+def scattered(points: Floats, values: Floats) -> MeshField:
+    """Linear interpolation of values (n,) on the Delaunay triangulation of points (n, 2).
+
+    Outside the points' hull, the value at its nearest place. CaseError if a coordinate is no number, a value is not
+    positive and finite, points at one place have different values, or all lie on a line; the text names the point, from
+    0, and its place.
+    """
+    # Imported here since it takes as long as meshing a small case, and other spacings do without.
+    from scipy.spatial import Delaunay, QhullError
+
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise CaseError(f"point {bad[0]} (from 0), {place(points[bad[0]])}, has a coordinate that is no number")
+    require_positive(values, lambda k: f"at point {k} (from 0), {place(points[k])}")
+    places, first, number = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    twice = np.flatnonzero(values != values[first][number])
+    if len(twice):
+        k, other = twice[0], first[number[twice[0]]]
+        raise CaseError(
+            f"points {other} and {k} (from 0) are both at {place(points[k])}, with the values {values[other]:g} and "
+            f"{values[k]:g}: keep one of them"
+        )
+    centered = places - places.mean(axis=0)
+    extent = np.linalg.svd(centered, compute_uv=False) if len(places) > 2 else np.zeros(2)
+    if extent[1] <= THINNEST_HULL * extent[0]:
+        raise CaseError("the points lie on a line, or are fewer than three: triangles between them are needed")
+    try:
+        triangles = Delaunay(centered / extent[0]).simplices
+    except QhullError as error:  # of these its first line tells enough
+        raise CaseError(f"the points cannot be triangulated: {str(error).splitlines()[0]}") from error
+    return MeshField.of(places, triangles.astype(np.int64), values[first])

@@ -13,18 +13,10 @@ from bubblemesh.spacing.grid.quadtree import Quadtree
 
 @dataclass(frozen=True)
 class MeshRim:
-    """Edges with triangles on one side only, also where the triangles beside each other have nodes of their own.
+    """Edges with triangles on one side only, also where the triangles beside each other have nodes of their own."""
 
-    Attributes
-    ----------
-    nodes : (k, 2)
-        Nodes of the edges, in closed loops.
-    runs : ChordRuns
-        The edges as chords.
-    """
-
-    nodes: Integers
-    runs: ChordRuns
+    nodes: Integers  # (k, 2): nodes of the edges, in closed loops
+    runs: ChordRuns  # the edges
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers) -> "MeshRim":
@@ -59,8 +51,8 @@ def _along_loops(start: Integers, end: Integers) -> Integers:
 
 
 IN_A_CELL = 12  # triangles: cells with more are split
-DEEPEST = 25
-PAIRS = 16  # pairs of cells and triangles, per triangle: thin triangles would meet ever more cells
+LOCATOR_LEVELS = 25
+PAIRS_PER_TRIANGLE = 16  # pairs of cells and triangles, per triangle: thin triangles would meet ever more cells
 SLACK = 1e-6  # of a cell: points on its sides count for it
 ROUNDING = 1e-9  # of a triangle's height: so far outside a point counts as inside
 AT_A_TIME = 1 << 16  # points, so that the arrays stay in the processor's caches
@@ -68,26 +60,13 @@ AT_A_TIME = 1 << 16  # points, so that the arrays stay in the processor's caches
 
 @dataclass(frozen=True)
 class TriangleLocator:
-    """Triangles, and cells of a quadtree with the few of them that each one meets.
+    """Triangles, and cells of a quadtree with the few of them that each one meets."""
 
-    Attributes
-    ----------
-    low : (2,)
-        Origin of the coordinates of cells and maps.
-    maps : (t, 6)
-        Of each triangle its first corner, and the matrix that gives the weights of the other two.
-    grid : Quadtree
-    begin : (n + 1,)
-        Where the candidates of each cell begin.
-    candidates : (k,)
-        Triangles that may meet the cells, the likeliest first.
-    """
-
-    low: Floats
-    maps: Floats
+    low: Floats  # (2,): origin of the coordinates of cells and maps
+    maps: Floats  # (t, 6): first corner of each triangle, and the matrix that gives the weights of the other two
     grid: Quadtree
-    begin: Integers
-    candidates: Integers
+    begin: Integers  # (n + 1,): where the candidates of each cell begin
+    candidates: Integers  # (k,): triangles that may meet the cells, the likeliest first
 
     @classmethod
     def of(cls, corners: Floats) -> "TriangleLocator":
@@ -144,9 +123,9 @@ def _candidates(corners: Floats, maps: Floats) -> tuple[Quadtree, Integers, Inte
     low, high = corners.min(axis=1), corners.max(axis=1)
     boxes = np.column_stack([(low + high) / 2, (high - low) / 2])
     cell, triangle = np.zeros(len(maps), np.int64), np.arange(len(maps))
-    while len(cell) <= PAIRS * len(maps):
+    while len(cell) <= PAIRS_PER_TRIANGLE * len(maps):
         crowded = np.bincount(cell, minlength=len(grid)) > IN_A_CELL
-        split = crowded & (grid.level < DEEPEST)
+        split = crowded & (grid.level < LOCATOR_LEVELS)
         if not split.any():
             break
         grid, origin, _ = grid.split(split)

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
-from bubblemesh.geometry.distance.to_labels import Distance
-from bubblemesh.geometry.hilbert import along_hilbert_curve
+from bubblemesh.arrays import Floats, along_hilbert_curve
+from bubblemesh.geometry.distance.distances import Distance
 
 NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
 TOGETHER = 32  # points that are asked together which terms are in question
@@ -15,23 +14,12 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Proximity:
-    """A term ``size + growth * distance``.
-
-    Attributes
-    ----------
-    distance : Distance
-    size : float
-        Spacing at distance 0.
-    growth : float
-        Growth of the spacing per length.
-    until : float
-        Distance up to which the spacing stays at its size.
-    """
+    """A term ``size + growth * distance``."""
 
     distance: Distance
-    size: float
-    growth: float = NEAR_GROWTH
-    until: float = 0.0
+    size: float  # spacing at distance 0
+    growth: float = NEAR_GROWTH  # of the spacing per length
+    until: float = 0.0  # up to this distance the spacing stays at its size
 
     @property
     def costly(self) -> bool:

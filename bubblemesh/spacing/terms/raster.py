@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
-from bubblemesh.spacing.terms.values import require_positive, spots
+from bubblemesh.spacing.spacing import require_positive, spots
 
 
 @dataclass(frozen=True)
@@ -16,30 +16,18 @@ class Raster:
     """Bilinear interpolation between the centres of pixels; beyond the outermost ones, the value at the nearest place.
 
     Made by `of` and `within`.
-
-    Attributes
-    ----------
-    x : (c,)
-        Centres of the columns, ascending.
-    y : (r,)
-        Centres of the rows, ascending.
-    values : (r, c)
-        Positive and finite.
     """
 
-    x: Floats
-    y: Floats
-    values: Floats
+    x: Floats  # (c,): centres of the columns, ascending
+    y: Floats  # (r,): centres of the rows, ascending
+    values: Floats  # (r, c): positive and finite
 
     @classmethod
     def of(cls, x: Floats, y: Floats, values: Floats) -> Self:
         """Raster of ``values`` (r, c) with columns at ``x`` (c,) and rows at ``y`` (r,), in either direction each.
 
-        Raises
-        ------
-        CaseError
-            If the shapes do not fit, coordinates do not go one way, or a value is not positive and finite; the text
-            names its row and column, from 0, and its place.
+        CaseError if the shapes do not fit, coordinates do not go one way, or a value is not positive and finite; the
+        text names its row and column, from 0, and its place.
         """
         _require_grid(values)
         for name, coordinates, count, what in (("x", x, values.shape[1], "column"), ("y", y, values.shape[0], "row")):
@@ -63,12 +51,7 @@ class Raster:
     def within(cls, bounds: tuple[float, float, float, float], values: Floats, upper: bool = False) -> Self:
         """Raster of ``values`` (r, c) whose pixels fill the rectangle ``bounds`` (x0, y0, x1, y1).
 
-        The first row is the lowest one, or the highest with ``upper``.
-
-        Raises
-        ------
-        CaseError
-            As `of`.
+        The first row is the lowest one, or the highest with ``upper``. CaseError as `of`.
         """
         _require_grid(values)
         x0, y0, x1, y1 = bounds

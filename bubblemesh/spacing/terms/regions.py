@@ -21,26 +21,14 @@ PER_BOX = 2  # cells along each side for each box along it
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes, listed by the cells of a grid that they reach into.
+    """Boxes, listed by the cells of a grid that they reach into."""
 
-    Attributes
-    ----------
-    bounds : (b, 4)
-        x0, y0, x1, y1 of each box.
-    low, step : (2,)
-        Corner of the grid and size of its cells.
-    cells : int
-        Number of them along each side.
-    first, box : (cells**2 + 1,), (e,)
-        Boxes of cell k are ``box[first[k] : first[k + 1]]``.
-    """
-
-    bounds: Floats
-    low: Floats
-    step: Floats
-    cells: int
-    first: Integers
-    box: Integers
+    bounds: Floats  # (b, 4): x0, y0, x1, y1 of each box
+    low: Floats  # (2,): corner of the grid
+    step: Floats  # (2,): size of its cells
+    cells: int  # number along each side
+    first: Integers  # (cells**2 + 1,): where the boxes of each cell begin
+    box: Integers  # (e,): boxes, cell by cell
 
     @classmethod
     def of(cls, bounds: Floats) -> "Boxes":
@@ -93,21 +81,11 @@ class ShapeUnion:
 
 @dataclass(frozen=True)
 class RegionTerm:
-    """A term that asks for nothing outside a region.
+    """A term that asks for nothing outside a region."""
 
-    Attributes
-    ----------
-    term : callable
-        Values (n,) at x (n,) and y (n,).
-    reach : callable or None
-        Which points lie in the region or on its rim; all do if there is none.
-    others : callable or None
-        Which of them lie in other regions, off their rims, that count before this one.
-    """
-
-    term: Term
-    reach: Inside | None
-    others: Inside | None = None
+    term: Term  # values (n,) at x (n,) and y (n,)
+    reach: Inside | None  # points in the region or on its rim; all if there is none
+    others: Inside | None = None  # those in other regions, off their rims, that count before this one
 
     @property
     def costly(self) -> bool:

@@ -9,8 +9,7 @@ import shapely
 from partitions import domain_of
 
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.distance.closed_form import MOST
-from bubblemesh.geometry.distance.to_labels import distance_to_labels, distance_to_line
+from bubblemesh.geometry.distance.distances import MOST_FORMULAS, distance_to_labels, distance_to_line
 
 TEXT = """
 domain:
@@ -41,7 +40,7 @@ POINTS = RANDOM.uniform([-1, -1], [6, 4], (400, 2))
 def brute_force(labels, points, domain=DOMAIN):
     """Distances from very many points of the curves, with an error below 1e-7."""
     boundary = domain.boundary
-    shapes = [shapely.Point(at) for at, label in domain.parts.points if label in labels]
+    shapes = [shapely.Point(point.at) for point in domain.parts.points if point.label in labels]
     for k in range(len(boundary.kind)):
         if boundary.labels[boundary.label[k]] in labels:
             s = np.linspace(0, boundary.lengths[k], 20_001)
@@ -166,7 +165,7 @@ def test_few_lines_and_arcs_only_are_asked_one_by_one():
     assert not distance_to_labels(CUT, []).costly
     assert distance_to_labels(DOMAIN, ["slot"]).costly
     assert distance_to_labels(DOMAIN, ["bore", "roof"]).costly
-    turn = np.linspace(0, 5, MOST + 1)
+    turn = np.linspace(0, 5, MOST_FORMULAS + 1)
     line = list(zip(turn, np.sin(3 * turn), strict=True))
     assert distance_to_line(line).costly
     assert not distance_to_line(line[:-1]).costly

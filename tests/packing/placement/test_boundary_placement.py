@@ -7,7 +7,7 @@ from scipy.integrate import quad
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.placement.boundary import equidistributed
+from bubblemesh.packing.placement.diffusion import equidistributed
 from bubblemesh.spacing.spacing import Spacing
 
 SQUARE = Domain.of(rings.rectangle(0, 0, 2, 2))

@@ -9,8 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.placement.boundary import equidistributed
-from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles, distance_to_lines
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles, distance_to_lines, equidistributed
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes

@@ -107,17 +107,17 @@ def test_a_method_without_annealing_stays_without(present):
 
 
 def test_the_share_that_stays(present):
-    assert present.share_kept(PLATE, uniform(SIZE)) > 0.9
-    assert present.share_kept(PLATE, uniform(1.2 * SIZE)) == 0
+    assert present.share_of_own_size(PLATE, uniform(SIZE)) > 0.9
+    assert present.share_of_own_size(PLATE, uniform(1.2 * SIZE)) == 0
     half = Spacing(lambda x, y: np.where(x < 1, SIZE, 2 * SIZE))
-    assert present.share_kept(PLATE, half) == pytest.approx(0.5, abs=0.05)
+    assert present.share_of_own_size(PLATE, half) == pytest.approx(0.5, abs=0.05)
 
 
 def test_no_nodes_at_all_are_a_start_too():
     nothing = PreviousNodes(np.zeros((0, 2)), np.zeros(0))
     start = WarmStart(nothing)(PLATE, uniform(SIZE), ENOUGH)
     assert len(connect(start, PLATE).triangles) > 100
-    assert nothing.share_kept(PLATE, uniform(SIZE)) == 0
+    assert nothing.share_of_own_size(PLATE, uniform(SIZE)) == 0
 
 
 def test_too_many_bubbles_are_an_error(present):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from quadtrees import balanced
 
-from bubblemesh.spacing.grid.quadtree import DEEPEST, Quadtree
+from bubblemesh.spacing.grid.quadtree import GRID_LEVELS, Quadtree
 
 
 def grown(bounds=(-1.0, 2.0, 3.0, 5.0), rounds=5, seed=0):
@@ -109,7 +109,7 @@ def test_bilinear_functions_are_interpolated_exactly():
 def test_deepest_level_is_reached_without_overflow():
     grid = Quadtree.around((0, 0, 1, 1))
     place = np.array([[0.999999999, 0.999999999]])
-    for _ in range(DEEPEST):
+    for _ in range(GRID_LEVELS):
         grid, _, _ = grid.split(np.arange(len(grid)) == grid.located(place)[0])
-    assert grid.level.max() == DEEPEST
-    assert (np.abs(grid.centers[grid.located(place)] - place) <= grid.size / 2**DEEPEST).all()
+    assert grid.level.max() == GRID_LEVELS
+    assert (np.abs(grid.centers[grid.located(place)] - place) <= grid.size / 2**GRID_LEVELS).all()

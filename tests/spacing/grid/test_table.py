@@ -6,7 +6,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_problem
-from bubblemesh.spacing.grid.table import ROUGH, SMALLEST, TOLERANCE, tabulated
+from bubblemesh.spacing.grid.table import ROUGH, SMALLEST_IN_SPACINGS, TOLERANCE, tabulated
 from bubblemesh.spacing.spacing import Spacing
 
 PLATE = Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.4)])
@@ -79,7 +79,7 @@ def test_beside_a_jump_the_function_is_asked_and_nowhere_else():
     np.testing.assert_allclose(spacing(INSIDE), jumping(*INSIDE.T), rtol=1e-14)
     x, y = counted.asked_since().T
     assert len(x) > 0
-    assert np.abs(x - 0.1 * y).max() < 2 * SMALLEST * 0.05
+    assert np.abs(x - 0.1 * y).max() < 2 * SMALLEST_IN_SPACINGS * 0.05
 
 
 def test_outside_the_domain_the_function_is_asked():

@@ -9,9 +9,9 @@ from bubblemesh.case import load_case
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.run.report import estimate
-from bubblemesh.spacing.rules import periodic as sides
+from bubblemesh.spacing.rules import rules as sides
 from bubblemesh.spacing.rules.grading import LimitedSpacing, gradient_limited
-from bubblemesh.spacing.rules.periodic import (
+from bubblemesh.spacing.rules.rules import (
     finer_of_both_sides,
     limited_across_sides,
     limited_for_packing_across_sides,

@@ -4,8 +4,7 @@ from scipy.spatial import Delaunay
 
 import bubblemesh
 from bubblemesh.errors import CaseError
-from bubblemesh.spacing.terms.field import Field
-from bubblemesh.spacing.terms.scattered import scattered
+from bubblemesh.spacing.terms.field import MeshField, scattered
 
 CORNERS = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -48,7 +47,7 @@ def outside(points, triangles, queries):
 def test_linear_functions_are_exact_inside_and_nearest_values_count_outside():
     points, triangles = ring()
     queries = np.random.default_rng(1).uniform([-3, -2], [3, 2], (1500, 2))
-    found = Field.of(points, triangles, linear(*points.T))(*queries.T)
+    found = MeshField.of(points, triangles, linear(*points.T))(*queries.T)
     out = outside(points, triangles, queries)
     assert 200 < out.sum() < 1300
     np.testing.assert_allclose(found[~out], linear(*queries[~out].T), rtol=1e-12)
@@ -61,7 +60,7 @@ def test_linear_functions_are_exact_inside_and_nearest_values_count_outside():
 def test_value_is_continuous_across_edges_and_the_rim():
     points, triangles = ring(2)
     values = np.random.default_rng(3).uniform(1, 2, len(points))
-    field = Field.of(points, triangles, values)
+    field = MeshField.of(points, triangles, values)
     ends = np.random.default_rng(4).uniform([-2.5, -1.5], [2.5, 1.5], (30, 2, 2))
     for a, b in ends:
         if np.linalg.norm(a) < 0.8 or np.linalg.norm(b) < 0.8:
@@ -76,7 +75,7 @@ def test_value_is_continuous_across_edges_and_the_rim():
 
 
 def test_far_points_get_the_nearest_value_in_any_number():
-    field = Field.of(CORNERS, np.array([[0, 1, 2], [0, 2, 3]]), np.array([1.0, 2, 3, 4]))
+    field = MeshField.of(CORNERS, np.array([[0, 1, 2], [0, 2, 3]]), np.array([1.0, 2, 3, 4]))
     x = np.linspace(-1e6, 1e6, 70_001)
     expected = np.where(x < 0, 4.0, np.where(x > 1, 3.0, 4 - x))
     np.testing.assert_allclose(field(x, np.full(len(x), 5.0)), expected, rtol=1e-12)
@@ -85,11 +84,11 @@ def test_far_points_get_the_nearest_value_in_any_number():
 
 def test_triangle_data_keeps_constants_and_the_number_of_bubbles():
     points, triangles = ring(5, 3000)
-    constant = Field.of_triangles(points, triangles, np.full(len(triangles), 0.3))
+    constant = MeshField.of_triangles(points, triangles, np.full(len(triangles), 0.3))
     np.testing.assert_allclose(constant.values[np.unique(triangles)], 0.3, rtol=1e-14)
     centers = points[triangles].mean(axis=1)
     values = 0.05 + 0.2 * np.abs(centers[:, 0])
-    field = Field.of_triangles(points, triangles, values)
+    field = MeshField.of_triangles(points, triangles, values)
     (ux, uy), (vx, vy) = (points[triangles[:, 1:]] - points[triangles[:, :1]]).transpose(1, 2, 0)
     area = np.abs(ux * vy - uy * vx) / 2
     d = field.values[triangles]
@@ -99,20 +98,20 @@ def test_triangle_data_keeps_constants_and_the_number_of_bubbles():
 
 def test_jumps_of_triangle_data_are_taken_over_by_finer_sizes():
     triangles = np.array([[0, 1, 2], [0, 2, 3]])
-    field = Field.of_triangles(CORNERS, triangles, np.array([1.0, 0.1]))
+    field = MeshField.of_triangles(CORNERS, triangles, np.array([1.0, 0.1]))
     np.testing.assert_allclose(field.values[[1, 3]], [1, 0.1])
     np.testing.assert_allclose(field.values[[0, 2]], 1 / np.sqrt((1 + 100) / 2))
 
 
 def test_meshes_whose_triangles_share_no_nodes_may_jump():
     points = CORNERS[[0, 1, 2, 0, 2, 3]]
-    field = Field.of(points, np.arange(6).reshape(2, 3), np.array([1.0, 1, 1, 2, 2, 2]))
+    field = MeshField.of(points, np.arange(6).reshape(2, 3), np.array([1.0, 1, 1, 2, 2, 2]))
     np.testing.assert_allclose(field(np.array([0.6, 0.4, -3]), np.array([0.4, 0.6, 0.5])), [1, 2, 2])
 
 
 def test_scale_multiplies_inside_and_outside():
     points, triangles = ring()
-    field = Field.of(points, triangles, linear(*points.T))
+    field = MeshField.of(points, triangles, linear(*points.T))
     x, y = np.random.default_rng(1).uniform(-3, 3, (2, 100))
     np.testing.assert_allclose(field.scaled(0.25)(x, y), 0.25 * field(x, y), rtol=1e-14)
 
@@ -121,28 +120,30 @@ def test_scale_multiplies_inside_and_outside():
 def test_values_that_are_none_are_named_with_their_place(bad):
     values = np.array([1.0, 1, bad, 1])
     with pytest.raises(CaseError, match=r"is \S+ at node 2 \(from 0\), \(1, 1\): a spacing has to be positive"):
-        Field.of(CORNERS, np.array([[0, 1, 2], [0, 2, 3]]), values)
+        MeshField.of(CORNERS, np.array([[0, 1, 2], [0, 2, 3]]), values)
     with pytest.raises(CaseError, match=r"at node 3 \(from 0\), \(1, 1\)"):
-        Field.of(np.vstack([[[7, 7]], CORNERS]), np.array([[1, 2, 3]]), np.insert(values, 0, np.nan))
-    unused = Field.of(CORNERS, np.array([[0, 1, 3]]), values)
+        MeshField.of(np.vstack([[[7, 7]], CORNERS]), np.array([[1, 2, 3]]), np.insert(values, 0, np.nan))
+    unused = MeshField.of(CORNERS, np.array([[0, 1, 3]]), values)
     assert unused(np.array([0.2]), np.array([0.2])) == pytest.approx(1)
     with pytest.raises(CaseError, match=r"is \S+ in the triangle around \(0.333333, 0.666667\), and 1 more value is"):
-        Field.of_triangles(CORNERS, np.array([[0, 1, 2], [0, 2, 3], [0, 1, 3]]), np.array([1, bad, bad]))
+        MeshField.of_triangles(CORNERS, np.array([[0, 1, 2], [0, 2, 3], [0, 1, 3]]), np.array([1, bad, bad]))
 
 
 def test_a_cell_of_several_triangles_counts_once():
     triangles, cells = np.array([[0, 1, 2], [0, 2, 3]]), np.zeros(2, int)
-    assert Field.of_triangles(CORNERS, triangles, np.array([0.3]), cells).values.tolist() == pytest.approx([0.3] * 4)
+    assert MeshField.of_triangles(CORNERS, triangles, np.array([0.3]), cells).values.tolist() == pytest.approx(
+        [0.3] * 4
+    )
     with pytest.raises(CaseError, match=r"^is 0 in the cell around \(0.5, 0.5\): a spacing has to be positive"):
-        Field.of_triangles(CORNERS, triangles, np.zeros(1), cells)
+        MeshField.of_triangles(CORNERS, triangles, np.zeros(1), cells)
 
 
 def test_triangles_without_an_area_are_left_out():
     line = np.array([[0.0, 0], [1, 1], [2, 2]])
     with pytest.raises(CaseError, match="none of the triangles has an area"):
-        Field.of(line, np.array([[0, 1, 2]]), np.ones(3))
+        MeshField.of(line, np.array([[0, 1, 2]]), np.ones(3))
     points = np.vstack([CORNERS, [0.5, 0.5]])
-    field = Field.of(points, np.array([[0, 2, 4], [0, 1, 2], [0, 2, 3]]), np.array([1.0, 2, 3, 4, 9]))
+    field = MeshField.of(points, np.array([[0, 2, 4], [0, 1, 2], [0, 2, 3]]), np.array([1.0, 2, 3, 4, 9]))
     x = np.linspace(-0.5, 1.5, 50)
     np.testing.assert_allclose(field(x, x), 1 + 2 * np.clip(x, 0, 1), rtol=1e-12)
 
@@ -195,14 +196,14 @@ def test_mesh_of_a_field_is_that_of_the_function_it_was_made_from():
 
     plate = shapely.box(0, 0, 1, 1)
     first = bubblemesh.mesh(plate, h)
-    field = Field.of(first.points, first.triangles, h(*first.points.T))
+    field = MeshField.of(first.points, first.triangles, h(*first.points.T))
     again = bubblemesh.mesh(plate, field)
     assert len(again.points) == pytest.approx(len(first.points), rel=0.02)
     assert field.scaled(0.5)(np.array([0.9]), np.array([0.3])) == pytest.approx(0.05, rel=0.01)
 
 
 @pytest.mark.parametrize(
-    "make", [Field.of, lambda points, triangles, values: Field.of_triangles(points, triangles, values[:1])]
+    "make", [MeshField.of, lambda points, triangles, values: MeshField.of_triangles(points, triangles, values[:1])]
 )
 def test_whole_numbers_are_taken_as_well(make):
     whole, triangles, values = np.array([[0, 0], [4, 0], [0, 4]]), np.array([[0, 1, 2]]), np.array([1, 2, 3])

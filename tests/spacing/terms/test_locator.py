@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from bubblemesh.spacing.terms.locator import DEEPEST, PAIRS, TriangleLocator
+from bubblemesh.spacing.terms.locator import LOCATOR_LEVELS, PAIRS_PER_TRIANGLE, TriangleLocator
 
 
 def graded(seed=0, n=300):
@@ -90,8 +90,8 @@ def test_cells_hold_few_candidates_however_the_triangles_are_graded():
 @pytest.mark.parametrize("name", ["fan", "stacked"])
 def test_cells_are_not_split_without_end_where_many_triangles_meet(name):
     locator = TriangleLocator.of(MESHES[name])
-    assert len(locator.candidates) <= 4 * PAIRS * len(locator.maps)
-    assert locator.grid.level.max() <= DEEPEST
+    assert len(locator.candidates) <= 4 * PAIRS_PER_TRIANGLE * len(locator.maps)
+    assert locator.grid.level.max() <= LOCATOR_LEVELS
 
 
 def test_one_triangle_and_no_points():

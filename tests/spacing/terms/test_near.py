@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bubblemesh.geometry.distance.to_labels import distance_to_line
+from bubblemesh.geometry.distance.distances import distance_to_line
 from bubblemesh.spacing.terms.near import TOGETHER, Proximities, Proximity
 
 X, Y = np.random.default_rng(0).uniform(-1, 2, (2, 1000))

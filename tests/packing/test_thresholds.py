@@ -5,7 +5,7 @@ from lattices import hexagon, hexagonal, packed_hexagon
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.net import connect
-from bubblemesh.packing.population.thresholds import Thresholds, boundary_overlaps, overlaps
+from bubblemesh.packing.population import Thresholds, boundary_overlaps, overlaps
 
 SIDE = 5
 

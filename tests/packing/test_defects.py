@@ -9,7 +9,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles
-from bubblemesh.packing.population.defects import Defects, relative_lengths
+from bubblemesh.packing.population import Defects, relative_lengths
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.spacing.spacing import Spacing
 

@@ -1,4 +1,4 @@
-"""Commands that mesh one case, or tell what that would take."""
+"""Commands on cases: to mesh one or many, to tell what that would take, and to write one."""
 
 from collections.abc import Callable
 from functools import partial
@@ -20,13 +20,13 @@ from bubblemesh.cli.options import (
     SolverNamed,
     with_overrides,
 )
-from bubblemesh.cli.stdio import output_stream, read_input, write_output
+from bubblemesh.cli.stdio import output_stream, read_input, write_json, write_new, write_output
 from bubblemesh.errors import CaseError, FileError, located
 
 if TYPE_CHECKING:
     from bubblemesh.case import Case
     from bubblemesh.problem.problem import Problem
-    from bubblemesh.run.destination import Destination
+    from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
     from bubblemesh.run.pipeline import OnRound, OnShare, Result
 
 
@@ -49,12 +49,11 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
-    from bubblemesh.run import destination as destinations
     from bubblemesh.run import pipeline
+    from bubblemesh.run.destination import OutputOptions
 
-    loaded = read_case(case, overrides)
-    require_distinct(as_json, output)
-    place = destinations.destination(loaded, case, output, format_name, solver, history=history, page=page)
+    loaded = case_at(case, overrides)
+    place = destination_of(loaded, case, OutputOptions(output, format_name, solver, history, page), as_json)
     if dry_run:
         tell_estimate(loaded, case, picture, as_json, quiet)
         return
@@ -92,13 +91,11 @@ def adapt(
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import Solution
     from bubblemesh.meshfiles.read import read_nodal_field
-    from bubblemesh.run import destination as destinations
+    from bubblemesh.run.destination import OutputOptions
 
-    loaded = read_case(case, overrides)
+    loaded = case_at(case, overrides)
     target = adapting.Target(error, nodes)
-    place = destinations.destination(loaded, case, output, format_name, solver)
-    require_distinct(as_json, output)
-    place.require_apart(solution)
+    place = destination_of(loaded, case, OutputOptions(output, format_name, solver), as_json, solution)
     read = read_nodal_field(solution, field)
     with located(str(solution)):
         present = Solution.of(read.points, read.triangles, read.values, read.name)
@@ -114,30 +111,95 @@ def check(
     picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    tell_estimate(read_case(case, overrides), case, picture, as_json, quiet)
+    tell_estimate(case_at(case, overrides), case, picture, as_json, quiet)
 
 
-def read_case(case: str, overrides: Overrides) -> "Case":
-    """The case of a file or the standard input, with the options over it."""
+@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
+def batch(
+    paths: Annotated[list[str], typer.Argument(metavar="PATH...", help="Case files, folders or patterns of them.")],
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder of all results and the summary.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; else one for each core.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep results whose inputs have not changed.")] = False,
+    shard: Annotated[str, typer.Option("--shard", metavar="I/N", help="Mesh part I of N, for job arrays.")] = "1/1",
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
+    ] = None,
+    overrides: Overrides = (),
+    page: Annotated[
+        bool | None,
+        typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Mesh many cases; one that fails is a row of the summary."""
+    from bubblemesh import batch as many
+    from bubblemesh.console.batch import BatchProgress
+
+    options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
+    workers = many.workers_at(jobs, cluster)
+    entries = many.plan_cases(many.case_files(paths), options)
+    with BatchProgress(quiet) as progress:
+        totals = many.run_batch(entries, options, workers, progress)
+    if as_json:
+        write_json(totals)
+    raise typer.Exit(totals["exit_code"])
+
+
+def schema() -> None:
+    """Print the JSON Schema of the case file."""
+    from bubblemesh.case.models import case_schema
+
+    write_json(case_schema())
+
+
+def init(
+    path: Annotated[str, typer.Argument(metavar="[CASE]", help="File to write, or - for the standard output.")] = (
+        "case.yaml"
+    ),
+) -> None:
+    """Write a commented case file to start from."""
+    from bubblemesh.case.models import case_template
+
+    if path == "-":
+        write_output(case_template())
+        return
+    write_new(Path(path), case_template())
+    typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
+
+
+def case_at(case: str, overrides: Overrides) -> "Case":
+    """Case of a file, or - for the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
-    text = read_input() if case == "-" else None
-    return load_case(case, overrides=overrides, text=text)
+    return load_case(case, overrides=overrides, text=read_input() if case == "-" else None)
 
 
-def require_distinct(as_json: bool, output: str | None) -> None:
-    """Check that report and mesh do not both go to the standard output, nor the mesh to a terminal."""
-    if output == "-" and output_stream().isatty():
+def destination_of(
+    case: "Case", source: str, options: "OutputOptions", as_json: bool, solution: Path | None = None
+) -> "Destination | StreamDestination":
+    """Destination of the results: the standard output only if no report goes there, and if it is no terminal."""
+    from bubblemesh.run.destination import destination, stream_destination
+
+    if options.output != "-":
+        return destination(case, source, options, solution)
+    stream = output_stream()
+    if stream.isatty():
         raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
-    if as_json and output == "-":
+    if as_json:
         raise CaseError("--json and -o - would both write to the standard output: drop one of them")
+    return stream_destination(case, stream, options)
 
 
 def deliver(
     meshed: "Callable[[OnRound, OnShare], Result]",
     case: "Case",
     source: str,
-    place: "Destination",
+    place: "Destination | StreamDestination",
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -145,16 +207,16 @@ def deliver(
     from bubblemesh import console
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.meshfiles.report_json import json_text
+    from bubblemesh.run.destination import Destination
 
     with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
         result = meshed(progress.show, progress.advance)
-    report = place.deliver(result, output_stream() if place.folder is None else None)
+    report = place.deliver(result)
     if as_json:
-        write_output(json_text(report))
+        write_json(report)
     if not quiet:
         show_quality(report)
-        if place.folder is not None:
+        if isinstance(place, Destination):
             show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])
     if result.verdict is not None:
@@ -165,7 +227,6 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     """Tell what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
     from bubblemesh.console import report
-    from bubblemesh.meshfiles.report_json import json_text
     from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 
@@ -175,7 +236,7 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
         draw_preview(problem, picture)
     figures = estimate(problem)
     if as_json:
-        write_output(json_text(figures | ({} if picture is None else {"plot": picture})))
+        write_json(figures | ({} if picture is None else {"plot": picture}))
     if not quiet:
         report.show_estimate(figures)
         if picture is not None:
@@ -185,11 +246,10 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
 
 def draw_preview(problem: "Problem", picture: Path) -> None:
     """Draw the spacing of a problem."""
-    from bubblemesh.pictures import spacing_plots
     from bubblemesh.pictures.plots import require_picture
-    from bubblemesh.run.preview import previewed
+    from bubblemesh.pictures.spacing_plots import draw_spacing
+    from bubblemesh.run.assembly import previewed
 
-    require_picture(picture)
-    shown = previewed(problem)
-    least, largest = shown.extremes[:2], shown.extremes[2:]
-    spacing_plots.draw_spacing(shown.mesh, shown.spacing, (least, largest), picture, problem.task.name)
+    require_picture(picture)  # before the work
+    extremes = problem.packing_extremes
+    draw_spacing(*previewed(problem), (extremes[:2], extremes[2:]), picture, problem.task.name)

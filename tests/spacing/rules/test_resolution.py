@@ -8,7 +8,7 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.spacing.rules.thin_walls import thin_walls
+from bubblemesh.spacing.rules.resolution import thin_walls
 
 RECTANGLE = rings.rectangle(0, 0, 2, 1)
 

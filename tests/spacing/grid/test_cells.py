@@ -4,7 +4,7 @@ from lattices import uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grid.leaves import leaves
+from bubblemesh.spacing.grid.cells import leaves
 from bubblemesh.spacing.spacing import Spacing
 
 SQUARE = Domain.of(rings.rectangle(0, 0, 1, 1))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bubblemesh
-from bubblemesh.adaptivity.coverage import require_coverage
+from bubblemesh.adaptivity.solution import require_coverage
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts
