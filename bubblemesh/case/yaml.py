@@ -228,18 +228,18 @@ def _collection(value: Any, places: "dict[str, Place] | list[Place]") -> Node:
     return Node(value, places, 1 + sum(node.size for node in nodes), height)
 
 
-# Longer integers exceed the floats, and Python refuses to read thousands of digits.
+# Longer integers exceed the floats, and Python refuses to read, or to write, thousands of decimal digits.
 MAX_DIGITS = 300
-MAX_BITS = 1024  # of an integer within the floats
+MAX_BITS = 1000
 
 
 def _integer(text: str) -> int | float:
     return int(text) if len(text) <= MAX_DIGITS else float(text)
 
 
-def _of_powers_of_two(text: str) -> int | float:
-    """Value of 0o17 or 0x1f."""
-    value = int(text, 0)  # which takes no longer than to read the text
+def _power_of_two_based(digits: str, base: int) -> int | float:
+    """Integer of digits in a base that is a power of two, whatever their number; infinity if it exceeds the floats."""
+    value = int(digits, base)
     return value if value.bit_length() <= MAX_BITS else math.inf
 
 
@@ -249,8 +249,8 @@ PLAIN: tuple[tuple[str, re.Pattern[str], Callable[[str], Any]], ...] = (
     ("bool", re.compile(r"true|True|TRUE"), lambda text: True),
     ("bool", re.compile(r"false|False|FALSE"), lambda text: False),
     ("int", re.compile(r"[-+]?[0-9]+"), _integer),
-    ("int", re.compile(r"0o[0-7]+"), _of_powers_of_two),
-    ("int", re.compile(r"0x[0-9a-fA-F]+"), _of_powers_of_two),
+    ("int", re.compile(r"0o[0-7]+"), lambda text: _power_of_two_based(text[2:], 8)),
+    ("int", re.compile(r"0x[0-9a-fA-F]+"), lambda text: _power_of_two_based(text[2:], 16)),
     ("float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"), float),
     ("float", re.compile(r"[-+]?\.(inf|Inf|INF)"), lambda text: float(text.replace(".", ""))),
     ("float", re.compile(r"\.(nan|NaN|NAN)"), lambda text: float("nan")),
