@@ -42,7 +42,7 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict
             continue
         if entry.number not in digests:
             job = entry.job()
-            digests[entry.number] = job.digest() if isinstance(job, Job) else None
+            digests[entry.number] = job.row.inputs if isinstance(job, Job) else None
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found

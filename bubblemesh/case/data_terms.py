@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Number, Positive, Strict, filled, listed
+from bubblemesh.case.fields import InputFile, Number, Positive, Strict, filled, listed
 
 Model = TypeVar("Model")
 
@@ -58,7 +58,7 @@ class Tabulated(DataTerm):
 class DataFile(Tabulated):
     """Values in a file."""
 
-    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
+    file: InputFile = Field(description="Name of the file, relative to the case file.")
 
 
 class FieldTerm(DataFile):
@@ -82,7 +82,7 @@ class RasterTerm(DataFile):
 class ImageTerm(DataTerm):
     """A picture over a rectangle: the darker, the finer."""
 
-    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the picture, relative to the case file.")
+    file: InputFile = Field(description="Name of the picture, relative to the case file.")
     bounds: Bounds = Field(description="Rectangle [x0, y0, x1, y1] that the picture fills, its first row on top.")
     finest: Positive = Field(description="Spacing where the picture is black.")
     coarsest: Positive = Field(description="Spacing where the picture is white.")
@@ -97,7 +97,7 @@ class ImageTerm(DataTerm):
 class ScatteredTerm(Tabulated):
     """Values at points."""
 
-    file: Annotated[str, Field(min_length=1)] | None = Field(
+    file: InputFile | None = Field(
         default=None, description="Name of a table with the columns x, y and d, relative to the case file."
     )
     points: Annotated[tuple[Sample, ...], BeforeValidator(filled)] | None = Field(
