@@ -108,7 +108,7 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
                 continue
             outcome = future.result() if problem is None else Outcome(_failed(job.row, problem, workers, times))
             attempts = max(times, begun[job.number])  # a cluster tries again by itself
-            yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts, inputs=job.digest()))
+            yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts))
 
 
 def _failed(row: Row, problem: BaseException, workers: Workers, times: int) -> Row:

@@ -12,7 +12,7 @@ from bubblemesh import __version__
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
-from bubblemesh.errors import DONE, BubblemeshError, CaseError, FileError, prefixed
+from bubblemesh.errors import DONE, CaseError, FileError, prefixed
 from bubblemesh.files import read_bytes
 from bubblemesh.problem.domain import named_files
 from bubblemesh.run.destination import Destination, OutputOptions, destination
@@ -77,15 +77,16 @@ class Entry:
         return self.destination.files if self.destination else []
 
     def job(self) -> Job | Row:
-        """Job of the case, with what the files that it names hold now; the row if the case or a file is unreadable."""
+        """Job of the case, with what the files that it names hold now; a row with the error if that fails."""
         if self.case is None or self.destination is None:
             return self.row
         try:
             with prefixed(self.row.source):
                 files = {str(path): _content(path) for path in named_files(self.case)}
-        except BubblemeshError as error:
-            return self.row.failed(error.exit_code, str(error))
-        return Job(self.number, self.row, self.case, self.destination, files)
+            job = Job(self.number, self.row, self.case, self.destination, files)
+            return replace(job, row=replace(self.row, inputs=job.digest()))
+        except Exception as error:  # whatever it is, it is no reason to give up the other cases
+            return self.row.ended_by(error)
 
 
 def _content(path: Path) -> bytes:
@@ -94,7 +95,7 @@ def _content(path: Path) -> bytes:
 
 
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
-    """Entries of all cases of the files, in order; cases that cannot be read are among them.
+    """Entries of all cases of the files, in order; cases that cannot be read, for whatever reason, are among them.
 
     CaseError if two cases would write the same file, FileError if the results of one would overwrite a case file.
     """
@@ -103,8 +104,8 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
     for source in sources:
         try:
             variants = case_variants(source, overrides=options.overrides)
-        except BubblemeshError as error:
-            entries.append(Entry(len(entries) + 1, _row(source).failed(error.exit_code, str(error))))
+        except Exception as error:
+            entries.append(Entry(len(entries) + 1, _row(source).ended_by(error)))
         else:
             entries += (_entry(number, source, one, options) for number, one in enumerate(variants, len(entries) + 1))
     _require_apart(entries, sources)
@@ -118,8 +119,8 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
     try:
         case = load_case(source, overrides=options.overrides, variant=variant)
         place = destination(case, source, OutputOptions(output, page=options.page))
-    except BubblemeshError as error:
-        return Entry(number, row.failed(error.exit_code, str(error)))
+    except Exception as error:
+        return Entry(number, row.ended_by(error))
     folder = _seen_from(options.root, place.folder)
     return Entry(number, replace(row, case=str(case.name), folder=folder), case, place)
 

@@ -1,12 +1,14 @@
 """The rows of a batch's summary, as JSON and as CSV."""
 
 import json
+import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import getitem
 from typing import Any, Self
 
+from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, LimitError
 from bubblemesh.meshfiles.text import csv_text, dumped, json_ready
 
 # Names in the summary of what reports have.
@@ -83,6 +85,17 @@ class Row:
         """Row that tells of an error, too."""
         return replace(self, exit_code=exit_code, error=error)
 
+    def ended_by(self, error: Exception) -> Self:
+        """Row that tells of the exception that has ended the case; with its traceback, if the program is to blame."""
+        match error:
+            case BubblemeshError():
+                return self.failed(error.exit_code, str(error))
+            case MemoryError():
+                return self.failed(LimitError.exit_code, f"{self.source}: {OUT_OF_MEMORY}")
+        problem = f"{self.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
+        trace = "".join(traceback.format_exception(error))
+        return replace(self.failed(BubblemeshError.exit_code, problem), traceback=trace)
+
     @classmethod
     def parse(cls, line: bytes) -> Self | None:
         """Row of a line of JSON; None if the line is not whole, or not as a summary has it."""
@@ -90,7 +103,7 @@ class Row:
             data = json.loads(line)
             figures = FIGURES if data["nodes"] is not None else ()
             values = {key: data[key] for key in KINDS if key in figures or key not in FIGURES}
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             return None
         if not all(isinstance(value, KINDS[key]) for key, value in values.items()):
             return None

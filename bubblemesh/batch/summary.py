@@ -64,8 +64,8 @@ class Summary:
         }
         with transaction(self.path.parent) as staging:
             for path, text in texts.items():
-                with (staging / path.name).open("w", encoding="utf-8", newline="") as file:
-                    file.write(text)
+                with (staging / path.name).open("wb") as file:
+                    file.write(_encoded(text))
                     file.flush()
                     os.fsync(file.fileno())  # a power cut must not take the rows of hours
         return Lines(self.path), Lines(table)
@@ -96,7 +96,7 @@ class Lines:
 
     def append(self, text: str) -> None:
         """Add text at the end, all of it or nothing; a FileError if that fails."""
-        before, content = self.size, text.encode()
+        before, content = self.size, _encoded(text)
         try:
             written = os.write(self._file, content)  # one call, which no signal of ours cuts in two
             if written < len(content):
@@ -108,6 +108,11 @@ class Lines:
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
+
+
+def _encoded(text: str) -> bytes:
+    r"""Bytes of a text in UTF-8; those of files' names that are none are written ``\udcff``, which JSON reads back."""
+    return text.encode(errors="backslashreplace")
 
 
 def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
@@ -150,7 +155,7 @@ def _write_index(summary: Summary, entries: Iterable[Entry], options: BatchOptio
     rows = sorted(summary.rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))
     with transaction(page.parent) as staging:
         text = index_page([_linked(row, page.parent) for row in rows])
-        (staging / page.name).write_text(text, encoding="utf-8")
+        (staging / page.name).write_bytes(_encoded(text))
 
 
 def _page_of(options: BatchOptions) -> Path:

@@ -3,7 +3,6 @@
 import errno
 import json
 import re
-import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
@@ -14,7 +13,7 @@ from typing import Any
 from bubblemesh import __version__
 from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
-from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, located
+from bubblemesh.errors import FileError, located
 from bubblemesh.files import local_copies, reason
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.resources import forget_peak_memory
@@ -85,16 +84,11 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
     row = job.row
     try:
         return _mesh(job, tell)
-    except BubblemeshError as error:
-        return Outcome(row.failed(error.exit_code, str(error)), full=is_full(error))
-    except MemoryError:
-        return Outcome(row.failed(LimitError.exit_code, f"{row.source}: {OUT_OF_MEMORY}"))
     except OSError as error:
         problem = f"{row.source}: no place for temporary files: {reason(error)}"
         return Outcome(row.failed(FileError.exit_code, problem), full=is_full(error))
     except Exception as error:
-        problem = f"{row.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
-        return Outcome(replace(row.failed(BubblemeshError.exit_code, problem), traceback=traceback.format_exc()))
+        return Outcome(row.ended_by(error), full=is_full(error))
 
 
 def _mesh(job: Job, tell: Tell) -> Outcome:

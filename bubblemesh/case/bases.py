@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bubblemesh.case.data_terms import DataTerms
+from bubblemesh.case.fields import is_file_name
 from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, FileError
 
@@ -81,7 +82,8 @@ def _with_files_found(value: Any, folder: Path) -> Any:
         return [_with_files_found(entry, folder) for entry in value]
     if not isinstance(value, dict):
         return value
-    found = {"file": str(folder / value["file"])} if value.get("file") and isinstance(value["file"], str) else {}
+    name = value.get("file")
+    found = {"file": str(folder / name)} if isinstance(name, str) and is_file_name(name) else {}
     return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
 
 

@@ -4,6 +4,7 @@ A new one is a model here with its key in `DataTerms`, a function in ``spacing/t
 ``problem/data_terms.py`` that makes the one of the other.
 """
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -11,7 +12,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Number, Positive, Strict, filled, listed
+from bubblemesh.case.fields import InputFile, Number, Positive, Strict, filled, listed
 
 Model = TypeVar("Model")
 
@@ -46,7 +47,10 @@ class DataTerm(Strict):
         name = getattr(self, "file", None)
         if name is not None:
             data = Path(name)
-            yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
+            yield data
+            beside = data.parent / f"{data.stem}.h5"
+            if beside != data and os.path.exists(beside):  # noqa: PTH110 - the method of paths fails for too long a name
+                yield beside
 
 
 class Tabulated(DataTerm):
@@ -58,7 +62,7 @@ class Tabulated(DataTerm):
 class DataFile(Tabulated):
     """Values in a file."""
 
-    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
+    file: InputFile = Field(description="Name of the file, relative to the case file.")
 
 
 class FieldTerm(DataFile):
@@ -82,7 +86,7 @@ class RasterTerm(DataFile):
 class ImageTerm(DataTerm):
     """A picture over a rectangle: the darker, the finer."""
 
-    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the picture, relative to the case file.")
+    file: InputFile = Field(description="Name of the picture, relative to the case file.")
     bounds: Bounds = Field(description="Rectangle [x0, y0, x1, y1] that the picture fills, its first row on top.")
     finest: Positive = Field(description="Spacing where the picture is black.")
     coarsest: Positive = Field(description="Spacing where the picture is white.")
@@ -97,7 +101,7 @@ class ImageTerm(DataTerm):
 class ScatteredTerm(Tabulated):
     """Values at points."""
 
-    file: Annotated[str, Field(min_length=1)] | None = Field(
+    file: InputFile | None = Field(
         default=None, description="Name of a table with the columns x, y and d, relative to the case file."
     )
     points: Annotated[tuple[Sample, ...], BeforeValidator(filled)] | None = Field(

@@ -6,7 +6,19 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import Choice, Label, Number, OneLabel, Point, Positive, Strict, described, filled, listed
+from bubblemesh.case.fields import (
+    Choice,
+    InputFile,
+    Label,
+    Number,
+    OneLabel,
+    Point,
+    Positive,
+    Strict,
+    described,
+    filled,
+    listed,
+)
 from bubblemesh.case.spacing import SpacingValue
 from bubblemesh.readers.selection import Unit
 
@@ -202,7 +214,7 @@ def _feature(value: Any) -> Any:
 class GeometryFile(FollowedKeys):
     """A file with rings, and what to take of it."""
 
-    file: Annotated[str, Field(min_length=1)] = Field(description="Name of the file, relative to the case file.")
+    file: InputFile = Field(description="Name of the file, relative to the case file.")
     layer: Annotated[tuple[str, ...], BeforeValidator(_one_or_more)] = Field(
         default=(), description="Layer to read, or a list of layers; all by default."
     )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from difflib import get_close_matches
+from pathlib import PurePath
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
@@ -142,6 +143,15 @@ Label = Annotated[
 ]
 OneLabel = Annotated[Label | None, Field(description="Name of this boundary in the mesh files.")]
 
+
+def is_file_name(path: str) -> bool:
+    """Whether a path can be that of a file; ``.`` and ``/``, for example, are folders wherever they are."""
+    return PurePath(path).name not in ("", "..")
+
+
+InputFile = Annotated[
+    str, Field(min_length=1), _refusing(lambda text: not is_file_name(text), "must be the name of a file, not a folder")
+]
 FileName = Annotated[
     str,
     Field(min_length=1, max_length=200),

@@ -1,5 +1,6 @@
 """YAML 1.2 text as plain data, with the line of every key."""
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -77,7 +78,7 @@ def _place(places: "dict[str, Place] | list[Place]", part: str | int) -> Place |
 
 
 def read_text(path: Path) -> str:
-    """Text of a case file; errors, with its name, as those of `read_case`."""
+    """Text of a case file; one that cannot be read is a FileError, one that is not UTF-8 a CaseError, with its name."""
     with prefixed(path):
         stream = opened(path, "case file")
     with stream:
@@ -227,12 +228,19 @@ def _collection(value: Any, places: "dict[str, Place] | list[Place]") -> Node:
     return Node(value, places, 1 + sum(node.size for node in nodes), height)
 
 
-# Longer integers exceed the floats, and Python refuses to read thousands of digits.
+# Longer integers exceed the floats, and Python refuses to read, or to write, thousands of decimal digits.
 MAX_DIGITS = 300
+MAX_BITS = 1000
 
 
 def _integer(text: str) -> int | float:
     return int(text) if len(text) <= MAX_DIGITS else float(text)
+
+
+def _power_of_two_based(digits: str, base: int) -> int | float:
+    """Integer of digits in a base that is a power of two, whatever their number; infinity if it exceeds the floats."""
+    value = int(digits, base)
+    return value if value.bit_length() <= MAX_BITS else math.inf
 
 
 # Unlike YAML 1.1: on, yes and no are words, 1e-3 is a number, 010 is ten, 1:30 and 2001-01-01 are text.
@@ -241,8 +249,8 @@ PLAIN: tuple[tuple[str, re.Pattern[str], Callable[[str], Any]], ...] = (
     ("bool", re.compile(r"true|True|TRUE"), lambda text: True),
     ("bool", re.compile(r"false|False|FALSE"), lambda text: False),
     ("int", re.compile(r"[-+]?[0-9]+"), _integer),
-    ("int", re.compile(r"0o[0-7]+"), lambda text: int(text[2:], 8)),
-    ("int", re.compile(r"0x[0-9a-fA-F]+"), lambda text: int(text[2:], 16)),
+    ("int", re.compile(r"0o[0-7]+"), lambda text: _power_of_two_based(text[2:], 8)),
+    ("int", re.compile(r"0x[0-9a-fA-F]+"), lambda text: _power_of_two_based(text[2:], 16)),
     ("float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"), float),
     ("float", re.compile(r"[-+]?\.(inf|Inf|INF)"), lambda text: float(text.replace(".", ""))),
     ("float", re.compile(r"\.(nan|NaN|NAN)"), lambda text: float("nan")),

@@ -7,7 +7,7 @@ import typer
 from bubblemesh import __version__
 from bubblemesh.cli.cases import adapt, batch, check, init, run, schema
 from bubblemesh.cli.exits import Commands, reported, signals_obeyed
-from bubblemesh.cli.mesh import plot, quality
+from bubblemesh.cli.meshes import plot, quality
 from bubblemesh.cli.stdio import expendable_messages, write_output
 
 __all__ = ["app", "main"]

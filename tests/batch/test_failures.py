@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from batches import (
     results_in,
     rows_of,
 )
+from commands import refused
 
 from bubblemesh.batch import BatchOptions, plan_cases
 from bubblemesh.batch.worker import mesh_job
@@ -75,6 +77,78 @@ def test_an_error_of_the_program_is_a_row_with_its_place(here, monkeypatch):
     assert "in broken" in row.traceback
     monkeypatch.setattr("bubblemesh.batch.worker.prepare", lambda case: bytes(10**18))
     assert [(row.exit_code, "out of memory" in row.error) for row in rows_of(".")] == [(6, True)]
+
+
+HUGE = "0x" + "f" * 5000
+HARMFUL = {  # texts of cases that ended a batch, with the exit code of each and a part of its message
+    "hexadecimal": (SMALL.replace("0.4", HUGE), 2, "a.yaml:2: spacing: must be a finite number"),
+    "octal": (SMALL.replace("0.4", "0o" + "7" * 9000), 2, "a.yaml:2: spacing: must be a finite number"),
+    "seed": (SMALL + f"packing: {{seed: {HUGE}}}\n", 2, "a.yaml:6: packing.seed"),
+    "swept": (SMALL + f"sweep: {{packing.seed: [{HUGE}]}}\n", 2, "a.yaml:6: packing.seed"),
+    "root": (SMALL.replace("0.4", "{field: {file: /}}"), 2, "a.yaml:2: spacing.field.file: must be the name of a file"),
+    "here": (SMALL.replace("0.4", "{image: {file: ., range: [1, 2]}}"), 2, "a.yaml:2: spacing.image.file: must be"),
+    "above": (SMALL.replace("rectangle: [0, 0, 1, 1]", "file: .."), 2, "a.yaml:1: domain.outer.file: must be the name"),
+    "folder": (SMALL.replace("0.4", "{field: {file: folder.vtu}}"), 5, "folder.vtu"),
+}
+
+
+@pytest.mark.parametrize("name", HARMFUL)
+def test_a_case_that_asks_for_the_impossible_is_a_row_and_the_others_are_meshed(name, here):
+    text, code, message = HARMFUL[name]
+    write(here, a=text, b=SMALL)
+    (here / "folder.vtu").mkdir()
+    for resume in (False, True):
+        rows = rows_of(".", folder="out", resume=resume)
+        assert [row.exit_code for row in rows] == [code, 0]
+        assert message in rows[0].error
+    if "sweep" not in text:
+        assert message in refused(here, text, code).replace("case.yaml", "a.yaml")
+
+
+PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.named_files", "worker._with_contents")
+
+
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("error", [ZeroDivisionError, RecursionError, OSError, MemoryError])
+def test_an_error_of_the_program_in_any_part_of_a_batch_is_a_row_of_the_case_alone(part, error, here, monkeypatch):
+    def broken(*arguments, **options):
+        if "a.yaml" in str(arguments) or "radius" in str(arguments):
+            raise error("oh")
+        return function(*arguments, **options)
+
+    write(here, a=SMALL.replace("rectangle: [0, 0, 1, 1]", "circle: {center: [0, 0], radius: 1}"), z=SMALL)
+    module = import_module(f"bubblemesh.batch.{part.partition('.')[0]}")
+    function = getattr(module, part.partition(".")[2])
+    rows_of(".", folder="out")
+    monkeypatch.setattr(module, part.partition(".")[2], broken)
+    for resume in (True, False):
+        rows = rows_of(".", folder="out", resume=resume)
+        assert [row.exit_code for row in rows] == [6 if error is MemoryError else 1, 0]
+        if error is not MemoryError:
+            assert rows[0].error == f"a.yaml: this is an error of bubblemesh, not of the case: {error.__name__}: oh"
+            assert "in broken" in rows[0].traceback
+    assert len(lines_of(here / "out/summary.jsonl")) == 2
+
+
+def test_a_name_that_is_no_text_is_told_in_a_row_and_kept(here):
+    source = os.fsdecode(b"\xff.yaml")
+    write(here, b=SMALL)
+    (here / source).write_text(SMALL)
+    assert [(row.source, row.exit_code) for row in rows_of(source, "b.yaml", folder="out")] == [
+        (source, 2),
+        ("b.yaml", 0),
+    ]
+    rows_of("b.yaml", folder="out", resume=True)
+    assert [line["source"] for line in lines_of(here / "out/summary.jsonl")] == [source, "b.yaml"]
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, '{"case": ' + "9" * 5000 + "}", '{"case": "\\ud800"}', "\0"])
+def test_a_summary_with_a_line_that_is_none_is_gone_on_from(line, here):
+    write(here, a=SMALL)
+    rows_of(".", folder="out")
+    with (here / "out/summary.jsonl").open("a") as file:
+        file.write(line + "\n")
+    assert [end.unchanged for end in finished(".", folder="out", resume=True)] == [True]
 
 
 @pytest.mark.long

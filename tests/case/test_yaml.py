@@ -27,6 +27,9 @@ class TestDocument:
             ("010", 10),
             ("0o17", 15),
             ("0x1F", 31),
+            pytest.param("0x" + "f" * 5000, float("inf"), id="hexadecimal"),
+            pytest.param("0o" + "7" * 50_000, float("inf"), id="octal"),
+            pytest.param("0x" + "0" * 5000 + "1", 1, id="zeros"),
             ("0b11", "0b11"),
             ("1_000", "1_000"),
             ("1e-3", 0.001),
@@ -123,7 +126,7 @@ class TestFile:
     def test_missing_file_and_folder(self, tmp_path):
         with pytest.raises(FileError, match=r"none.yaml: the case file cannot be read: No such file"):
             read_text(tmp_path / "none.yaml")
-        with pytest.raises(FileError, match="directory"):
+        with pytest.raises(FileError, match="it is a folder"):
             read_text(tmp_path)
         with pytest.raises(FileError, match="null"):
             read_text(tmp_path / "a\0b")

@@ -1,0 +1,1 @@
+"""How the program stands what strangers give it: ``python -m benchmarks.robustness``."""
