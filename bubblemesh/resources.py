@@ -1,4 +1,4 @@
-"""Time and memory that a run takes."""
+"""Time and memory that a run takes, and the processor cores that it may use."""
 
 import os
 import re

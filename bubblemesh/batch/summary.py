@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from bubblemesh.batch.plan import BatchOptions, Entry
-from bubblemesh.batch.row import COLUMNS, Row, csv_line
+from bubblemesh.batch.row import COLUMNS, Row
 from bubblemesh.errors import DONE, CaseError, FileError
 from bubblemesh.files import unwritten
+from bubblemesh.meshfiles.text import csv_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
@@ -59,7 +60,7 @@ class Summary:
         table = self.path.with_suffix(".csv")
         texts = {
             self.path: "".join(row.line() for row in self.rows),
-            table: csv_line(COLUMNS) + "".join(row.cells() for row in self.rows),
+            table: csv_text([COLUMNS]) + "".join(row.cells() for row in self.rows),
         }
         with transaction(self.path.parent) as staging:
             for path, text in texts.items():
