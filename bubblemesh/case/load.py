@@ -37,7 +37,8 @@ def load_case(
     text : str, optional
         The case as YAML, in place of the file's content.
     variant : Variant, optional
-        Which of the cases of a sweep; without it, a file with a sweep is an error.
+        Which of the cases of a sweep; without it, a file with a sweep is an error. One that `case_variants` gave is
+        that of the files as they were then, which are not read again.
     **options
         ``method``, ``seed`` and ``time_limit`` set ``method``, ``packing.seed`` and ``limits.seconds`` over
         ``overrides``.
@@ -50,7 +51,8 @@ def load_case(
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
     path = Path(path)
-    data, places = _read(path, text, overrides_of(overrides, **options))
+    changes = overrides_of(overrides, **options)
+    data, places = _read(path, text, changes, variant.files if variant else ())
     sweep = data.pop("sweep", None)
     if variant is None and sweep is not None:
         raise CaseError(
@@ -77,16 +79,18 @@ def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (),
         for change in places.changes:
             if change.covers(path_of(key)) or change.leads_through(path_of(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
-    return variants
+    return [replace(variant, files=tuple(places.files)) for variant in variants]
 
 
-def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
-    """The data of a case's files with the changes over it, and where it comes from."""
+def _read(
+    path: Path, text: str | None, changes: Sequence[Override], files: Sequence[SourceFile] = ()
+) -> "tuple[dict[str, Any], _Places]":
+    """The data of a case's files, if these are not known yet, with the changes over it, and where it comes from."""
     source = "<stdin>" if str(path) == "-" else str(path)
     for change in changes:
         if change.path[0] == "base":
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
-    files = source_files(path, source, read_text(path) if text is None else text)
+    files = files or source_files(path, source, read_text(path) if text is None else text)
     data: Any = merged(files)
     for change in changes:
         data = applied(data, change)
