@@ -1,16 +1,21 @@
 """Files of users: how they are opened, how much of one is read, why the system refuses one; names for mesh files."""
 
+import errno
 import os
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from io import BufferedReader
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
-from bubblemesh.errors import CaseError, FileError, LimitError
+from bubblemesh.errors import CaseError, FileError, LimitError, prefixed
 
-MOST_BYTES = 500_000_000  # of a case, and of a file with geometry
+MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
+NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
+READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
 MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
@@ -18,36 +23,68 @@ FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
 _copies: ContextVar[Mapping[Path, Path] | None] = ContextVar("copies", default=None)
 
 
-def opened(path: Path, what: str = "file") -> BinaryIO:
-    """Stream of a file's bytes, or of those of its local copy; a file that the system does not give is a FileError."""
+def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedReader:
+    """Stream of a regular file's bytes, or of those of its local copy: the one way to what a user names.
+
+    A pipe or a device, of which reading may never end, is not waited for. FileError if the system does not give the
+    file, or it is no regular one; LimitError if it is ``limited`` and has more than `MOST_BYTES`.
+    """
+    path = local_copy(path)
     try:
-        return local_copy(path).open("rb")
+        _require_regular(os.stat(path), what, limited)  # noqa: PTH116 - as below; to open some devices is to use them
+        number = os.open(path, READ)
     except (OSError, ValueError) as error:
         raise unreadable(error, what) from None
+    stream = os.fdopen(number, "rb")
+    try:
+        _require_regular(os.fstat(number), what, limited)  # it may be another one by now
+    except BaseException:
+        stream.close()
+        raise
+    return stream
 
 
-def read_bytes(path: Path) -> bytes:
-    """All bytes of a file; one that cannot be read is a FileError."""
-    with opened(path) as stream:
-        try:
-            return stream.read()
-        except OSError as error:
-            raise unreadable(error) from None
+def _require_regular(status: os.stat_result, what: str, limited: bool) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        is_folder = stat.S_ISDIR(status.st_mode)
+        raise unreadable("it is a folder" if is_folder else f"it is no regular file, but {NO_FILE}", what)
+    if limited and status.st_size > MOST_BYTES:
+        raise _too_large(what, f"{status.st_size / 1e6:,.0f} MB, ")
+
+
+def _too_large(what: str, size: str = "") -> LimitError:
+    advice = "simplify it, or write only what the case needs"
+    return LimitError(f"the {what} has {size}more than the {MOST_BYTES / 1e6:,.0f} MB that are read: {advice}")
+
+
+def read_bytes(path: Path, what: str = "file") -> bytes:
+    """All bytes of a file; errors as of `opened` and `content_of`."""
+    with opened(path, what) as stream:
+        return content_of(stream, what)
+
+
+def content_of(stream: BinaryIO, what: str = "file") -> bytes:
+    """All bytes of a stream; FileError if they cannot be read, LimitError if there are more than `MOST_BYTES`."""
+    try:
+        content = stream.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise unreadable(error, what) from None
+    if content is None:  # a file of the system whose bytes are yet to come
+        raise unreadable(f"it is {NO_FILE}", what)
+    if len(content) > MOST_BYTES:
+        raise _too_large(what)
+    return content
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file; FileError if it cannot be read, CaseError if its bytes are not UTF-8."""
+    """Text of a UTF-8 file; errors as of `read_bytes`, CaseError if its bytes are not UTF-8."""
     return _decoded(read_bytes(path), "line ")
 
 
 def case_text(stream: BinaryIO, source: str) -> str:
-    """Text of a case; messages name its ``source``. LimitError if it is too large; else as `read_text`."""
-    try:
-        content = stream.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise FileError(f"{source}: {unreadable(error, 'case file')}") from None
-    if len(content) > MOST_BYTES:
-        raise LimitError(f"{source}: has more than the {MOST_BYTES / 1e6:.0f} MB that are read: is it a case?")
+    """Text of a case; messages name its ``source``; errors as of `content_of`, CaseError if it is not UTF-8."""
+    with prefixed(source):
+        content = content_of(stream, "case file")
     return _decoded(content, f"{source}:")
 
 
@@ -62,19 +99,23 @@ def _decoded(content: bytes, place: str) -> str:
 
 
 def require_readable(path: Path) -> None:
-    """Check that a library can open a file, else FileError, and that it is not too large, else LimitError."""
-    if not os.path.exists(path):  # noqa: PTH110 - the method of paths fails for a name that is too long
-        raise unreadable("there is no such file")
-    if not path.is_file():
-        raise unreadable("it is a folder" if path.is_dir() else "it is no regular file")
-    if not os.access(path, os.R_OK):
-        raise unreadable("permission denied")
-    size = path.stat().st_size
-    if size > MOST_BYTES:
-        raise LimitError(
-            f"the file has {size / 1e6:.0f} MB, more than the {MOST_BYTES / 1e6:.0f} that are read: simplify it, or "
-            "write only what the domain needs"
-        )
+    """Check that a library can open a file; errors are those of `opened`."""
+    opened(path).close()
+
+
+def sync(path: Path) -> None:
+    """Bring a file, or the names in a folder, to the disk, as far as the system can; OSError if that fails."""
+    is_folder = path.is_dir()
+    if is_folder and os.name == "nt":  # which has no way to do that
+        return
+    number = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if not is_folder or error.errno != errno.EINVAL:  # of file systems that keep their folders by themselves
+            raise
+    finally:
+        os.close(number)
 
 
 def unreadable(why: Exception | str, what: str = "file") -> FileError:

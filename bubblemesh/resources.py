@@ -1,4 +1,4 @@
-"""Memory that a run takes, and cores that there are."""
+"""Memory that a run takes, and the processor cores that it may use."""
 
 import os
 import re

@@ -44,13 +44,13 @@ def test_a_file_that_the_system_does_not_give(tmp_path, name):
 def test_a_case_is_read_up_to_a_limit(monkeypatch):
     monkeypatch.setattr(files, "MOST_BYTES", 3)
     assert case_text(io.BytesIO(b"a: "), "a.yaml") == "a: "
-    with pytest.raises(LimitError, match=r"^a\.yaml: has more than the 0 MB that are read"):
+    with pytest.raises(LimitError, match=r"^a\.yaml: the case file has more than the 0 MB that are read"):
         case_text(io.BytesIO(b"a: 1"), "a.yaml")
 
 
 def test_what_a_library_may_open(tmp_path, monkeypatch):
     path = tmp_path / "a.dxf"
-    with pytest.raises(FileError, match="there is no such file"):
+    with pytest.raises(FileError, match="No such file"):
         require_readable(path)
     with pytest.raises(FileError, match="it is a folder"):
         require_readable(tmp_path)

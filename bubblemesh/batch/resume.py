@@ -8,8 +8,8 @@ from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.summary import STEM
 from bubblemesh.batch.worker import Job
-from bubblemesh.errors import DONE, FileError, RequirementError
-from bubblemesh.files import reason
+from bubblemesh.errors import DONE, FileError, RequirementError, prefixed
+from bubblemesh.files import opened, unreadable
 from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
@@ -24,11 +24,16 @@ def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
     """
     names = [f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl"] if suffix is None else [f"{STEM}{suffix}.jsonl"]
     paths = [path for name in names for path in sorted(folder.glob(name))]
-    try:
-        lines = [line for path in paths for line in path.read_bytes().split(b"\n")]
-    except OSError as error:
-        raise FileError(f"cannot read the summary {error.filename}: {reason(error)}") from error
+    lines = [line for path in paths for line in _content(path).split(b"\n")]
     return [row for row in map(Row.parse, lines) if row is not None]
+
+
+def _content(path: Path) -> bytes:
+    try:
+        with prefixed(path), opened(path, "summary", limited=False) as stream:
+            return stream.read()
+    except OSError as error:
+        raise FileError(f"{path}: {unreadable(error, 'summary')}") from error
 
 
 def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
@@ -72,9 +77,9 @@ def _intact(row: Row, root: Path) -> bool:
     folder = root / str(row.folder)
     try:
         for name, digest in row.files.items():
-            with (folder / name).open("rb") as file:
+            with opened(folder / name, limited=False) as file:
                 if file_digest(file, "sha256").hexdigest() != digest:
                     return False
-    except (OSError, ValueError):  # no name of a file
+    except (OSError, FileError):
         return False
     return True

@@ -4,6 +4,7 @@ A new one is a model here with its key in `DataTerms`, a function in ``spacing/t
 ``problem/data_terms.py`` that makes the one of the other.
 """
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -46,7 +47,10 @@ class DataTerm(Strict):
         name = getattr(self, "file", None)
         if name is not None:
             data = Path(name)
-            yield from (path for path in (data, data.with_suffix(".h5")) if path == data or path.exists())
+            yield data
+            beside = data.parent / f"{data.stem}.h5"
+            if beside != data and os.path.exists(beside):  # noqa: PTH110 - the method of paths fails for too long a name
+                yield beside
 
 
 class Tabulated(DataTerm):

@@ -78,7 +78,7 @@ def _place(places: "dict[str, Place] | list[Place]", part: str | int) -> Place |
 
 
 def read_text(path: Path) -> str:
-    """Text of a case file; errors, with its name, as those of `read_case`."""
+    """Text of a case file; one that cannot be read is a FileError, one that is not UTF-8 a CaseError, with its name."""
     with prefixed(path):
         stream = opened(path, "case file")
     with stream:

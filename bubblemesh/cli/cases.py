@@ -167,8 +167,10 @@ def init(
     if path == "-":
         write_output(case_template())
         return
+    from bubblemesh import console
+
     write_new(Path(path), case_template())
-    typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
+    console.tell(f"{path} written: run it with  bubblemesh run {path}")
 
 
 def case_at(case: str, overrides: Overrides) -> "Case":

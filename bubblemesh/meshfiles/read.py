@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import CaseError, FileError
-from bubblemesh.files import local_copy, reason
+from bubblemesh.errors import CaseError, FileError, prefixed
+from bubblemesh.files import local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import cell_groups
 from bubblemesh.messages import shown
@@ -220,11 +220,10 @@ def _read(path: Path) -> Any:
     """Read a mesh as meshio has it; a file that cannot be read is a FileError."""
     import meshio
 
+    with prefixed(path), opened(path) as stream:
+        if not stream.peek(1):
+            raise FileError("is empty")
     source = local_copy(path)
-    if not source.exists():  # meshio has an error of its own for this
-        raise FileError(f"{path}: cannot be read: there is no such file")
-    if source.is_file() and source.stat().st_size == 0:
-        raise FileError(f"{path}: is empty")
     chatter = io.StringIO()
     try:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):

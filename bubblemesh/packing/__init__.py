@@ -1,1 +1,1 @@
-"""Bubble packing: the published methods as schemes, and the rounds that run them."""
+"""Bubble packing: methods as rows of schemes, `multilevel` and the published ones, and the rounds that run them."""

@@ -89,7 +89,7 @@ def all_options() -> list[Option]:
 
 
 def _with_schemes(method: str, given: Mapping[str, Mapping[str, Any]]) -> Method:
-    """The method with the schemes that are given, each with those parameters of the method's own that it has too."""
+    """The method with the schemes that are given, each with the parameters shared with what it replaces."""
     if method not in METHODS:
         raise OptionError("method", None, f"unknown method {method!r}: {meant(method, METHODS)}")
     row = METHODS[method]

@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import place
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources

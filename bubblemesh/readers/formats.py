@@ -85,8 +85,11 @@ def files_of(path: Path) -> list[Path]:
     """The file, and those that belong to it: the parts of a shapefile, the nodes of a ``.poly`` file."""
     known = FORMATS.get(path.suffix.lower())
     beside = () if known is None else known.beside
-    others = path.parent.glob(f"{escape(path.stem)}.*") if beside else ()
-    return [path, *sorted(other for other in others if other.suffix.lower() in beside and other.stem == path.stem)]
+    try:
+        others = sorted(path.parent.glob(f"{escape(path.stem)}.*")) if beside else []
+    except OSError:  # which the reader of the file itself will tell
+        others = []
+    return [path, *(other for other in others if other.suffix.lower() in beside and other.stem == path.stem)]
 
 
 def _chosen(path: Path, selection: Selection) -> Chosen:

@@ -3,6 +3,7 @@
 import errno
 import io
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -12,8 +13,8 @@ import pytest
 from bad_cases import SQUARE
 from commands import command, contents, refused
 
-from bubblemesh import files
 from bubblemesh.case import load_case
+from bubblemesh.readers.formats import FORMATS
 from bubblemesh.run import pipeline
 from bubblemesh.run.pipeline import mesh_case
 
@@ -57,11 +58,70 @@ def test_a_case_that_cannot_be_read(here, name):
     assert "the case file cannot be read: " in message
 
 
-def test_an_endless_case_is_not_read_to_its_end(here, monkeypatch):
-    monkeypatch.setattr(files, "MOST_BYTES", 1000)
-    code, _, message = command("run", "/dev/zero")
-    assert code == 6
-    assert "/dev/zero: has more than the 0 MB that are read" in message
+NO_FILE = "it is no regular file, but a pipe or a device"
+SOURCES = {
+    **{ending: f"domain: {{file: pipe{ending}}}\nspacing: 0.1\n" for ending in FORMATS},
+    **{
+        f"{kind} {ending}": SQUARE.format(f"{{{kind}: {{file: pipe{ending}{keys}}}}}")
+        for kind, ending, keys in (
+            ("field", ".vtu", ""),
+            ("field", ".msh", ""),
+            ("field", ".ele", ""),
+            ("raster", ".npy", ""),
+            ("raster", ".npz", ""),
+            ("image", ".png", ", bounds: [0, 0, 1, 1], finest: 0.1, coarsest: 0.2"),
+            ("scattered", ".csv", ""),
+        )
+    },
+    "base": "base: pipe\n",
+}
+
+
+@pytest.mark.parametrize("source", SOURCES)
+def test_a_pipe_is_not_waited_for(here, source):
+    os.mkfifo(re.search(r"pipe(\.\w+)?", SOURCES[source]).group())
+    assert NO_FILE in refused(here, SOURCES[source], 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "exit_code"),
+    [
+        ("/", 2),
+        (".", 2),
+        ("..", 2),
+        ("/dev/zero", 5),
+        ("/dev/tty", 5),
+        ("sub/", 5),
+        ("a" * 300, 5),
+        ("a" * 300 + "/b", 5),
+    ],
+)
+def test_a_file_that_is_none(here, name, exit_code):
+    """Its name has no ending, or nothing else, and may not fit into the system."""
+    (here / "sub").mkdir()
+    refused(here, SQUARE.format(f'{{field: {{file: "{name}"}}}}'), exit_code)
+    refused(here, f'domain: {{file: "{name}"}}\nspacing: 0.1\n', exit_code)
+    refused(here, f'domain: {{file: "{name}.shp"}}\nspacing: 0.1\n', 5)
+
+
+@pytest.mark.parametrize("number", ["0x" + "f" * 5000, "0o" + "7" * 5000, "9" * 5000, "0b" + "1" * 5000])
+@pytest.mark.parametrize("text", ["{}", "{} * x", "[{}]", "{{value: {}}}", "{{nodes: {}}}"])
+def test_numbers_of_thousands_of_digits(here, text, number):
+    assert len(refused(here, SQUARE.format(text.format(number)), 2)) < 1500
+
+
+def test_a_pipe_or_a_device_is_no_case_file(here):
+    os.mkfifo("pipe")
+    for name in ("pipe", "/dev/zero"):
+        code, _, message = command("run", name)
+        assert code == 5
+        assert f"{name}: the case file cannot be read: {NO_FILE}" in message
+        assert "bubblemesh run -" in message
+    for arguments in (("adapt", "case.yaml", "--solution", "pipe"), ("quality", "pipe"), ("plot", "pipe")):
+        (here / "case.yaml").write_text(SQUARE.format(1))
+        code, _, message = command(*arguments)
+        assert code == 5
+        assert f"pipe: the file cannot be read: {NO_FILE}" in message
 
 
 SMALL = SQUARE.format(0.5) + "output: {formats: [msh, xdmf]}\npacking: {effort: fast}\n"

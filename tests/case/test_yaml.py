@@ -126,7 +126,7 @@ class TestFile:
     def test_missing_file_and_folder(self, tmp_path):
         with pytest.raises(FileError, match=r"none.yaml: the case file cannot be read: No such file"):
             read_text(tmp_path / "none.yaml")
-        with pytest.raises(FileError, match="directory"):
+        with pytest.raises(FileError, match="it is a folder"):
             read_text(tmp_path)
         with pytest.raises(FileError, match="null"):
             read_text(tmp_path / "a\0b")

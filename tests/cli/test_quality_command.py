@@ -123,7 +123,7 @@ def test_the_same_mesh_differs_in_nothing(files):
 @pytest.mark.parametrize(
     ("arguments", "exit_code", "message"),
     [
-        (["A", "missing.msh"], 5, "error: missing.msh: cannot be read"),
+        (["A", "missing.msh"], 5, "error: missing.msh: the file cannot be read"),
         (["A", "B", "--spacing", "x - 9"], 2, "error: --spacing: spacing: is "),
         (["A", "B", "--spacing", "x +"], 2, "error: --spacing: "),
         (["A", "B", "A"], 2, "unexpected extra argument"),

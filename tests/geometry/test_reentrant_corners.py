@@ -5,7 +5,7 @@ import pytest
 import shapely
 from partitions import domain_of
 
-from bubblemesh.geometry.gaps import Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import Walls, reentrant_corners
 from bubblemesh.problem.warnings import narrow_parts, sharp_angles
 from bubblemesh.spacing.spacing import Spacing
 

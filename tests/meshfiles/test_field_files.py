@@ -137,7 +137,7 @@ class TestReadField:
             read_field(tmp_path / "a.vtu", "h")
 
     def test_files_that_cannot_be_read(self, tmp_path):
-        with pytest.raises(FileError, match=r"none.vtu: cannot be read: there is no such file"):
+        with pytest.raises(FileError, match=r"none.vtu: the file cannot be read: No such file"):
             read_field(tmp_path / "none.vtu", "h")
         (tmp_path / "a.vtu").write_text("hello")
         with pytest.raises(FileError, match=r"a.vtu: is no mesh of the format that its ending names"):

@@ -141,7 +141,7 @@ def test_what_is_wrong_in_the_case_file_is_named_with_line_and_key(spacing, mess
 
 
 FILES = [
-    ("{field: {file: none.vtu}}", FileError, r"spacing.field: \S+/none.vtu: cannot be read: there is no such file"),
+    ("{field: {file: none.vtu}}", FileError, r"spacing.field: \S+/none.vtu: the file cannot be read: No such file"),
     ("{field: [{file: a.vtu, name: h}, {file: b.vtu}]}", FileError, r"spacing.field.1: \S+b.vtu: holds no triangles"),
     ("{field: {file: a.vtu, name: k}}", CaseError, r"spacing.field: \S+a.vtu: has no data 'k': it has h, bad, worse"),
     ("{field: {file: a.vtu, name: bad}}", CaseError, r"spacing.field: \S+a.vtu: bad: is -1 at node 2 .*\(1, 1\): a sp"),
@@ -235,7 +235,7 @@ class TestFromPython:
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"value": "z"})
 
     def test_files_that_are_missing_are_named(self):
-        with pytest.raises(FileError, match=r"^spacing.field: none.vtu: cannot be read: there is no such file"):
+        with pytest.raises(FileError, match=r"^spacing.field: none.vtu: the file cannot be read: No such file"):
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"field": {"file": "none.vtu"}})
 
     def test_regions_of_a_domain_do_not_matter(self):

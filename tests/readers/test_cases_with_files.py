@@ -40,7 +40,7 @@ class TestCases:
 
     def test_errors_of_a_file_name_the_ring(self, written):
         case = self.case(written, "{outer: {rectangle: [0, 0, 4, 4]}, holes: [{file: a.csv}]}")
-        with pytest.raises(FileError, match=r"hole 1: .*a\.csv: the file cannot be read: there is no such file"):
+        with pytest.raises(FileError, match=r"hole 1: .*a\.csv: the file cannot be read: No such file"):
             case_domain(case)
 
     def test_labels_of_the_case_stand_above_those_of_the_file(self, written):

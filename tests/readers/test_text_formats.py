@@ -237,7 +237,7 @@ FAULTS = {
     "unknown vertex": ("a.poly", POLY.replace("5 5 6 9", "5 5 66 9"), CaseError, "line 16: there is no vertex 66"),
     "word in poly": ("a.poly", "x", CaseError, "line 1: not a row of numbers"),
     "latin": ("a.csv", "0 0\n\udce4", CaseError, None),
-    "no file": ("missing.csv", None, FileError, "there is no such file"),
+    "no file": ("missing.csv", None, FileError, "No such file"),
     "unknown ending": ("a.step", "", FileError, r"must end in .geojson, .*\.gpkg"),
 }
 

@@ -21,7 +21,7 @@ ANYWHERE = -2.0  # below the cosine of any angle
 
 
 class Distance(Protocol):
-    """Distance from something."""
+    """Distances (n,) of points (n, 2) from walls, points or lines."""
 
     @property
     def costly(self) -> bool:

@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats, Integers, members, select
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Gaps, Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import place
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Walls
+from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import Spacing
 

@@ -4,7 +4,7 @@ from partitions import domain_of
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.gaps import Walls
+from bubblemesh.geometry.narrow_parts import Walls
 
 U_SHAPE = Domain.of(rings.polygon([(0, 0), (3, 0), (3, 3), (2.6, 3), (2.6, 0.5), (0.4, 0.5), (0.4, 3), (0, 3)]))
 
