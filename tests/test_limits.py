@@ -3,6 +3,7 @@
 import importlib
 import sys
 import threading
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from time import perf_counter
@@ -100,7 +101,7 @@ def test_an_error_of_the_run_goes_through(strict):
 
 
 def test_an_exception_that_is_swallowed_is_raised_anew(strict, monkeypatch):
-    monkeypatch.setattr(limits, "AGAIN", 0.02)
+    monkeypatch.setattr(limits, "AGAIN", 0.3)
     swallowed = []
 
     def run():
@@ -187,7 +188,7 @@ def test_reading_is_watched(limit, strict, monkeypatch):
 
 def test_the_time_of_reading_counts():
     case = load_case("case.yaml", text=SQUARE, time_limit=2)
-    late = case.loaded(case.origin, (), 5.0)
+    late = case.loaded(replace(case.origin, seconds=5.0), ())
     with pytest.raises(LimitError, match="while reading the case"):
         mesh_case(late)
 
@@ -207,16 +208,16 @@ def mapped_limit():
     [
         lambda: np.ones(10**9),
         lambda: bytearray(8 * 10**9),
-        lambda: [[number] * 100 for number in range(10**8)],
+        lambda: [[number] * 10**5 for number in range(10**5)],
     ],
 )
 def test_too_much_memory_is_an_error_with_the_limit(need):
     before = mapped_limit()
     with pytest.raises(LimitError, match=r"^limits.max_memory_mb: more than the limit of \d+ MB is needed: ") as caught:
-        in_time(need, None, megabytes_held() + 300)
+        in_time(need, None, megabytes_held() + 200)
     assert caught.value.exit_code == 6
     assert mapped_limit() == before
-    assert np.ones(10**8).sum() == 10**8
+    assert np.ones(10**8, bool).all()
 
 
 def megabytes_held():

@@ -158,8 +158,8 @@ def _checked(data: dict[str, Any], places: _Places, begun: float) -> Case:
     _check_names(case, places)
     case, warnings = _with_method(case, places)
     late = [*_paths(data["spacing"], "spacing"), *_paths(data["domain"], "domain")]
-    origin = Origin({path: places(path) for path in late if len(path) <= DEEPEST})
-    return case.loaded(origin, warnings, perf_counter() - begun)
+    places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
+    return case.loaded(Origin(places_of, perf_counter() - begun), warnings)
 
 
 def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:

@@ -114,7 +114,6 @@ class Case(Strict):
 
     _origin: Origin = PrivateAttr(default=Origin())
     _warnings: tuple[str, ...] = PrivateAttr(default=())
-    _seconds: float = PrivateAttr(default=0.0)
 
     @property
     def origin(self) -> Origin:
@@ -126,10 +125,10 @@ class Case(Strict):
         """Warnings on keys that were left out on loading, or that this system cannot heed."""
         return (*self._warnings, *unlimited_memory(self.limits.max_memory_mb))
 
-    def loaded(self, origin: Origin, warnings: tuple[str, ...], seconds: float) -> "Case":
-        """Copy of the case with its origin, and warnings on loading it, which took so many seconds."""
+    def loaded(self, origin: Origin, warnings: tuple[str, ...]) -> "Case":
+        """Copy of the case with its origin, and warnings on loading it."""
         case = self.model_copy()
-        case._origin, case._warnings, case._seconds = origin, warnings, seconds
+        case._origin, case._warnings = origin, warnings
         return case
 
     def within_limits(self, call: Callable[[], T], place: str = "") -> T:
@@ -138,7 +137,7 @@ class Case(Strict):
         LimitError, whose message begins with the ``place``, if the time or the memory is not enough.
         """
         limits = self.limits
-        return within(call, limits.seconds, limits.max_memory_mb, perf_counter() - self._seconds, place)
+        return within(call, limits.seconds, limits.max_memory_mb, perf_counter() - self._origin.seconds, place)
 
     @property
     def spacing_terms(self) -> SpacingTerms:
