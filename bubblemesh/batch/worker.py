@@ -103,7 +103,7 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
             problem = prepare(job.case)
         result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
         with TemporaryDirectory(prefix="bubblemesh-") as folder:
-            report = replace(job.destination, folder=Path(folder)).deliver(result)
+            report = replace(job.destination, folder=Path(folder), lasting=False).deliver(result)
             files = {name: Path(folder, name).read_bytes() for name in report["files"]}
     row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=_digests(files))
     if result.verdict is not None:

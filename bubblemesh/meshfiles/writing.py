@@ -31,6 +31,8 @@ def write_files(
     formats: Sequence[str],
     tables: Mapping[str, str] = NO_TABLES,
     page: Page | None = None,
+    *,
+    lasting: bool = True,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
@@ -50,6 +52,8 @@ def write_files(
         Text of more files, by the end of their names.
     page : callable, optional
         Makes the text of NAME.html from the report as written but for the time that this takes.
+    lasting : bool
+        Whether a power cut may not take the files; those that are read at once need not be brought to the disk.
 
     Raises
     ------
@@ -64,7 +68,7 @@ def write_files(
     files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])))
     _check_distinct(files, folder)
     begun = perf_counter()
-    with transaction(folder) as staging:
+    with transaction(folder, lasting=lasting) as staging:
         for form in map(format_named, formats):
             form.write(mesh, fields, staging / f"{name}{form.files[0]}")
         for end, text in tables.items():
