@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import sync, unwritten
+from bubblemesh.limits import settle
 
 _PREFIX = ".bubblemesh-"
 
@@ -28,6 +29,7 @@ def transaction(folder: Path, prefix: str = _PREFIX, *, lasting: bool = True) ->
             TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging,
         ):
             yield Path(staging)
+            settle()
             _publish(Path(staging), folder, lasting)
     except OSError as error:
         raise unwritten(_culprit(error, folder), error) from error

@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import unwritten
+from bubblemesh.limits import enter
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
@@ -68,6 +69,7 @@ def write_files(
     files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])))
     _check_distinct(files, folder)
     begun = perf_counter()
+    enter("writing")
     with transaction(folder, lasting=lasting) as staging:
         for form in map(format_named, formats):
             form.write(mesh, fields, staging / f"{name}{form.files[0]}")
@@ -104,6 +106,7 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
 
     Errors as of `write_files`, but a BrokenPipeError if the reader of the stream has gone.
     """
+    enter("writing")
     form = format_named(format)
     require_order([format], mesh.order)
     try:
