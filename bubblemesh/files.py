@@ -2,9 +2,10 @@
 
 import os
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from glob import escape
 from io import BufferedReader
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -100,6 +101,15 @@ def _decoded(content: bytes, place: str) -> str:
 def require_readable(path: Path) -> None:
     """Check that a library can open a file; errors are those of `opened`."""
     opened(path).close()
+
+
+def beside(path: Path, endings: Collection[str]) -> list[Path]:
+    """Files in the folder of a file that differ from it by one of the endings alone, in small or capital letters."""
+    try:
+        others = sorted(path.parent.glob(f"{escape(path.stem)}.*")) if endings else []
+    except OSError:  # the folder cannot be looked into, which who opens the file itself will be told
+        return []
+    return [other for other in others if other.suffix.lower() in endings and other.stem == path.stem]
 
 
 def unreadable(why: Exception | str, what: str = "file") -> FileError:
