@@ -1,5 +1,6 @@
 """Files of users: how they are opened, how much of one is read, why the system refuses one; names for mesh files."""
 
+import errno
 import os
 import stat
 from collections.abc import Collection, Iterator, Mapping
@@ -110,6 +111,21 @@ def beside(path: Path, endings: Collection[str]) -> list[Path]:
     except OSError:  # the folder cannot be looked into, which who opens the file itself will be told
         return []
     return [other for other in others if other.suffix.lower() in endings and other.stem == path.stem]
+
+
+def sync(path: Path) -> None:
+    """Bring a file, or the names in a folder, to the disk, as far as the system can; OSError if that fails."""
+    is_folder = path.is_dir()
+    if is_folder and os.name == "nt":  # which has no way to do that
+        return
+    number = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if not is_folder or error.errno != errno.EINVAL:  # of file systems that keep their folders by themselves
+            raise
+    finally:
+        os.close(number)
 
 
 def unreadable(why: Exception | str, what: str = "file") -> FileError:

@@ -47,6 +47,11 @@ def ring_name(number: int, origin: str | None = None) -> str:
     return name if origin is None else f"{name} ({origin})"
 
 
+def printable(text: str) -> str:
+    r"""Text with an escape, such as \x1b, for each character that steers a terminal or shows nothing; lines stay."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in text)
+
+
 def shown(text: object, most: int = 60) -> str:
     """Text of another program or a file as messages show it: in one line, printable and not too long."""
     letters = (letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in str(text))

@@ -1,23 +1,13 @@
-"""Time and memory that a run takes, and the processor cores that it may use."""
+"""Memory that a run takes, and the processor cores that it may use."""
 
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from math import ceil
 from pathlib import Path
-from time import perf_counter
 
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of a container: microseconds of computing in a period, and the period
-
-
-@contextmanager
-def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    """Note the time that the block takes."""
-    begun = perf_counter()
-    yield
-    seconds[stage] = perf_counter() - begun
 
 
 def peak_memory_mb() -> float | None:

@@ -79,6 +79,12 @@ class Waiting(NamedTuple):
     message: str
 
 
+class Refused(NamedTuple):
+    """A worker is left out."""
+
+    message: str
+
+
 class Finished(NamedTuple):
     """A case has its row."""
 
@@ -101,6 +107,9 @@ class Events(Progress):
 
     def wait(self, message):
         self.hear(Waiting(message))
+
+    def refuse(self, message):
+        self.hear(Refused(message))
 
     def finish(self, number, row, *, unchanged=False):
         self.hear(Finished(number, row, unchanged))

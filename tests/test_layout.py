@@ -8,11 +8,12 @@ import pytest
 from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "files", "messages", "resources"}
+FOUNDATION = {"arrays", "errors", "files", "limits", "messages", "resources"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "files": {"errors"},
+    "limits": {"errors"},
     "messages": {"arrays"},
     "resources": set(),
     "meshes": FOUNDATION,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bubblemesh.messages import counted, duration
+from bubblemesh.messages import counted, duration, printable
 
 
 @pytest.mark.parametrize(
@@ -25,3 +25,19 @@ def test_durations_are_in_the_unit_that_suits_them(seconds, text):
 @pytest.mark.parametrize(("number", "text"), [(0, "no holes"), (1, "1 hole"), (2, "2 holes"), (1500, "1,500 holes")])
 def test_counts_have_their_noun(number, text):
     assert counted(number, "hole") == text
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("plate.yaml:3: too many", "plate.yaml:3: too many"),
+        ("größe 直径 ±", "größe 直径 ±"),
+        ("two\nlines", "two\nlines"),
+        ("\x1b]0;title\x07 \x9b31m", r"\x1b]0;title\x07 \x9b31m"),
+        ("a\rb\tc\x7f\x00", r"a\rb\tc\x7f\x00"),
+        ("gpj.\u202elmay", r"gpj.\u202elmay"),
+        ("name-\udcff", r"name-\udcff"),
+    ],
+)
+def test_what_steers_a_terminal_is_shown_as_an_escape(text, expected):
+    assert printable(text) == expected

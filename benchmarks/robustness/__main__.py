@@ -3,7 +3,7 @@
 import sys
 from importlib import import_module
 
-TRIALS = ("meshes",)
+TRIALS = ("meshes", "page")
 
 
 def main() -> None:

@@ -19,13 +19,13 @@ from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, prefixed
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.limits import timed
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, rules_of, within_limits
-from bubblemesh.resources import timed
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
@@ -68,6 +68,12 @@ def adapted(
     The sizes follow from the estimated error; of the case's spacing the limits and rules hold. The exact solution, an
     expression in x and y, is to compare the estimate with. A mistake of the user's is a BubblemeshError.
     """
+    return case.within_limits(lambda: _adapted(case, solution, target, exact, on_round, on_share))
+
+
+def _adapted(
+    case: Case, solution: Solution, target: Target, exact: str | None, on_round: OnRound, on_share: OnShare
+) -> Result:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)

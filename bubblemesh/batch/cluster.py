@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from uuid import uuid4
 
 from bubblemesh import __version__
-from bubblemesh.batch.dispatch import Workers
+from bubblemesh.batch.dispatch import WorkerDied, Workers
 from bubblemesh.batch.worker import Note
 from bubblemesh.errors import CaseError, FileError, LimitError
 
@@ -22,7 +22,10 @@ ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d{1,5}")
 PATIENCE = 5.0  # seconds that the scheduler has for its first answer
 SILENCE = 30.0  # seconds that it has later, when there may be much else to do
 REFRESH = 5.0  # seconds after which the number of workers is asked for again
-FEWEST = 4  # jobs to have submitted while there are no workers yet
+SOON = 1.0  # the same while there are no workers
+# Asked of each worker before it gets a case. Nothing of the package is in the question itself: a worker that cannot
+# unpack what it is sent ends, and takes the batch's cases with it one worker after the other.
+VERSION = "__import__('bubblemesh.batch.worker').__version__"
 
 
 @contextmanager
@@ -43,7 +46,10 @@ def cluster_workers(address: str) -> Iterator[Workers]:
 
 
 class ClusterWorkers(Workers):
-    """Workers whose number is asked for again and again, by which one knows whether their scheduler is still there."""
+    """Workers that have been asked which version of bubblemesh they have, and get cases only if it is that of here.
+
+    Who they are is asked for again and again, by which one knows whether their scheduler is still there.
+    """
 
     def __init__(self, address: str, client: Any, executor: Any) -> None:
         from distributed.client import ClosedClientError
@@ -56,35 +62,55 @@ class ClusterWorkers(Workers):
         )
         self._gone = (ClosedClientError, OSError, CancelledError)
         self._address, self._client, self._executor = address, client, executor
-        self._threads: int | None = None  # of all workers, as last told
+        self._threads: dict[str, int] | None = None  # of each worker by its address, as last told
+        self._questions: dict[str, Future[str]] = {}  # for the version, to workers that have not answered
+        self._problems: dict[str, str] = {}  # of the workers that have; empty if they are fit to mesh
+        self._fit: Mapping[str, int] = {}  # threads of the workers that are
+        self._refused: list[str] = []
+        self._given: dict[Future[Any], frozenset[str]] = {}  # workers that each unfinished job is for
+        self._call: Future[str] | None = None  # for somebody to come: a cluster may start workers when there is work
         client.subscribe_topic(topic, lambda event: self.notes.put(tuple(event[1])))
         self._ask()
 
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
-        try:
-            return self._executor.submit(function, *arguments)
-        except self._gone:
-            raise FileError(self.lost) from None
+        """Call a function in a worker that is fit for it; in any one, if none is known yet."""
+        future = self._submitted(function, *arguments, to=self._fit)
+        if self._fit:
+            self._given[future] = frozenset(self._fit)
+            future.add_done_callback(lambda ended: self._given.pop(ended, None))
+        return future
 
     def capacity(self) -> int:
         waited = monotonic() - self._asked
         if self._answer.done():
             try:
-                self._threads = sum(self._answer.result().values())
+                self._threads = self._answer.result()
             except self._gone:
                 raise FileError(self.lost) from None
-            if waited > REFRESH:
+            self._meet(self._threads)
+            if waited > (REFRESH if self._fit else SOON):
                 self._ask()
         elif waited > SILENCE:
             raise FileError(self.lost)
-        return max(2 * (self._threads or 0), FEWEST)
+        return 2 * sum(self._fit.values())
 
     def missing(self) -> str | None:
-        return f"no workers are at {self._address}: waiting for them" if self._threads == 0 else None
+        if self._threads == {}:
+            return f"no workers are at {self._address}: waiting for them"
+        if self._fit or self._questions or self._threads is None:
+            return None
+        return f"no workers at {self._address} are left that can mesh: waiting for others"
+
+    def refused(self) -> list[str]:
+        told, self._refused = self._refused, []
+        return told
 
     def failure(self, error: BaseException) -> tuple[int, str]:
         from distributed.scheduler import KilledWorker
 
+        if isinstance(error, WorkerDied):
+            code, words = error.args
+            return code, words
         if isinstance(error, KilledWorker):
             times = error.allowed_failures + 1
             return LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory"
@@ -98,6 +124,32 @@ class ClusterWorkers(Workers):
         self._answer: Future[dict[str, int]] = asyncio.run_coroutine_threadsafe(
             question, self._client.loop.asyncio_loop
         )
+
+    def _submitted(self, function: Callable[..., T], /, *arguments: object, to: Iterable[str]) -> Future[T]:
+        """Future of a call in one of some workers, or in any if none is named."""
+        try:
+            return self._executor.submit(function, *arguments, workers=[*to] or None)
+        except self._gone:
+            raise FileError(self.lost) from None
+
+    def _meet(self, threads: Mapping[str, int]) -> None:
+        """Ask who has come for the version, forget who has left, and recall the jobs of the latter."""
+        for address in self._questions.keys() - threads.keys():
+            self._questions.pop(address).cancel()
+        for address in threads.keys() - self._questions.keys() - self._problems.keys():
+            self._questions[address] = self._submitted(eval, VERSION, to=[address])
+        for address in [address for address, question in self._questions.items() if question.done()]:
+            question = self._questions.pop(address)
+            if not question.cancelled():
+                self._problems[address] = problem = _problem(address, question)
+                self._refused += [problem] if problem else []
+        self._fit = {address: threads[address] for address in threads if self._problems.get(address) == ""}
+        if threads and self._call is not None:
+            self._call.cancel()
+        self._call = None if threads else self._call or self._submitted(eval, VERSION, to=[])
+        for future in [future for future, addresses in self._given.items() if addresses.isdisjoint(threads)]:
+            self.recalled.add(future)
+            future.cancel()
 
 
 def require_address(address: str) -> None:
@@ -141,6 +193,18 @@ async def _kind(address: str) -> str:
     security = dask.Security().get_connection_args("client")
     async with dask.rpc(address, connection_args=security) as remote:
         return str((await remote.identity())["type"])
+
+
+def _problem(address: str, question: Future[str]) -> str:
+    """Why the worker at an address gets no cases, by its answer to the question for its version; empty if it does."""
+    error = question.exception()
+    if error is not None:
+        found = f"cannot load bubblemesh ({type(error).__name__}: {error})"
+    elif question.result() != __version__:
+        found = f"has bubblemesh {question.result()}"
+    else:
+        return ""
+    return f"the worker at {address} {found}, the batch has {__version__}: it is left out: install the same for both"
 
 
 def tell_client(topic: str, note: Note) -> None:

@@ -3,20 +3,22 @@
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
-from typing import TypeVar
+from time import sleep
+from typing import Any, TypeVar
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job, Note, Outcome, Tell, mesh_job
-from bubblemesh.errors import FileError
+from bubblemesh.errors import FileError, LimitError
 
 T = TypeVar("T")
 
 ATTEMPTS = 3  # of a case whose worker process dies
+RECALLS = 20  # of a case whose workers leave before they have begun it
 TICK = 0.2  # seconds between looks at the notes of running jobs
 
 
@@ -32,6 +34,9 @@ class Progress:
     def wait(self, message: str) -> None:
         """Hear why there are no workers now."""
 
+    def refuse(self, message: str) -> None:
+        """Hear that a worker is left out, and why."""
+
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
         """Hear that a case has its row; ``unchanged`` if an earlier batch had done it."""
 
@@ -40,10 +45,14 @@ class WorkerDied(BrokenExecutor):
     """A worker process has ended without being asked to; the arguments are an exit code and words, as of `failure`."""
 
 
+LEFT = WorkerDied(LimitError.exit_code, "the workers that were to mesh it have left, perhaps for want of memory")
+
+
 class Workers(ABC):
     """Worker processes.
 
-    If they are out of reach, futures are cancelled, or `submit` or `capacity` raise a FileError.
+    If they are out of reach, futures are cancelled, or `submit` or `capacity` raise a FileError. Futures that are
+    ``recalled`` are cancelled since the workers that they were for have left, which costs no attempt by itself.
     """
 
     tell: Tell  # run in a worker, it brings a note to the queue here
@@ -51,6 +60,7 @@ class Workers(ABC):
 
     def __init__(self) -> None:
         self.notes: SimpleQueue[Note] = SimpleQueue()
+        self.recalled: set[Future[Any]] = set()
 
     @abstractmethod
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
@@ -68,29 +78,34 @@ class Workers(ABC):
         """Warning while there are no workers; else None."""
         return None
 
+    def refused(self) -> list[str]:
+        """Warnings of the workers that have been left out since the last call."""
+        return []
+
 
 def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> Iterator[tuple[Entry, Outcome]]:
     """Keep the workers busy, and give the outcome of each case as it ends; FileError if they are out of reach."""
-    left = deque(entries)
+    left: deque[tuple[Entry, Job | None]] = deque((entry, None) for entry in entries)
     running: dict[Future[Outcome], tuple[Entry, Job]] = {}
-    submitted, begun = Counter[int](), Counter[int]()  # how often each case was given out, and a worker has begun it
-
-    def submit(entry: Entry, job: Job) -> None:
-        submitted[job.number] += 1
-        running[workers.submit(mesh_job, job, workers.tell)] = entry, job
-
+    # How often each case was given out, how often of these in vain, and a worker has begun it.
+    submitted, recalled, begun = Counter[int](), Counter[int](), Counter[int]()
     missing: str | None = None
     while left or running:
         capacity, before, missing = workers.capacity(), missing, workers.missing()
         if missing and not before:
             progress.wait(missing)
+        for message in workers.refused():
+            progress.refuse(message)
         while left and len(running) < capacity:
-            entry = left.popleft()
-            job = entry.job()
+            entry, known = left.popleft()
+            job = known or entry.job()
             if isinstance(job, Job):
-                submit(entry, job)
+                submitted[job.number] += 1
+                running[workers.submit(mesh_job, job, workers.tell)] = entry, job
             else:
                 yield entry, Outcome(job)
+        if left and not running:
+            sleep(TICK)
         ended, _ = wait(running, TICK, FIRST_COMPLETED)
         for _ in range(workers.notes.qsize()):
             number, finished_rounds, nodes = workers.notes.get()
@@ -98,17 +113,24 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
             progress.note(number, finished_rounds, nodes)
         for future in ended:
             entry, job = running.pop(future)
-            times = submitted[job.number]
-            try:
-                problem = future.exception()
-            except CancelledError:
-                raise FileError(workers.lost) from None
-            if isinstance(problem, WorkerDied) and times < ATTEMPTS:
-                submit(entry, job)
+            problem = _problem(future, workers)
+            recalled[job.number] += problem is LEFT
+            times = submitted[job.number] - recalled[job.number]
+            attempts = max(times, begun[job.number])  # a cluster tries again by itself
+            if isinstance(problem, WorkerDied) and attempts < ATTEMPTS and recalled[job.number] < RECALLS:
+                left.appendleft((entry, job))
                 continue
             outcome = future.result() if problem is None else Outcome(_failed(job.row, problem, workers, times))
-            attempts = max(times, begun[job.number])  # a cluster tries again by itself
             yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts))
+
+
+def _problem(future: Future[Outcome], workers: Workers) -> BaseException | None:
+    """Why an ended future has no result, None if it has one; FileError if the workers are out of reach."""
+    if future in workers.recalled:
+        return LEFT
+    if future.cancelled():
+        raise FileError(workers.lost)
+    return future.exception()
 
 
 def _failed(row: Row, problem: BaseException, workers: Workers, times: int) -> Row:

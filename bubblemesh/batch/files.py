@@ -16,7 +16,7 @@ from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Outcome, is_full
 from bubblemesh.errors import FileError
-from bubblemesh.files import reason, unwritten
+from bubblemesh.files import reason, sync, unwritten
 from bubblemesh.meshfiles.transaction import transaction
 
 LOCK = ".bubblemesh-lock"
@@ -32,7 +32,10 @@ def reserved(options: BatchOptions) -> Iterator[None]:
     """
     folder = options.root
     try:
+        missing = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
+        for path in missing:
+            sync(path.parent)
     except OSError as error:
         problem = "it is not a folder" if folder.exists() else reason(error)
         raise FileError(f"cannot write into {folder}: {problem}") from None

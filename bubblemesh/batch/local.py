@@ -140,13 +140,15 @@ class LocalWorkers(Workers):
     def _start(self, instead_of: BaseProcess | None = None) -> BaseProcess:
         """Start a process, in place of one that has died."""
         context = get_context("spawn")
-        pipe, its_end = context.Pipe()
-        process = context.Process(target=serve, args=(its_end, self._staging), daemon=True)
-        with self._lock, _uninterrupted(), its_end:
+        with self._lock:
             if self._stopped:
                 raise WorkerDied(INTERRUPTED, "the batch has been stopped")
             try:
-                process.start()
+                with _uninterrupted():
+                    pipe, its_end = context.Pipe()
+                    with its_end:
+                        process = context.Process(target=serve, args=(its_end, self._staging), daemon=True)
+                        process.start()
             except OSError as error:
                 raise FileError(f"a worker process cannot be started: {error.strerror}: try fewer --jobs") from None
             if instead_of is not None:

@@ -1,17 +1,15 @@
 """The rows of a batch's summary, as JSON and as CSV."""
 
-import csv
-import io
 import json
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import getitem
 from typing import Any, Self
 
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, LimitError
-from bubblemesh.meshfiles.text import json_ready
+from bubblemesh.meshfiles.text import csv_text, dumped, json_ready
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -119,19 +117,12 @@ class Row:
 
     def line(self) -> str:
         """Line of JSON."""
-        return json.dumps(self.data(), ensure_ascii=False, allow_nan=False) + "\n"
+        return dumped(self.data()) + "\n"
 
     def cells(self) -> str:
         """Line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""
         data = self.data()
-        data["sweep"] = json.dumps(data["sweep"], ensure_ascii=False)
+        data["sweep"] = dumped(data["sweep"])
         data["error"] = "; ".join((self.error or "").splitlines())
         data["warnings"] = len(self.warnings)
-        return csv_line([data[column] for column in COLUMNS])
-
-
-def csv_line(cells: Sequence[Any]) -> str:
-    """Line of CSV with these cells."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(cells)
-    return text.getvalue()
+        return csv_text([[data[column] for column in COLUMNS]])

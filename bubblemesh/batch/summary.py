@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from bubblemesh.batch.plan import BatchOptions, Entry
-from bubblemesh.batch.row import COLUMNS, Row, csv_line
+from bubblemesh.batch.row import COLUMNS, Row
 from bubblemesh.errors import DONE, CaseError, FileError
 from bubblemesh.files import unwritten
+from bubblemesh.meshfiles.text import csv_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
@@ -26,10 +27,14 @@ class Summary:
         self._lines, self._table = self._written()
 
     def append(self, row: Row) -> None:
-        """Add a row to both files; if that is a FileError, they are whole nevertheless."""
+        """Add a row to both files; if that is a FileError, they are whole nevertheless.
+
+        Its line is on the disk then; what a power cut takes of the table, a batch that goes on writes anew.
+        """
         self.keep()
         self._last = self._lines.size, row
         self._lines.append(row.line())
+        self._lines.sync()
         self.rows.append(row)
         self._table.append(row.cells())
         self._last = None
@@ -59,14 +64,11 @@ class Summary:
         table = self.path.with_suffix(".csv")
         texts = {
             self.path: "".join(row.line() for row in self.rows),
-            table: csv_line(COLUMNS) + "".join(row.cells() for row in self.rows),
+            table: csv_text([COLUMNS]) + "".join(row.cells() for row in self.rows),
         }
         with transaction(self.path.parent) as staging:
             for path, text in texts.items():
-                with (staging / path.name).open("wb") as file:
-                    file.write(_encoded(text))
-                    file.flush()
-                    os.fsync(file.fileno())  # a power cut must not take the rows of hours
+                (staging / path.name).write_text(text, encoding="utf-8", newline="\n")
         return Lines(self.path), Lines(table)
 
 
@@ -95,7 +97,7 @@ class Lines:
 
     def append(self, text: str) -> None:
         """Add text at the end, all of it or nothing; a FileError if that fails."""
-        before, content = self.size, _encoded(text)
+        before, content = self.size, text.encode()
         try:
             written = os.write(self._file, content)  # one call, which no signal of ours cuts in two
             if written < len(content):
@@ -104,14 +106,16 @@ class Lines:
         except OSError as error:
             raise unwritten(self.path, error) from error
 
+    def sync(self) -> None:
+        """Bring all lines to the disk."""
+        try:
+            os.fsync(self._file)
+        except OSError as error:
+            raise unwritten(self.path, error) from error
+
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
-
-
-def _encoded(text: str) -> bytes:
-    r"""Bytes of a text in UTF-8; those of files' names that are none are written ``\udcff``, which JSON reads back."""
-    return text.encode(errors="backslashreplace")
 
 
 def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
@@ -154,7 +158,7 @@ def _write_index(summary: Summary, entries: Iterable[Entry], options: BatchOptio
     rows = sorted(summary.rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))
     with transaction(page.parent) as staging:
         text = index_page([_linked(row, page.parent) for row in rows])
-        (staging / page.name).write_bytes(_encoded(text))
+        (staging / page.name).write_text(text, encoding="utf-8", newline="\n")
 
 
 def _page_of(options: BatchOptions) -> Path:

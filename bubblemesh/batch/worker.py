@@ -42,10 +42,10 @@ class Job:
         """Hash of all that a finished mesh and its files depend on.
 
         Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
-        and how much time there was.
+        and how much time and memory there was.
         """
         contents = _digests(self.files)
-        case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds"}})
+        case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds", "max_memory_mb"}})
         inputs = {
             "version": self.version,
             "case": _with_contents(case, contents),
@@ -99,12 +99,16 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
     tell((job.number, 0, 0))
     forget_peak_memory()
     with located(job.row.source, job.case.origin):
-        with local_copies(job.files):
-            problem = prepare(job.case)
-        result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
-        with TemporaryDirectory(prefix="bubblemesh-") as folder:
-            report = replace(job.destination, folder=Path(folder)).deliver(result)
-            files = {name: Path(folder, name).read_bytes() for name in report["files"]}
+        return job.case.within_limits(lambda: _made(job, tell))
+
+
+def _made(job: Job, tell: Tell) -> Outcome:
+    with local_copies(job.files):
+        problem = prepare(job.case)
+    result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
+    with TemporaryDirectory(prefix="bubblemesh-") as folder:
+        report = replace(job.destination, folder=Path(folder), lasting=False).deliver(result)
+        files = {name: Path(folder, name).read_bytes() for name in report["files"]}
     row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=_digests(files))
     if result.verdict is not None:
         row = row.failed(result.verdict.exit_code, f"{row.source}: {result.verdict}")

@@ -104,6 +104,7 @@ class Origin:
     """Files and lines of some keys, or the options that set them; cases are equal wherever they come from."""
 
     places: Mapping[tuple[str | int, ...], str] = field(default_factory=dict, compare=False)
+    seconds: float = field(default=0.0, compare=False)  # that loading the case took
 
     def __call__(self, key: Sequence[str | int]) -> str | None:
         """Place of a key, or of the nearest one above it, if any is known."""

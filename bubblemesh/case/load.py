@@ -1,9 +1,10 @@
 """From a case file and the command line's options to a checked `Case`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from time import perf_counter
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -14,7 +15,12 @@ from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text
 from bubblemesh.errors import CaseError
+from bubblemesh.limits import allow, within
 
+T = TypeVar("T")
+
+TIME_LIMIT = ("limits", "seconds")
+FOREVER = 1e9  # seconds
 DEEPEST = 4  # parts of the keys that errors of the geometry and the spacing tell the lines of
 
 
@@ -49,8 +55,15 @@ def load_case(
     CaseError
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
-    path = Path(path)
-    data, places = _read(path, text, overrides_of(overrides, **options))
+    path, changes = Path(path), overrides_of(overrides, **options)
+    return _in_time(path, changes, lambda begun: _loaded(path, text, changes, variant, begun))
+
+
+def _loaded(path: Path, text: str | None, changes: Sequence[Override], variant: Variant | None, begun: float) -> Case:
+    """The case; its reading has begun at that reading of the clock."""
+    data, places = _read(path, text, changes)
+    limits = data.get("limits")
+    allow(_usable(limits.get("seconds")) if isinstance(limits, dict) else None)
     sweep = data.pop("sweep", None)
     if variant is None and sweep is not None:
         raise CaseError(
@@ -63,7 +76,7 @@ def load_case(
         data["name"] = "mesh" if str(path) == "-" else path.stem
     if variant is not None and isinstance(data["name"], str):
         data["name"] += variant.label
-    return _checked(data, places)
+    return _checked(data, places, begun)
 
 
 def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (), **options: Any) -> list[Variant]:
@@ -71,7 +84,8 @@ def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (),
 
     Errors are those of `load_case`, but the cases are not checked; an option that sets what is swept is a CaseError.
     """
-    data, places = _read(Path(path), None, overrides_of(overrides, **options))
+    changes = overrides_of(overrides, **options)
+    data, places = _in_time(Path(path), changes, lambda begun: _read(Path(path), None, changes))
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:
@@ -80,9 +94,24 @@ def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (),
     return variants
 
 
+def _in_time(path: Path, changes: Sequence[Override], call: Callable[[float], T]) -> T:
+    """What a call returns, told when it has begun, within the time limit that changes of the case may set."""
+    begun, given = perf_counter(), [change.value for change in changes if change.path == TIME_LIMIT]
+    return within(lambda: call(begun), _usable(given[-1]) if given else None, None, begun, f"{_source(path)}: ")
+
+
+def _usable(seconds: Any) -> float | None:
+    """A time limit, if it is one that can be met: others are reported where they stand."""
+    return seconds if type(seconds) in (int, float) and 0 < seconds < FOREVER else None
+
+
+def _source(path: Path) -> str:
+    return "<stdin>" if str(path) == "-" else str(path)
+
+
 def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
     """The data of a case's files with the changes over it, and where it comes from."""
-    source = "<stdin>" if str(path) == "-" else str(path)
+    source = _source(path)
     for change in changes:
         if change.path[0] == "base":
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
@@ -120,8 +149,8 @@ class _Places:
         return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
 
 
-def _checked(data: dict[str, Any], places: _Places) -> Case:
-    """The case of ``data``, with everything checked that needs no geometry."""
+def _checked(data: dict[str, Any], places: _Places, begun: float) -> Case:
+    """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry."""
     try:
         case = Case.model_validate(data, context=_parameters(data))
     except ValidationError as error:
@@ -129,7 +158,8 @@ def _checked(data: dict[str, Any], places: _Places) -> Case:
     _check_names(case, places)
     case, warnings = _with_method(case, places)
     late = [*_paths(data["spacing"], "spacing"), *_paths(data["domain"], "domain")]
-    return case.loaded(Origin({path: places(path) for path in late if len(path) <= DEEPEST}), warnings)
+    places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
+    return case.loaded(Origin(places_of, perf_counter() - begun), warnings)
 
 
 def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:

@@ -1,9 +1,10 @@
 """The case file's models, their JSON Schema, whose text the descriptions are, and the template of a case."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from importlib.resources import files
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
@@ -13,11 +14,14 @@ from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
+from bubblemesh.limits import unlimited_memory, within
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver
 from bubblemesh.spacing.expression import check_parameter_name
 
 if TYPE_CHECKING:
     from bubblemesh.packing.methods import Method
+
+T = TypeVar("T")
 
 
 def _parameter_name(name: str) -> str:
@@ -60,11 +64,15 @@ class Output(Strict):
 
 
 class Limits(Strict):
-    """Limits on the size and the time of a case."""
+    """Limits on the size of a case, and on the time and the memory that it takes."""
 
     max_nodes: Count = Field(default=2_000_000, description="Largest number of nodes that a mesh may need.")
     seconds: Positive | None = Field(
-        default=None, description="Time after which the packing ends with the mesh as it is."
+        default=None,
+        description="Time after which the packing ends with the mesh as it is, and any other stage without one.",
+    )
+    max_memory_mb: Positive | None = Field(
+        default=None, description="Megabytes of memory that the process may hold (on Linux only)."
     )
 
 
@@ -114,14 +122,22 @@ class Case(Strict):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings on keys that were left out on loading."""
-        return self._warnings
+        """Warnings on keys that were left out on loading, or that this system cannot heed."""
+        return (*self._warnings, *unlimited_memory(self.limits.max_memory_mb))
 
     def loaded(self, origin: Origin, warnings: tuple[str, ...]) -> "Case":
         """Copy of the case with its origin, and warnings on loading it."""
         case = self.model_copy()
         case._origin, case._warnings = origin, warnings
         return case
+
+    def within_limits(self, call: Callable[[], T], place: str = "") -> T:
+        """What a call returns, within the limits of the case; the time that it took to load the case counts.
+
+        LimitError, whose message begins with the ``place``, if the time or the memory is not enough.
+        """
+        limits = self.limits
+        return within(call, limits.seconds, limits.max_memory_mb, perf_counter() - self._origin.seconds, place)
 
     @property
     def spacing_terms(self) -> SpacingTerms:

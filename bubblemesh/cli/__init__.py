@@ -6,13 +6,14 @@ import typer
 
 from bubblemesh import __version__
 from bubblemesh.cli.cases import adapt, batch, check, init, run, schema
-from bubblemesh.cli.exits import reported, signals_obeyed
+from bubblemesh.cli.exits import Commands, reported, signals_obeyed
 from bubblemesh.cli.meshes import plot, quality
 from bubblemesh.cli.stdio import expendable_messages, write_output
 
 __all__ = ["app", "main"]
 
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -3,13 +3,12 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bubblemesh.cli.options import (
     CASE_OPTIONS,
-    PACKING_OPTIONS,
     AsJson,
     CaseFile,
     FormatNamed,
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from bubblemesh.run.pipeline import OnRound, OnShare, Result
 
 
-@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
+@with_overrides(CASE_OPTIONS)
 def run(
     case: CaseFile,
     output: Output = None,
@@ -62,7 +61,7 @@ def run(
     deliver(partial(pipeline.mesh_case, loaded), loaded, case, place, as_json, quiet)
 
 
-@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
+@with_overrides(CASE_OPTIONS)
 def adapt(
     case: CaseFile,
     solution: Annotated[
@@ -114,7 +113,7 @@ def check(
     tell_estimate(case_at(case, overrides), case, picture, as_json, quiet)
 
 
-@with_overrides(CASE_OPTIONS, PACKING_OPTIONS)
+@with_overrides(CASE_OPTIONS)
 def batch(
     paths: Annotated[list[str], typer.Argument(metavar="PATH...", help="Case files, folders or patterns of them.")],
     output: Annotated[
@@ -168,8 +167,10 @@ def init(
     if path == "-":
         write_output(case_template())
         return
+    from bubblemesh import console
+
     write_new(Path(path), case_template())
-    typer.echo(f"{path} written: run it with  bubblemesh run {path}", err=True)
+    console.tell(f"{path} written: run it with  bubblemesh run {path}")
 
 
 def case_at(case: str, overrides: Overrides) -> "Case":
@@ -209,9 +210,12 @@ def deliver(
     from bubblemesh.console.run import PackingProgress
     from bubblemesh.run.destination import Destination
 
-    with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
-        result = meshed(progress.show, progress.advance)
-    report = place.deliver(result)
+    def delivered() -> "tuple[Result, dict[str, Any]]":
+        with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
+            result = meshed(progress.show, progress.advance)
+        return result, place.deliver(result)
+
+    result, report = case.within_limits(delivered, f"{source}: ")
     if as_json:
         write_json(report)
     if not quiet:
@@ -230,11 +234,14 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     from bubblemesh.problem.prepare import prepare
     from bubblemesh.run.report import estimate
 
-    with located(source, case.origin):
-        problem = prepare(case)
-    if picture is not None:
-        draw_preview(problem, picture)
-    figures = estimate(problem)
+    def estimated() -> dict[str, Any]:
+        with located(source, case.origin):
+            problem = prepare(case)
+        if picture is not None:
+            draw_preview(problem, picture)
+        return estimate(problem)
+
+    figures = case.within_limits(estimated, f"{source}: ")
     if as_json:
         write_json(figures | ({} if picture is None else {"plot": picture}))
     if not quiet:

@@ -1,5 +1,6 @@
 """Errors and signals that end a command become a message and an exit code."""
 
+import errno
 import os
 import signal
 import sys
@@ -7,12 +8,20 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
+from bubblemesh.files import reason
+from bubblemesh.messages import printable
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
+TOO_MANY_FILES = errno.EMFILE, errno.ENFILE
+MORE_FILES = "let this process open more (ulimit -n 4096), or give a batch fewer --jobs, each of which takes three"
+
+USAGE_ERRORS = typer.BadParameter.__bases__  # options and arguments that do not fit, which Typer tells of
 
 received: list[int] = []  # signals that ask to end
 
@@ -63,10 +72,14 @@ def reported() -> Iterator[None]:
         # Whatever is still buffered cannot be delivered; closing the real stream would complain again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise failed("the reader of the standard output has gone", FileError.exit_code) from None
-    except Exception:
+    except Exception as error:
         if received:  # a library that was being loaded may turn the interrupt into any other error
             raise failed("interrupted", INTERRUPTED) from None
-        traceback.print_exc()
+        if getattr(error, "errno", None) in TOO_MANY_FILES:
+            raise failed(f"{reason(error)}: {MORE_FILES}", FileError.exit_code) from None
+        from bubblemesh import console
+
+        console.tell(traceback.format_exc().rstrip())
         raise failed("this is an error of bubblemesh, not of the case: please report it") from None
 
 
@@ -76,3 +89,27 @@ def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Ex
 
     console.fail(message)
     return typer.Exit(exit_code)
+
+
+class Commands(TyperGroup):
+    """The commands; Typer's messages on options show what steers a terminal as escapes, as all others do."""
+
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        """Context of the command line as a whole."""
+        with _printable_usage():
+            return super().make_context(*arguments, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that is named."""
+        with _printable_usage():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def _printable_usage() -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, USAGE_ERRORS):
+            vars(error)["message"] = printable(str(vars(error)["message"]))
+        raise

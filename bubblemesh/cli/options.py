@@ -31,10 +31,8 @@ CASE_OPTIONS: dict[str, Any] = {
     "set": Annotated[list[str] | None, typer.Option(metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")],
     "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.")],
     "seed": Annotated[int | None, typer.Option(help="Seed of the random numbers, over the case's.")],
-}
-PACKING_OPTIONS: dict[str, Any] = {  # of commands that pack
     "time_limit": Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="End the packing then, with the mesh as it is.")
+        float | None, typer.Option(metavar="SECONDS", help="End then, with the mesh as it is once there is one.")
     ],
 }
 

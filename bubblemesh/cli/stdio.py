@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import case_text, unwritten
+from bubblemesh.files import case_text, sync, unwritten
 
 
 def read_input() -> str:
@@ -23,6 +23,8 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:
             made = True
             file.write(text)
+        sync(path)
+        sync(path.parent)
     except FileExistsError as error:
         raise FileError(f"{path}: exists already: give another name") from error
     except BaseException as error:

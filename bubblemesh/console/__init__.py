@@ -1,25 +1,48 @@
 """The terminal and what its displays share; all goes to the error stream, which leaves the output to data."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Self
 
-from rich.console import Console, Group
+from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.live import Live
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-terminal = Console(stderr=True, highlight=False, soft_wrap=True)
+from bubblemesh.messages import printable
+
+
+class Terminal(Console):
+    """A console to which only its own styles speak: what steers a terminal in a text is shown as an escape."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        """Pieces of text with their styles."""
+        for text, style, control in super().render(renderable, options):
+            yield Segment(text if control else printable(text), style, control)
+
+
+terminal = Terminal(stderr=True, highlight=False, soft_wrap=True)
 
 
 def warn(messages: Sequence[str]) -> None:
     """Tell of compromises that the user should know of."""
     for message in messages:
-        terminal.print(Text.assemble(("warning: ", "yellow"), message))
+        _print_after("warning: ", "yellow", message)
 
 
 def fail(message: str) -> None:
     """Tell why the command ends without what it was asked for."""
-    terminal.print(Text.assemble(("error: ", "bold red"), message))
+    _print_after("error: ", "bold red", message)
+
+
+def _print_after(kind: str, style: str, message: str) -> None:
+    # Further lines are set in: a line break in a file's name makes no message of its own.
+    terminal.print(Text.assemble((kind, style), message.replace("\n", "\n  ")))
+
+
+def tell(text: str) -> None:
+    """Show lines as they are."""
+    terminal.print(Text(text))
 
 
 def new_table(**options: Any) -> Table:

@@ -1,6 +1,5 @@
 """Groups of cells, labels of edges, regions of triangles and labelled points, as files know them: ids and names."""
 
-import json
 import re
 import unicodedata
 from collections import Counter
@@ -13,6 +12,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.text import dumped
 
 LABELS_FILE = ".labels.json"
 LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80
@@ -120,7 +120,7 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
         entries[name] = group._asdict() | more.get(group.id, {}) | ({"written": other} if other else {})
     if complete and None not in spellings.values() and not any("written" in entry for entry in entries.values()):
         return None
-    return json.dumps(entries, indent=2, ensure_ascii=False) + "\n"
+    return dumped(entries, indent=2) + "\n"
 
 
 def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:

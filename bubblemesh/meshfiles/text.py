@@ -5,6 +5,7 @@ import dataclasses
 import io
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
@@ -13,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
+from bubblemesh.messages import printable
 
 CHUNK = 50_000  # lines formatted at once
 LONGEST_LINE, INDENT = 96, 2  # characters of readable JSON
+FORMULA = re.compile(r"[=@+-](?!(?<=[+-])[0-9.]+([eE][+-]?[0-9]+)?$)")  # beginning of a text that is no number
 HISTORY_FILES = (".rounds.csv", ".history.csv")
 
 
@@ -54,7 +57,16 @@ def listed(numbers: NDArray[Any], width: int) -> str:
 
 def json_text(report: Mapping[str, Any]) -> str:
     """Return the report as JSON text, keys in the order given, numbers at full precision."""
-    return json.dumps(json_ready(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return dumped(json_ready(report), indent=2) + "\n"
+
+
+def dumped(data: Any, **options: Any) -> str:
+    """JSON text of plain data, with its letters as they are but for those that steer a terminal or that UTF-8 lacks."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, **options)
+    if text.replace("\n", "").isprintable():
+        return text
+    # All that is not printable and no line break stands within a string, where an escape means the same.
+    return "".join(letter if letter.isprintable() or letter == "\n" else json.dumps(letter)[1:-1] for letter in text)
 
 
 def readable_json(data: Any, most_lines: int) -> tuple[str, int]:
@@ -64,12 +76,12 @@ def readable_json(data: Any, most_lines: int) -> tuple[str, int]:
 
 
 def _json_text(value: Any, indent: int) -> str:
-    line = json.dumps(value, ensure_ascii=False)
+    line = dumped(value)
     if len(line) + indent <= LONGEST_LINE or not isinstance(value, dict | list) or not value:
         return line
     inner = indent + INDENT
     if isinstance(value, dict):
-        items = [f"{json.dumps(key, ensure_ascii=False)}: {_json_text(item, inner)}" for key, item in value.items()]
+        items = [f"{dumped(key)}: {_json_text(item, inner)}" for key, item in value.items()]
     else:
         items = [_json_text(item, inner) for item in value]
     opening, closing = ("{", "}") if isinstance(value, dict) else ("[", "]")
@@ -108,11 +120,20 @@ def history_tables(rounds: Sequence[dict[str, Any]], speeds: Sequence[Floats]) -
     """
     moves = ((number, speed) for number, course in enumerate(speeds, start=1) for speed in course.tolist())
     steps = ([step, number, speed] for step, (number, speed) in enumerate(moves, start=1))
-    tables = _csv(rounds[0].keys(), (row.values() for row in rounds)), _csv(["step", "round", "mean_speed"], steps)
-    return dict(zip(HISTORY_FILES, tables, strict=True))
+    of_rounds = csv_text([rounds[0].keys(), *(row.values() for row in rounds)])
+    of_steps = csv_text([["step", "round", "mean_speed"], *steps])
+    return dict(zip(HISTORY_FILES, (of_rounds, of_steps), strict=True))
 
 
-def _csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """CSV of rows of cells, in which no text steers a terminal or is a formula to a spreadsheet."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    cells = ([harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
+    csv.writer(text, lineterminator="\n").writerows(cells)
     return text.getvalue()
+
+
+def harmless(cell: str) -> str:
+    """Text of a cell in one line, after an apostrophe if a spreadsheet would take it for a formula."""
+    line = printable(cell).replace("\n", "\\n")
+    return f"'{line}" if FORMULA.match(line) else line

@@ -1,4 +1,4 @@
-"""Files that appear together and whole, or not at all."""
+"""Files that appear together and whole, or not at all, and that a power cut does not take away again."""
 
 import os
 from collections.abc import Iterator
@@ -7,24 +7,30 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import unwritten
+from bubblemesh.files import sync, unwritten
+from bubblemesh.limits import settle
 
 _PREFIX = ".bubblemesh-"
 
 
 @contextmanager
-def transaction(folder: Path, prefix: str = _PREFIX) -> Iterator[Path]:
+def transaction(folder: Path, prefix: str = _PREFIX, *, lasting: bool = True) -> Iterator[Path]:
     """Give a staging directory, whose files move into the folder when the block ends without an exception.
 
-    Its name starts with ``prefix``. The folder is made if it is missing. After an exception, KeyboardInterrupt
-    included, the folder and its old files are as they were. A symbolic link that has the name of a new file is
-    replaced, not followed. Any OSError becomes a FileError with the path and the reason; it is one also if something
-    other than a file is in the way.
+    Its name starts with ``prefix``. The folder is made if it is missing. When the block has ended, ``lasting`` files
+    are on the disk, whatever happens to the machine; others may be in its memory still. After an exception,
+    KeyboardInterrupt included, the folder and its old files are as they were. A symbolic link that has the name of a
+    new file is replaced, not followed. Any OSError becomes a FileError with the path and the reason; it is one also if
+    something other than a file is in the way.
     """
     try:
-        with _existing(folder), TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging:
+        with (
+            _existing(folder, lasting),
+            TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging,
+        ):
             yield Path(staging)
-            _publish(Path(staging), folder)
+            settle()
+            _publish(Path(staging), folder, lasting)
     except OSError as error:
         raise unwritten(_culprit(error, folder), error) from error
 
@@ -39,7 +45,7 @@ def _culprit(error: OSError, folder: Path) -> Path:
 
 
 @contextmanager
-def _existing(folder: Path) -> Iterator[None]:
+def _existing(folder: Path, lasting: bool) -> Iterator[None]:
     """Make the folder and its parents, and remove those made here after an exception."""
     if folder.is_symlink() and not folder.exists():
         raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
@@ -49,6 +55,8 @@ def _existing(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         yield
+        for path in missing if lasting else ():
+            sync(path.parent)
     except BaseException:
         for path in missing:
             with suppress(OSError):
@@ -56,11 +64,13 @@ def _existing(folder: Path) -> Iterator[None]:
         raise
 
 
-def _publish(staging: Path, folder: Path) -> None:
+def _publish(staging: Path, folder: Path, lasting: bool) -> None:
     names = sorted(path.name for path in staging.iterdir())
     for name in names:
         if (folder / name).exists() and not (folder / name).is_file():
             raise FileError(f"cannot write {folder / name}: something that is not a file has this name")
+    for name in names if lasting else ():
+        sync(staging / name)  # before the file has its name: a power cut leaves the old one or the whole new one
     with TemporaryDirectory(prefix=_PREFIX, dir=staging) as kept:
         touched: list[str] = []
         try:
@@ -68,6 +78,8 @@ def _publish(staging: Path, folder: Path) -> None:
                 touched.append(name)
                 _keep(folder / name, Path(kept, name))
                 (staging / name).replace(folder / name)
+            if lasting:
+                sync(folder)
         except BaseException:
             for name in touched:
                 _restore(folder / name, Path(kept, name), new=not (staging / name).exists())

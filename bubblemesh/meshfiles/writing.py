@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import unwritten
+from bubblemesh.limits import enter
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
@@ -31,6 +32,8 @@ def write_files(
     formats: Sequence[str],
     tables: Mapping[str, str] = NO_TABLES,
     page: Page | None = None,
+    *,
+    lasting: bool = True,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
@@ -50,6 +53,8 @@ def write_files(
         Text of more files, by the end of their names.
     page : callable, optional
         Makes the text of NAME.html from the report as written but for the time that this takes.
+    lasting : bool
+        Whether a power cut may not take the files; those that are read at once need not be brought to the disk.
 
     Raises
     ------
@@ -64,7 +69,8 @@ def write_files(
     files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])))
     _check_distinct(files, folder)
     begun = perf_counter()
-    with transaction(folder) as staging:
+    enter("writing")
+    with transaction(folder, lasting=lasting) as staging:
         for form in map(format_named, formats):
             form.write(mesh, fields, staging / f"{name}{form.files[0]}")
         for end, text in tables.items():
@@ -100,6 +106,7 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
 
     Errors as of `write_files`, but a BrokenPipeError if the reader of the stream has gone.
     """
+    enter("writing")
     form = format_named(format)
     require_order([format], mesh.order)
     try:

@@ -9,6 +9,7 @@ from html import escape
 from importlib.resources import files
 from string import Template
 
+from bubblemesh.messages import printable
 from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
 
 NUMBER = r"-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
@@ -29,7 +30,7 @@ def tag(name: str, *content: Markup | str | int | None, **attributes: str | floa
     nothing.
     """
     text = "".join(
-        f" {key.rstrip('_').replace('_', '-')}" + ("" if value is True else f'="{escape(str(value))}"')
+        f" {key.rstrip('_').replace('_', '-')}" + ("" if value is True else f'="{_escaped(value)}"')
         for key, value in attributes.items()
         if value is not None and value is not False
     )
@@ -41,8 +42,12 @@ def tag(name: str, *content: Markup | str | int | None, **attributes: str | floa
 def html(*content: Markup | str | int | None) -> Markup:
     """HTML of pieces one after the other; text is escaped."""
     return Markup(
-        "".join(piece if isinstance(piece, Markup) else escape(str(piece)) for piece in content if piece is not None)
+        "".join(piece if isinstance(piece, Markup) else _escaped(piece) for piece in content if piece is not None)
     )
+
+
+def _escaped(text: object) -> str:
+    return escape(printable(str(text)))
 
 
 def from_template(name: str, /, **parts: Markup | str) -> Markup:

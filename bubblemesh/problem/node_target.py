@@ -8,8 +8,8 @@ import numpy as np
 
 from bubblemesh.errors import CaseError, Key, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.limits import timed
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.resources import timed
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.limits import enter, timed
 from bubblemesh.packing.configure import options
 from bubblemesh.problem import warnings
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
-from bubblemesh.resources import timed
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.survey import ideal_nodes, surveyed
@@ -25,6 +25,7 @@ def prepare(case: Case) -> Problem:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)
+    enter("spacing")
     return prepare_in(domain, case_spacing(case, domain), task_of(case), seconds)
 
 

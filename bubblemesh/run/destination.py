@@ -48,6 +48,7 @@ class Destination:
     formats: tuple[FormatName, ...]
     history: bool  # whether tables of all rounds and steps are written too
     page: bool = False  # whether a page to look at is written too
+    lasting: bool = True  # whether the files outlast a power cut
 
     @property
     def files(self) -> list[Path]:
@@ -63,7 +64,9 @@ class Destination:
         mesh, fields, report = result.mesh, result.fields, result.report
         tables = history_tables(report["rounds"], result.speeds) if self.history else {}
         page = partial(_page, result) if self.page else None
-        return write_files(mesh, fields, report, self.folder, self.name, self.formats, tables, page)
+        return write_files(
+            mesh, fields, report, self.folder, self.name, self.formats, tables, page, lasting=self.lasting
+        )
 
 
 @dataclass(frozen=True)

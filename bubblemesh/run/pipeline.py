@@ -10,6 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError
 from bubblemesh.geometry.followed import deviation
+from bubblemesh.limits import time_left, timed
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures
@@ -20,12 +21,14 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
-from bubblemesh.resources import peak_memory_mb, timed
+from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.assembly import mesh_of
 from bubblemesh.run.report import NodeTargetRow, Report, RoundRow, StartRow, spacing_changes, triangle_fields
 from bubblemesh.spacing.grid.table import tabulated
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
+# Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
+FINISHING = 6e-5
 
 OnRound = Callable[[RoundRow], None]
 OnShare = Callable[[float], None]
@@ -57,10 +60,10 @@ class Result:
 
 @dataclass
 class Clock:
-    """A watch that ends a packing after a time, and hands on what share of it is done."""
+    """A watch that ends a packing while there is time to finish it, and hands on what share of it is done."""
 
     limit: float | None  # seconds
-    begun: float  # reading of ``perf_counter`` from which they count
+    reserve: float  # seconds that what follows takes
     on_share: OnShare
     share: float = 0.0
     over: bool = False
@@ -69,7 +72,7 @@ class Clock:
         """Note the share that is done; TimeUp if the time is over."""
         self.share = share
         self.on_share(share)
-        if self.limit is not None and perf_counter() - self.begun > self.limit:
+        if time_left() < self.reserve:
             self.over = True
             raise TimeUp(f"the time limit of {self.limit:g} s")
 
@@ -120,7 +123,7 @@ def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShar
     """
     if not isinstance(case, Case):
         raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
-    return mesh_problem(prepare(case), on_round, on_share)
+    return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share))
 
 
 def mesh_problem(
@@ -131,20 +134,22 @@ def mesh_problem(
 ) -> Result:
     """Mesh a problem; ``adaptation`` is what the report tells of the solution that the sizes come from."""
     begun = perf_counter() - sum(problem.seconds.values())
-    packings = [pack(problem, begun, on_round, on_share)]
+    packings = [pack(problem, on_round, on_share)]
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
+        if time_left() < sum(packings[-1].seconds[stage] for stage in ("placement", "packing")):
+            break
         found = [(packing.problem.expected_nodes, packing.nodes) for packing in packings]
         problem = correct(problem, target, found)
         if problem.node_target is None or problem.node_target.scale in [packing.scale for packing in packings]:
             break
-        packings.append(pack(problem, begun, on_round, on_share))
+        packings.append(pack(problem, on_round, on_share))
     return _finish(packings, begun, adaptation)
 
 
-def pack(problem: Problem, begun: float, on_round: OnRound, on_share: OnShare) -> Packing:
-    """Place bubbles and run the rounds of the method, for a run that has begun at a reading of the clock."""
+def pack(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
+    """Place bubbles and run the rounds of the method, as long as the run's time limit leaves time to finish."""
     task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
-    clock = Clock(task.time_limit, begun, on_share)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
     with timed(seconds, "placement"):
         spacing = tabulated(domain, problem.packing_spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ from batches import (
     SMALL,
     Finished,
     Note,
+    Refused,
     Waiting,
     batch,
     command,
@@ -64,10 +66,17 @@ class Cluster:
         environment = {**os.environ, **paths, **settings, "OMP_NUM_THREADS": "1"}
         return subprocess.Popen(line, cwd=self.folder, env=environment, **QUIET)
 
-    def hire(self, count):
+    def hire(self, count, **settings):
         """Start so many workers, beside those that live."""
         for _ in range(count):
-            self.workers.append(self.started("worker", self.address, "--nthreads", "1", "--no-nanny"))
+            self.workers.append(self.started("worker", self.address, "--nthreads", "1", "--no-nanny", **settings))
+
+    def hire_unfit(self, code):
+        """Start a worker whose Python runs some code first."""
+        folder = self.folder / f"python-{len(self.workers)}"
+        folder.mkdir()
+        (folder / "sitecustomize.py").write_text(code)
+        self.hire(1, PYTHONPATH=f"{folder}:{Path(bubblemesh.__file__).parents[1]}")
 
     def close(self):
         for process in (*self.workers, self.scheduler):
@@ -162,6 +171,69 @@ def test_an_interrupt_takes_the_cases_off_the_cluster(cluster, here):
     assert 1 <= len(lines_of(here / "out/summary.jsonl")) < 40
     with cluster_workers(cluster.address) as crew:  # whose workers are free after the cases that they have begun
         assert crew.submit(int, "3").result(timeout=60) == 3
+
+
+# Workers that cannot mesh
+
+UNFIT = {
+    "without": "import sys\nsys.modules['bubblemesh'] = None\n",
+    "another version": "import bubblemesh\nbubblemesh.__version__ = '0.0.9'\n",
+    "without a library": "import sys\nsys.modules['shapely'] = None\n",
+}
+FOUND = {
+    "without": "cannot load bubblemesh (ModuleNotFoundError: ",
+    "another version": "has bubblemesh 0.0.9, the batch has ",
+    "without a library": "cannot load bubblemesh (ModuleNotFoundError: ",
+}
+
+
+@pytest.mark.parametrize("kind", UNFIT)
+def test_a_worker_that_cannot_mesh_is_told_and_left_out_and_the_others_get_the_cases(kind, here, tmp_path_factory):
+    Path("a.yaml").write_text(SMALL + f"sweep: {{packing.seed: {list(range(6))}}}\n")
+    own = Cluster(tmp_path_factory.mktemp("unfit"))
+    own.hire_unfit(UNFIT[kind])
+    events = []
+
+    def hire(event):
+        events.append(event)
+        if isinstance(event, Waiting) and event.message.endswith("waiting for others"):
+            own.hire(1)  # only now is there somebody for the cases
+
+    try:
+        totals = follow(hire, "a.yaml", folder="out", workers=workers_at(None, own.address))
+    finally:
+        own.close()
+    assert (totals["cases"], totals["failed"]) == (6, 0)
+    (refused,) = [event.message for event in events if isinstance(event, Refused)]
+    assert re.match(r"the worker at tcp://[\d.]+:\d+ " + re.escape(FOUND[kind]), refused)
+    assert (
+        f"no workers at {own.address} are left that can mesh"
+        in [e.message for e in events if isinstance(e, Waiting)][-1]
+    )
+    assert [row["attempts"] for row in totals["rows"]] == [1] * 6
+
+
+def test_cases_of_workers_that_have_left_go_to_those_that_come(here, tmp_path_factory, monkeypatch):
+    monkeypatch.setattr("bubblemesh.batch.cluster.REFRESH", 0.5)
+    Path("a.yaml").write_text(LONG + "sweep: {packing.seed: [1, 2, 3]}\n")
+    own = Cluster(tmp_path_factory.mktemp("left"))
+    own.hire(1)
+    rows, killed = [], []
+
+    def kill(event):
+        if isinstance(event, Note) and not killed:
+            killed.append(own.workers[0].kill())
+            own.workers[0].wait()
+            own.hire(1)
+        if isinstance(event, Finished):
+            rows.append(event.row)
+
+    try:
+        follow(kill, "a.yaml", folder="out", workers=workers_at(None, own.address))
+    finally:
+        own.close()
+    assert [row.exit_code for row in rows] == [0] * 3
+    assert sorted(row.attempts for row in rows) == [1, 1, 2]
 
 
 # Clusters that are not there

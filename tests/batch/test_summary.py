@@ -12,6 +12,7 @@ from threading import Barrier
 import pytest
 from batch_cases import between, failing, names, table_in, write
 from batches import (
+    BAD,
     SMALL,
     Begun,
     Finished,
@@ -259,3 +260,17 @@ def test_a_disk_that_fills_up_ends_the_command_with_whole_rows(here):
     assert again.returncode == 0, again.stderr
     assert f"{len(rows)} unchanged" in again.stderr
     assert len(lines_of(here / "out/summary.jsonl")) == 12
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other file systems refuse such names")
+def test_a_name_that_is_no_text_or_a_formula_is_a_row_and_harmless(here):
+    write(here, **{"=1+cmd": SMALL, "b\x1b[31m": SMALL, "d\n=1": BAD})
+    Path(os.fsdecode(b"c\xff.yaml")).write_text(SMALL)
+    rows = rows_of(".", folder="out", page=True)
+    assert [row.exit_code for row in rows] == [0, 2, 2, 2]
+    assert {line["source"] for line in lines_of(Path("out/summary.jsonl"))} == {row.source for row in rows}
+    for name in ("summary.csv", "summary.jsonl", "index.html"):
+        text = Path("out", name).read_text(encoding="utf-8")
+        assert text.replace("\n", "").isprintable(), name
+    cells = table_in(Path("out"))
+    assert {row["case"] for row in cells} == {"'=1+cmd", r"b\x1b[31m", r"c\udcff", r"d\n=1"}

@@ -1,5 +1,6 @@
 """Worker processes of this machine: they are several, warm, replaced when they die, and gone at the end."""
 
+import errno
 import os
 import signal
 import sys
@@ -15,7 +16,7 @@ from bubblemesh import resources
 from bubblemesh.batch import workers_at
 from bubblemesh.batch.dispatch import WorkerDied
 from bubblemesh.batch.local import local_workers
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, FileError
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
@@ -146,6 +147,17 @@ def test_the_peak_of_memory_begins_anew():
     del large
     resources.forget_peak_memory()
     assert resources.peak_memory_mb() < high - 200
+
+
+@pytest.mark.parametrize("missing", ["SpawnContext.Pipe", "SpawnProcess.start"])
+def test_without_file_descriptors_fewer_jobs_are_advised(missing, monkeypatch):
+    def refuse(*arguments, **options):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(f"multiprocessing.context.{missing}", refuse)
+    message = "a worker process cannot be started: Too many open files: try fewer --jobs"
+    with pytest.raises(FileError, match=message), local_workers(2):
+        pass
 
 
 # In a batch

@@ -53,7 +53,7 @@ def test_every_command_that_reads_a_case_shows_the_option(with_option_called):
 
 
 def test_both_tables_have_the_same_rows():
-    assert [*overrides.OPTIONS] == [name for name in options.CASE_OPTIONS | options.PACKING_OPTIONS if name != "set"]
+    assert [*overrides.OPTIONS] == [name for name in options.CASE_OPTIONS if name != "set"]
 
 
 def test_options_stand_over_settings_in_either_form():

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from bubblemesh import console
 from bubblemesh.batch import Entry, Row
@@ -26,7 +25,7 @@ ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
 def terminal(monkeypatch, *, live, width=120, height=25):
     stream = io.StringIO()
     size = {"width": width, "height": height}
-    fake = Console(file=stream, force_terminal=live, **size, soft_wrap=True, highlight=False, _environ={})
+    fake = console.Terminal(file=stream, force_terminal=live, **size, soft_wrap=True, highlight=False, _environ={})
     monkeypatch.setattr(console, "terminal", fake)
     return stream
 
@@ -208,7 +207,7 @@ def test_a_batch_on_a_terminal_is_a_bar_and_a_line_for_each_running_case(monkeyp
 
 def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
     stream = terminal(monkeypatch, live=True)
-    monkeypatch.setattr(Console, "height", 10)
+    monkeypatch.setattr(console.Terminal, "height", 10)
     progress = BatchProgress(quiet=False)
     begin(progress, *(f"case-{k}" for k in range(40)))
     for k in range(40):
@@ -224,3 +223,35 @@ def test_places_are_told_without_their_rounding(monkeypatch):
     survey = replace(problem.survey, extremes=extremes)
     show_estimate(estimate(replace(problem, survey=survey)))
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()
+
+
+NASTY = "plate\x1b]0;title\x07\x1b[31m\x9b2J\r\u202e\udcff"
+
+
+def test_no_text_steers_the_terminal(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    console.fail(f"{NASTY}: is no case\nsecond problem")
+    console.warn([NASTY])
+    console.tell(NASTY)
+    table = console.new_table()
+    table.add_column(NASTY)
+    table.add_row(NASTY)
+    console.terminal.print(table)
+    with BatchProgress(quiet=False) as progress:
+        row = Row(NASTY, f"{NASTY}\nerror: all files are gone", 0)
+        progress.begin([Entry(1, row)], 0, Path(NASTY))
+        progress.finish(1, row.failed(5, f"{row.source}: no such file"))
+    shown = stream.getvalue()
+    assert shown.replace("\n", "").isprintable()
+    assert r"plate\x1b]0;title\x1b[31m\x9b2J\u202e\udcff" in shown  # Rich leaves out what rings and returns
+    assert "\n  second problem" in shown
+    assert "\nerror: all" not in shown
+
+
+def test_a_live_picture_has_the_styles_of_the_console_only(monkeypatch):
+    stream = terminal(monkeypatch, live=True)
+    with PackingProgress(f"packing {NASTY}", quiet=False) as progress:
+        progress.show(ROW)
+    shown = stream.getvalue()
+    assert "\x1b[" in shown
+    assert not any(part in shown for part in ("\x07", "\x9b", "\x1b]0", "\u202e"))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import Fields
-from bubblemesh.meshfiles.text import lines, write_text
+from bubblemesh.meshfiles.text import csv_text, lines, write_text
 
 OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the contact of two rings: there is no normal
 
@@ -44,7 +44,7 @@ def nodes_of(mesh: Mesh) -> Nodes:
 def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write a table with one row for each node."""
     nodes = nodes_of(mesh)
-    quoted = {label: f'"{label}"' if "," in label else label for label in ("", *mesh.labels, *mesh.point_labels)}
+    quoted = {label: csv_text([[label]])[:-1] if label else "" for label in ("", *mesh.labels, *mesh.point_labels)}
     labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
     columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
     write_text(path, chain([",".join(Nodes._fields) + "\n"], lines("%r,%r,%d,%s,%r,%r", *columns)))

@@ -1,0 +1,262 @@
+"""Limits on the time and the memory of a run, which hold in all of its stages."""
+
+import ctypes
+import errno
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import inf
+from pathlib import Path
+from threading import Event, Lock, Thread, get_ident, local
+from time import perf_counter
+from typing import TypeVar
+
+from bubblemesh.errors import Key, LimitError
+
+T = TypeVar("T")
+
+# What a run does in each stage, and what makes it do less.
+STAGES = {
+    "reading": ("reading the case", "make it shorter"),
+    "geometry": ("reading and checking the geometry", "give its rings fewer points"),
+    "estimate": ("estimating the error of the solution", "use a coarser mesh"),
+    "spacing": ("checking the spacing", "use fewer and simpler terms, or rings of fewer points"),
+    "placement": ("placing bubbles", "coarsen the spacing"),
+    "packing": ("ending the packing", "coarsen the spacing"),
+    "quality": ("measuring the mesh", "coarsen the spacing"),
+    "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
+}
+GRACE, GRACE_SHARE = 0.8, 0.08  # seconds, or share of the limit, after which a run that is late is ended
+AGAIN = 1.0  # seconds until an exception that a library has swallowed is raised anew
+IMPORT_POLL = 0.02  # seconds until an import may be over
+LONGEST_WAIT = 3600.0  # seconds that a thread waits at once
+MEGABYTE = 1e6
+MEMORY = Path("/proc/self/statm")  # of Linux: pages that are mapped, and those of them that are in the memory
+
+
+class Late(BaseException):
+    """The time of a run is up; raised from another thread, wherever the run is."""
+
+
+class Watchdog:
+    """A thread that ends a run, in the thread that makes the watchdog, some time after its time is up."""
+
+    def __init__(self, begun: float, place: str) -> None:
+        self.stage, self.limit = "reading", None  # type: str, float | None
+        self._begun, self._place, self._thread = begun, place, get_ident()
+        self._armed, self._lock, self._ended = False, Lock(), Event()
+
+    @property
+    def left(self) -> float:
+        """Seconds until the time is up, negative then; infinite without a limit."""
+        return inf if self.limit is None else self.limit - (perf_counter() - self._begun)
+
+    def begin(self, limit: float | None) -> None:
+        """Watch from now on that the limit holds, if it is one; a LimitError if it is too late already."""
+        if limit is None or self.limit is not None:
+            return
+        self.limit, self._armed = limit, True
+        if self._overdue() <= 0:
+            raise self.error()
+        Thread(target=self._watch, name="bubblemesh-time-limit", daemon=True).start()
+
+    def end(self) -> None:
+        """Watch no more: `Late` is not raised after this, even if it was on its way."""
+        with self._lock:  # the thread raises nothing while it is held
+            if self._armed:
+                self._armed = False
+                _raise_in(self._thread, None)
+        self._ended.set()
+
+    def error(self) -> LimitError:
+        """The error of a run that was ended, with its stage and what to do."""
+        doing, advice = STAGES[self.stage]
+        problem = f"the time limit of {self.limit:g} s was over while {doing}: {advice}, or raise the limit"
+        error = LimitError(f"{self._place}limits.seconds: {problem}")
+        error.about = Key(["limits", "seconds"])
+        return error
+
+    def _overdue(self) -> float:
+        """Seconds until the run is ended."""
+        return self.left + max(GRACE, GRACE_SHARE * (self.limit or 0.0))
+
+    def _watch(self) -> None:
+        wait = self._overdue()
+        while not self._ended.wait(min(max(wait, 0.0), LONGEST_WAIT)):
+            wait = self._overdue()
+            if wait > 0:
+                continue
+            wait = IMPORT_POLL if _importing(self._thread) else AGAIN
+            with self._lock:
+                if self._armed and wait == AGAIN:
+                    _raise_in(self._thread, Late)
+
+
+class MemoryLimit:
+    """A limit on the memory that the process may hold, where the system has one; the least of several holds."""
+
+    _lock = Lock()
+    _before: tuple[int, int] | None = None  # the system's limits without ours
+    _wanted: "list[MemoryLimit]" = []  # noqa: RUF012 - of the whole process
+
+    def __init__(self, megabytes: float | None, place: str) -> None:
+        self.megabytes, self._place = megabytes, place
+        self._mapped = 0  # bytes that the process may map
+
+    def begin(self) -> None:
+        """Limit the memory from now on; a LimitError if the process holds as much already."""
+        if self.megabytes is None or not memory_can_be_limited():
+            return
+        import resource
+
+        mapped, held = (int(pages) * resource.getpagesize() for pages in MEMORY.read_text().split()[:2])
+        if held > self.megabytes * MEGABYTE:
+            raise self._error(f"the program alone holds {held / MEGABYTE:.0f} MB: raise the limit")
+        # Mapped is more than held: libraries, and memory of the past.
+        self._mapped = mapped + int(self.megabytes * MEGABYTE) - held
+        with self._lock:
+            if MemoryLimit._before is None:
+                MemoryLimit._before = resource.getrlimit(resource.RLIMIT_AS)
+            self._wanted.append(self)
+            self._apply()
+
+    def end(self) -> None:
+        """Limit the memory no more."""
+        with self._lock:
+            if self in self._wanted:
+                self._wanted.remove(self)
+                self._apply()
+
+    def error(self, cause: BaseException) -> LimitError | None:
+        """The error of a run that this limit has ended by another error, if it has."""
+        if self not in self._wanted or not _lacks_memory(cause):
+            return None
+        return self._error(f"more than the limit of {self.megabytes:g} MB is needed: coarsen the spacing or raise it")
+
+    def _error(self, problem: str) -> LimitError:
+        error = LimitError(f"{self._place}limits.max_memory_mb: {problem}")
+        error.about = Key(["limits", "max_memory_mb"])
+        return error
+
+    def _apply(self) -> None:
+        import resource
+
+        assert MemoryLimit._before is not None
+        soft, hard = MemoryLimit._before
+        given = [value for value in (soft, hard) if value != resource.RLIM_INFINITY]
+        least = min([*given, *(limit._mapped for limit in self._wanted)], default=soft)
+        resource.setrlimit(resource.RLIMIT_AS, (least if self._wanted else soft, hard))
+        if not self._wanted:
+            MemoryLimit._before = None
+
+
+def memory_can_be_limited() -> bool:
+    """Whether the system can limit the memory of a process, and tells what it holds."""
+    return MEMORY.exists()
+
+
+def unlimited_memory(megabytes: float | None) -> list[str]:
+    """Warning of a limit on memory that does not hold on this system."""
+    if megabytes is None or memory_can_be_limited():
+        return []
+    return ["limits.max_memory_mb: this system cannot limit the memory of a process: watch it, or run on Linux"]
+
+
+_current = local()  # its ``watchdog`` is that of the run in the same thread
+
+
+def within(call: Callable[[], T], seconds: float | None, memory_mb: float | None, begun: float, place: str = "") -> T:
+    """What a call returns that may take so many ``seconds``, and megabytes of memory in this process.
+
+    They are no limits if they are None; the seconds count from ``begun``, a reading of ``perf_counter``. A call inside
+    of another one has the limits of that one. LimitError if a limit is met; its message begins with the ``place``, and
+    tells the stage and what to do.
+    """
+    if _watchdog() is not None:
+        return call()
+    watchdog, memory = Watchdog(begun, place), MemoryLimit(memory_mb, place)
+    try:
+        try:
+            _current.watchdog = watchdog
+            watchdog.begin(seconds)
+            memory.begin()
+            return call()
+        finally:
+            watchdog.end()
+    except Late:
+        watchdog.end()  # it may have been raised before that was done
+        raise watchdog.error() from None
+    except Exception as cause:
+        error = memory.error(cause)
+        if error is None:
+            raise
+        raise error from None
+    finally:
+        memory.end()
+        _current.watchdog = None
+
+
+def enter(stage: str) -> None:
+    """Note the stage that the run in this thread is in."""
+    watchdog = _watchdog()
+    if watchdog is not None:
+        watchdog.stage = stage
+
+
+def allow(seconds: float | None) -> None:
+    """Limit the time of the run in this thread, now that it is known; a limit that it has already stays."""
+    watchdog = _watchdog()
+    if watchdog is not None:
+        watchdog.begin(seconds)
+
+
+def time_left() -> float:
+    """Seconds that the run in this thread has left, negative if its time is up; infinite without a limit."""
+    watchdog = _watchdog()
+    return inf if watchdog is None else watchdog.left
+
+
+def settle() -> None:
+    """Let the run in this thread end in its own time: what it does now must not stop half-way."""
+    watchdog = _watchdog()
+    if watchdog is not None:
+        watchdog.end()
+
+
+@contextmanager
+def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    """Enter a stage, and note the time that the block takes."""
+    begun = perf_counter()
+    enter(stage)
+    yield
+    seconds[stage] = perf_counter() - begun
+
+
+def _watchdog() -> Watchdog | None:
+    return getattr(_current, "watchdog", None)
+
+
+def _raise_in(thread: int, exception: type[BaseException] | None) -> None:
+    """Raise an exception in a thread as soon as it runs Python again; None takes back one that is on its way."""
+    value = None if exception is None else ctypes.py_object(exception)
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), value)
+
+
+def _importing(thread: int) -> bool:
+    """Whether a thread is loading a module, of which half would stay if an exception ended that."""
+    frame = sys._current_frames().get(thread)
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _lacks_memory(error: BaseException) -> bool:
+    """Whether an error is about memory, as Python, the system, GEOS or the loader of libraries tells it."""
+    return any(
+        isinstance(one, MemoryError)
+        or (isinstance(one, OSError) and one.errno == errno.ENOMEM)
+        or any(sign in str(one) for sign in ("bad_alloc", "Cannot allocate memory"))
+        for one in (error, error.__cause__)
+    )

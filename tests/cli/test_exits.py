@@ -1,0 +1,41 @@
+"""Errors that end a command: their messages and exit codes."""
+
+import errno
+
+import pytest
+from typer.testing import CliRunner
+
+from bubblemesh.cli import app
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", "case.yaml", "--x\x1b]0;title\x07"],
+        ["run", "case.yaml", "other\x1b[31m"],
+        ["\x1b[31mrun"],
+        ["--\x9b31m"],
+        ["run", "\x1b[31m\udcff.yaml"],
+        ["batch", "\x1b[31m.yaml", "-o", "\x1b[32m"],
+        ["init", "\x1b[31m.yaml"],
+        ["quality", "\x1b[31m.msh"],
+    ],
+)
+def test_names_and_options_never_steer_the_terminal(arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, arguments)
+    assert result.output.replace("\n", "").isprintable()
+    assert r"\x" in result.output
+
+
+@pytest.mark.parametrize("code", [errno.EMFILE, errno.ENFILE])
+def test_a_process_without_file_descriptors_tells_what_to_do(code, monkeypatch):
+    def refuse(*arguments, **options):
+        raise OSError(code, "Too many open files")
+
+    monkeypatch.setattr("bubblemesh.case.load_case", refuse)
+    result = CliRunner().invoke(app, ["check", "case.yaml"])
+    assert result.exit_code == 5
+    assert result.stderr.startswith("error: Too many open files: ")
+    assert "ulimit -n" in result.stderr
+    assert "Traceback" not in result.stderr

@@ -1,0 +1,335 @@
+"""Limits on time and memory hold in every stage, and leave nothing behind."""
+
+import importlib
+import sys
+import threading
+from dataclasses import replace
+from functools import partial
+from itertools import count
+from time import perf_counter
+
+import numpy as np
+import pytest
+from commands import command
+
+from bubblemesh import limits
+from bubblemesh.batch.plan import BatchOptions, plan_cases
+from bubblemesh.batch.worker import mesh_job
+from bubblemesh.case import load_case, overrides_of
+from bubblemesh.errors import FileError, LimitError
+from bubblemesh.limits import Late, enter, settle, time_left, within
+from bubblemesh.run.pipeline import mesh_case
+
+SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\n"
+PLENTY = 60.0  # seconds that no test takes
+
+
+def in_time(call, seconds=None, megabytes=None):
+    return within(call, seconds, megabytes, perf_counter())
+
+
+def spin(*_, seconds=PLENTY, **__):
+    """Be busy as Python is, in an endless loop without a clock of its own."""
+    end = perf_counter() + seconds
+    for _ in count():
+        if perf_counter() > end:
+            return
+
+
+@pytest.fixture
+def strict(monkeypatch):
+    """No grace after the time is up."""
+    monkeypatch.setattr(limits, "GRACE", 0.0)
+    monkeypatch.setattr(limits, "GRACE_SHARE", 0.0)
+
+
+@pytest.mark.parametrize("stage", limits.STAGES)
+def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict):
+    def run():
+        enter(stage)
+        spin()
+
+    begun = perf_counter()
+    with pytest.raises(LimitError) as caught:
+        in_time(run, 0.05)
+    assert perf_counter() - begun < PLENTY / 4
+    doing, advice = limits.STAGES[stage]
+    assert str(caught.value) == (
+        f"limits.seconds: the time limit of 0.05 s was over while {doing}: {advice}, or raise the limit"
+    )
+    assert caught.value.exit_code == 6
+    assert time_left() == np.inf
+
+
+def test_a_run_in_any_thread_ends_and_no_other_thread_does(strict):
+    found = []
+
+    def run():
+        try:
+            in_time(spin, 0.05)
+        except LimitError as error:
+            found.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    spin(seconds=0.2)
+    thread.join(PLENTY)
+    assert len(found) == 1
+
+
+def test_nothing_is_raised_after_the_end(strict):
+    """Runs end at all times around their limit; one that is late is told so, and nobody else hears of it."""
+    outcomes = set()
+    for attempt in range(150):
+        try:
+            in_time(partial(spin, seconds=0.001 + 2e-5 * attempt), 0.002)
+            outcomes.add("done")
+        except LimitError:
+            outcomes.add("late")
+        spin(seconds=5e-4)
+    spin(seconds=0.05)
+    assert outcomes == {"done", "late"}
+    assert "bubblemesh-time-limit" not in {thread.name for thread in threading.enumerate() if thread.is_alive()}
+
+
+def test_an_error_of_the_run_goes_through(strict):
+    def run():
+        raise FileError("no such file")
+
+    with pytest.raises(FileError, match="no such file"):
+        in_time(run, 1, 1e6)
+
+
+def test_an_exception_that_is_swallowed_is_raised_anew(strict, monkeypatch):
+    monkeypatch.setattr(limits, "AGAIN", 0.3)
+    swallowed = []
+
+    def run():
+        try:
+            spin()
+        except Late:
+            swallowed.append(1)
+        spin()
+
+    with pytest.raises(LimitError):
+        in_time(run, 0.02)
+    assert swallowed == [1]
+
+
+def test_a_module_is_loaded_to_its_end(strict, tmp_path, monkeypatch):
+    (tmp_path / "slow_module.py").write_text(
+        "from time import sleep\nfor _ in range(200):\n    sleep(0.001)\nwhole = 1\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def run():
+        importlib.import_module("slow_module")
+        spin()
+
+    with pytest.raises(LimitError):
+        in_time(run, 0.01)
+    assert sys.modules.pop("slow_module").whole == 1
+
+
+def test_what_must_not_stop_half_way_does_not(strict):
+    def run():
+        settle()
+        spin(seconds=0.5)
+        return "whole"
+
+    assert in_time(run, 0.2) == "whole"
+
+
+def test_the_limits_of_the_outer_call_hold_inside():
+    def run():
+        return in_time(time_left, 1e-9)
+
+    assert 50 < in_time(run, 60) <= 60
+    assert in_time(run) == np.inf
+
+
+STANDS_FOR = {
+    "geometry": "bubblemesh.problem.prepare.case_domain",
+    "spacing": "bubblemesh.problem.prepare.surveyed",
+    "placement": "bubblemesh.run.pipeline.tabulated",
+    "quality": "bubblemesh.run.pipeline.require_conforming",
+    "writing": "bubblemesh.meshfiles.writing.json_text",
+}
+
+
+@pytest.mark.parametrize("stage", STANDS_FOR)
+def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text(SQUARE)
+    assert command("run", "case.yaml", "-o", "first/")[0] == 0  # whatever is to be loaded is
+    monkeypatch.setattr(STANDS_FOR[stage], spin)
+    begun = perf_counter()
+    code, _, message = command("run", "case.yaml", "-q", "-o", "out/", "--time-limit", "1.5")
+    assert perf_counter() - begun < PLENTY / 4
+    assert code == 6
+    assert (
+        f"error: case.yaml: limits.seconds: the time limit of 1.5 s was over while {limits.STAGES[stage][0]}" in message
+    )
+    assert not (tmp_path / "out").exists()
+    if stage in ("geometry", "spacing"):
+        assert command("check", "case.yaml", "--time-limit", "1.5") == (6, "", message)
+    (entry,) = plan_cases(["case.yaml"], BatchOptions(overrides_of(time_limit=1.5), "batch"))
+    outcome = mesh_job(entry.job(), lambda note: None)
+    assert (outcome.row.exit_code, outcome.files) == (6, {})
+    assert outcome.row.error.startswith("case.yaml: limits.seconds: the time limit of 1.5 s was over")
+
+
+@pytest.mark.parametrize("limit", ["", "limits: {seconds: 0.2}\n"])
+def test_reading_is_watched(limit, strict, monkeypatch):
+    monkeypatch.setattr("bubblemesh.case.load._check_names" if limit else "bubblemesh.case.load.merged", spin)
+    with pytest.raises(LimitError, match=r"^case.yaml: limits.seconds: .* while reading the case"):
+        load_case("case.yaml", text=SQUARE + limit, time_limit=None if limit else 0.2)
+
+
+def test_the_time_of_reading_counts():
+    case = load_case("case.yaml", text=SQUARE, time_limit=2)
+    late = case.loaded(replace(case.origin, seconds=5.0), ())
+    with pytest.raises(LimitError, match="while reading the case"):
+        mesh_case(late)
+
+
+needs_memory_limit = pytest.mark.skipif(not limits.memory_can_be_limited(), reason="the system has no such limit")
+
+
+def mapped_limit():
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_AS)
+
+
+@needs_memory_limit
+@pytest.mark.parametrize(
+    "need",
+    [
+        lambda: np.ones(10**9),
+        lambda: bytearray(8 * 10**9),
+        lambda: [[number] * 10**5 for number in range(10**5)],
+    ],
+)
+def test_too_much_memory_is_an_error_with_the_limit(need):
+    before = mapped_limit()
+    with pytest.raises(LimitError, match=r"^limits.max_memory_mb: more than the limit of \d+ MB is needed: ") as caught:
+        in_time(need, None, megabytes_held() + 200)
+    assert caught.value.exit_code == 6
+    assert mapped_limit() == before
+    assert np.ones(10**8, bool).all()
+
+
+def megabytes_held():
+    import resource
+
+    return int(limits.MEMORY.read_text().split()[1]) * resource.getpagesize() // 10**6
+
+
+@needs_memory_limit
+def test_the_least_of_several_limits_on_memory_holds_until_the_last_run_ends():
+    before, begun, ended = mapped_limit(), threading.Barrier(2), threading.Barrier(2)
+
+    def other():
+        begun.wait(PLENTY)
+        ended.wait(PLENTY)
+
+    thread = threading.Thread(target=in_time, args=(other, None, megabytes_held() + 1000))
+    thread.start()
+    begun.wait(PLENTY)
+    around = mapped_limit()
+    inside = in_time(mapped_limit, None, megabytes_held() + 500)
+    assert inside[0] < around[0]
+    assert mapped_limit() == around
+    ended.wait(PLENTY)
+    thread.join(PLENTY)
+    assert mapped_limit() == before
+
+
+@needs_memory_limit
+def test_a_limit_below_what_the_program_holds_says_so():
+    with pytest.raises(LimitError, match=r"the program alone holds \d+ MB"):
+        in_time(lambda: None, None, 1)
+
+
+@needs_memory_limit
+def test_memory_is_limited_in_run_check_and_batch(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    limit = f"limits: {{max_memory_mb: {megabytes_held() + 400}}}\n"
+    (tmp_path / "case.yaml").write_text(SQUARE + limit)
+    assert command("run", "case.yaml", "-q", "-o", "out/")[0] == 0
+    monkeypatch.setattr("bubblemesh.problem.prepare.surveyed", lambda *_: np.ones(10**9))
+    for name in ("run", "check"):
+        code, _, message = command(name, "case.yaml")
+        assert code == 6
+        assert message.startswith("error: case.yaml: limits.max_memory_mb: more than the limit of")
+    (entry,) = plan_cases(["case.yaml"], BatchOptions(folder="batch"))
+    outcome = mesh_job(entry.job(), lambda note: None)
+    assert outcome.row.exit_code == 6
+    assert "limits.max_memory_mb" in outcome.row.error
+
+
+def test_a_system_without_limits_on_memory_is_told_of(monkeypatch, tmp_path):
+    monkeypatch.setattr(limits, "MEMORY", tmp_path / "nothing")
+    case = load_case("case.yaml", text=SQUARE + "limits: {max_memory_mb: 1}\n")
+    (warning,) = [one for one in mesh_case(case).report["warnings"] if "memory" in one]
+    assert warning.startswith("limits.max_memory_mb: this system cannot limit")
+    assert load_case("case.yaml", text=SQUARE).warnings == ()
+
+
+def star(points):
+    turn, radius = 2 * np.pi * np.arange(points) / points, np.where(np.arange(points) % 2, 1.0, 0.5)
+    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn)]).tolist()
+
+
+def polygon(points):
+    return f"domain: {{outer: {{polygon: {points}}}}}\nspacing: 0.05\n"
+
+
+def holes(number):
+    spots = [
+        f"{{circle: {{center: [{k + 0.5}, {j + 0.5}], radius: 0.2}}}}" for k in range(number) for j in range(number)
+    ]
+    return f"domain: {{outer: {{rectangle: [0, 0, {number}, {number}]}}, holes: [{', '.join(spots)}]}}\nspacing: 1\n"
+
+
+FINE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.001\n"
+SLOW = {
+    "reading": (lambda: SQUARE + "parameters: {" + ", ".join(f"p{k}: {k}" for k in range(200_000)) + "}\n", ""),
+    "geometry": (lambda: holes(50), ""),
+    "spacing": (lambda: FINE.replace("0.001", "'0.05 + 1e-3*sin(1e3*x)*sin(1e3*y)'"), ""),
+    "placement": (lambda: FINE, "accelerated"),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("stage", SLOW)
+def test_a_case_that_is_slow_in_a_stage_ends_in_time(stage):
+    text, method = SLOW[stage][0](), SLOW[stage][1] or "multilevel"
+    begun = perf_counter()
+    with pytest.raises(LimitError, match=f"while {limits.STAGES[stage][0]}"):
+        mesh_case(load_case("case.yaml", text=text, method=method, time_limit=1))
+    assert perf_counter() - begun < 4
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("spacing", "seconds"), [(0.004, 5), (0.003, 12)])
+def test_a_packing_that_is_slow_leaves_time_for_the_rest(spacing, seconds, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text(FINE.replace("0.001", str(spacing)))
+    begun = perf_counter()
+    code, _, message = command("run", "case.yaml", "-q", "-o", "out/", "--time-limit", seconds)
+    assert perf_counter() - begun < 1.2 * seconds + 3
+    assert code == 6
+    assert "the mesh is written as it was then" in message
+    assert (tmp_path / "out/case.msh").exists()
+
+
+@pytest.mark.long
+def test_a_batch_goes_on_after_a_case_that_is_late(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "late.yaml").write_text(holes(50) + "limits: {seconds: 1}\n")
+    (tmp_path / "good.yaml").write_text(SQUARE)
+    code, _, message = command("batch", "late.yaml", "good.yaml", "-o", "out", "-j", "1")
+    assert code == 6, message
+    assert (tmp_path / "out/good.msh").exists()
