@@ -209,12 +209,19 @@ def test_a_worker_of_another_version_is_not_trusted(here):
     assert job.digest() != other.digest()
 
 
+def replaced_by_link(path, target):
+    path.unlink(missing_ok=True)
+    path.symlink_to(target)
+
+
 @pytest.mark.parametrize(
     "change",
     [
         lambda path: path.unlink(missing_ok=True),
         lambda path: path.write_text(SMALL + "name: a\n"),
         lambda path: path.write_text("spacing: [\n"),
+        lambda path: replaced_by_link(path, path),
+        lambda path: replaced_by_link(path, "/dev/zero"),
     ],
 )
 def test_a_case_whose_file_changes_in_between_is_meshed_as_it_was(change, here):
@@ -225,10 +232,19 @@ def test_a_case_whose_file_changes_in_between_is_meshed_as_it_was(change, here):
     assert results_in(here / "out") == results_in(here / "whole")
 
 
-def test_a_file_that_a_case_names_and_that_is_deleted_in_between_is_a_row(here):
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda path: path.unlink(missing_ok=True),
+        lambda path: replaced_by_link(path, path),
+        lambda path: replaced_by_link(path, "/dev/zero"),
+        lambda path: replaced_by_link(path, path.parent),
+    ],
+)
+def test_a_file_that_a_case_names_and_that_is_deleted_in_between_is_a_row(change, here):
     write(here, a=SMALL, b=SMALL.replace("outer: {rectangle: [0, 0, 1, 1], label: wall}", "file: ring.txt"))
     Path("ring.txt").write_text("0 0\n1 0\n1 1\n0 1\n")
-    rows = rows_of(".", workers=between(lambda: Path("ring.txt").unlink(missing_ok=True)))
+    rows = rows_of(".", workers=between(lambda: change(Path("ring.txt"))))
     assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 5)]
     assert "b.yaml: ring.txt: the file cannot be read" in rows[1].error
 

@@ -138,3 +138,23 @@ def test_the_index_fits_a_telephone_in_the_dark(browser, index):
     places = browser.js(f"{lefts}.getBoundingClientRect())")
     assert all(place["left"] >= 0 and place["right"] <= 390 for place in places)
     assert browser.complaints() == []
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_long_names_keys_and_messages_fit_and_controls_are_large_enough(browser, width, tmp_path):
+    long = {
+        "nodes": 123_456,
+        "triangles": 245_678,
+        "seconds": 3675.5,
+        "sweep": {"domain.holes.0.circle.radius": 0.1 * 3},
+    }
+    rows = [{**ROWS[0], **long, "case": f"a-very-long-name-for-a-plate-radius={n}-spacing=0.{n}"} for n in range(30)]
+    rows += [{"case": "bad" * 20, "exit_code": 3, "message": "cases/" + "x" * 300 + ": domain: nothing"}]
+    (tmp_path / "index.html").write_text(index_page(rows), encoding="utf-8")
+    browser.open(tmp_path / "index.html", width=width)
+    assert browser.js("return document.documentElement.scrollWidth") <= width
+    if width == 1280:
+        assert browser.js("const all = document.querySelector('.scroll'); return all.scrollWidth <= all.clientWidth")
+    assert browser.js("return document.querySelector('tbody th').getBoundingClientRect().width") < 0.5 * width
+    boxes = browser.js("return [...document.querySelectorAll('a, button')].map((each) => each.getBoundingClientRect())")
+    assert min(min(box["width"], box["height"]) for box in boxes) >= 24
