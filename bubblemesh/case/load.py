@@ -61,7 +61,8 @@ def load_case(
 
 def _loaded(path: Path, text: str | None, changes: Sequence[Override], variant: Variant | None, begun: float) -> Case:
     """The case; its reading has begun at that reading of the clock."""
-    data, places = _read(path, text, changes)
+    data, places = _read_before(path, changes, variant) or _read(path, text, changes)
+    data = dict(data)
     limits = data.get("limits")
     allow(_usable(limits.get("seconds")) if isinstance(limits, dict) else None)
     sweep = data.pop("sweep", None)
@@ -91,7 +92,17 @@ def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (),
         for change in places.changes:
             if change.covers(path_of(key)) or change.leads_through(path_of(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
-    return variants
+    return [replace(variant, file=(Path(path), data, places)) for variant in variants]
+
+
+def _read_before(
+    path: Path, changes: Sequence[Override], variant: Variant | None
+) -> "tuple[dict[str, Any], _Places] | None":
+    """What was read, with the same changes, when it was found which cases the file stands for, if it was."""
+    if variant is None or variant.file is None:
+        return None
+    source, data, places = variant.file
+    return (data, places) if source == path and list(places.changes) == list(changes) else None
 
 
 def _in_time(path: Path, changes: Sequence[Override], call: Callable[[float], T]) -> T:

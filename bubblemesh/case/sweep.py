@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations, product
 from math import prod
 from typing import Any
@@ -24,6 +24,7 @@ class Variant:
 
     label: str = ""  # that the file's name gets for the case, such as -w2=0.5-h=0.1; empty if the file is one case
     values: tuple[tuple[str, Any], ...] = ()  # key, such as packing.w2, and value of all that is swept
+    file: Any = field(default=None, compare=False, repr=False)  # what `case_variants` has read, for `load_case`
 
 
 ALONE = Variant()

@@ -8,6 +8,8 @@ import pytest
 from batches import SMALL
 
 from bubblemesh.case import case_variants, load_case
+from bubblemesh.case import load as loading
+from bubblemesh.case.bases import source_files
 from bubblemesh.case.models import case_schema
 from bubblemesh.errors import CaseError
 
@@ -165,3 +167,14 @@ def test_a_single_run_of_a_sweep_points_to_batch(subcommand, case):
 def test_the_schema_knows_the_sweep():
     sweep = case_schema()["properties"]["sweep"]
     assert {"type": "object", "additionalProperties": {"type": "array", "items": {}}} in sweep["anyOf"]
+
+
+def test_a_file_is_read_once_for_all_of_its_cases(tmp_path, monkeypatch):
+    read = []
+    monkeypatch.setattr(loading, "source_files", lambda *given: read.append(given) or source_files(*given))
+    path = tmp_path / "case.yaml"
+    path.write_text("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\nsweep: {packing.seed: [1, 2, 3]}\n")
+    seeds = [load_case(path, variant=one).packing["seed"] for one in case_variants(path)]
+    assert (seeds, len(read)) == ([1, 2, 3], 1)
+    changed = load_case(path, variant=case_variants(path)[0], overrides=["spacing=0.2"])
+    assert (changed.spacing, changed.packing) == (0.2, {"seed": 1})
