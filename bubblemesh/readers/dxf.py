@@ -1,18 +1,17 @@
 """DXF drawings: lines, arcs, circles, ellipses, polylines with bulges and splines; layers become labels."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from itertools import count, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from ezdxf.filemanagement import readfile
-from ezdxf.lldxf.const import DXFError
 from ezdxf.math import bulge_center
 
-from bubblemesh.errors import CaseError
-from bubblemesh.files import unreadable
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import place, shown
@@ -22,12 +21,14 @@ from bubblemesh.readers.features import (
     Feature,
     FeatureCollection,
     finite_points,
+    foreign,
     writable_label,
 )
 from bubblemesh.readers.sampling import splines
 
 FLAT = 3e-8  # bulge that is none but for rounding
 MOST_COPIES = 50_000  # entities that blocks draw, which takes a second for a few thousand
+POINTS = 4  # of an entity, that count as one more
 FULL_TURN = 2 * np.pi * (1 - 1e-9)
 DEEPEST = 16  # blocks within blocks
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 13: "um"}  # of the header's $INSUNITS
@@ -38,18 +39,15 @@ def read_dxf(path: Path) -> FeatureCollection:
 
     FileError or CaseError with the entity.
     """
-    try:
-        drawing = readfile(path)
-    except (DXFError, ValueError) as error:
-        raise CaseError(f"not a valid DXF drawing: {shown(error)}: save it anew as DXF") from None
-    except OSError as error:
-        if error.errno is None:
-            raise CaseError("not a DXF drawing: save it as DXF, text or binary, without anything before it") from None
-        raise unreadable(error) from None
+    with foreign("not a valid DXF drawing", "save it anew as DXF, text or binary, without anything before it"):
+        return _features(readfile(path))
+
+
+def _features(drawing: Any) -> FeatureCollection:
     features: list[Feature] = []
     unused: dict[str, list[Any]] = {}
     heights: set[float] = set()
-    for entity in _entities(drawing.modelspace(), 0, count()):
+    for entity in _entities(drawing.modelspace(), 0, Counter()):
         kind = entity.dxftype()
         if kind in CURVES and _is_plane(entity):
             features.append(_feature(entity))
@@ -65,19 +63,28 @@ def read_dxf(path: Path) -> FeatureCollection:
     return FeatureCollection(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
 
 
-def _entities(layout: Iterable[Any], depth: int, number: Iterator[int]) -> Iterator[Any]:
-    """Entities with those of blocks in their places; ``number`` counts the latter."""
+def _entities(layout: Iterable[Any], depth: int, drawn: Counter[str]) -> Iterator[Any]:
+    """Entities with those of blocks in their places; ``drawn`` counts the size of the latter."""
     if depth > DEEPEST:
         raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
     for entity in layout:
-        if depth > 0 and next(number) == MOST_COPIES:
-            raise CaseError(f"its blocks draw more than {MOST_COPIES:,} entities: explode them, or simplify it")
+        if depth > 0:
+            drawn["copies"] += _size(entity)
+            if drawn["copies"] > MOST_COPIES:
+                what = f"more than {MOST_COPIES:,} entities, or as much in long ones"
+                raise LimitError(f"its blocks draw {what}: explode them, or simplify it")
         if entity.dxftype() != "INSERT":
             yield entity
         elif entity.block() is None:
             raise CaseError(f"{_name(entity)}: there is no block {shown(entity.dxf.name, 40)!r}: purge the drawing")
         else:
-            yield from _entities(entity.virtual_entities(), depth + 1, number)
+            yield from _entities(entity.virtual_entities(), depth + 1, drawn)
+
+
+def _size(entity: Any) -> int:
+    """Number of plain entities that take as long to be copied: by the lists of points, knots, letters that it has."""
+    parts = [value for part in (entity, *getattr(entity, "paths", ())) for value in vars(part).values()]
+    return 1 + sum(len(value) for value in parts if hasattr(value, "__len__")) // POINTS
 
 
 def _is_plane(entity: Any) -> bool:
@@ -104,10 +111,8 @@ def _unused(kind: str, entities: list[Any]) -> str:
 def _feature(entity: Any) -> Feature:
     name, layer = _name(entity), str(entity.dxf.layer)
     label, notes = writable_label(None if layer == "0" else layer, "a layer")
-    try:
+    with foreign(f"{name}: not a valid curve", "draw it anew"):
         made = CURVES[entity.dxftype()](entity, name, label)
-    except (DXFError, ValueError, ZeroDivisionError) as error:
-        raise CaseError(f"{name}: not a valid curve: {shown(error)}: draw it anew") from None
     properties = {"type": entity.dxftype(), "handle": entity.dxf.get("handle")}
     if isinstance(made, CompoundCurve):
         return Feature(name, layer, properties, curves=(made,), notes=notes)

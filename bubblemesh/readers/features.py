@@ -1,7 +1,8 @@
 """Content of a file, as every reader gives it: features with areas, closed rings and curves that may form rings."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -9,15 +10,26 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import LARGEST_NUMBER
-from bubblemesh.errors import CaseError, GeometryError, prefixed
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, prefixed
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.messages import place
+from bubblemesh.messages import place, shown
 
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
+
+
+@contextmanager
+def foreign(problem: str, advice: str) -> Iterator[None]:
+    """Any error of a library that reads a file is a CaseError with the problem, but for one of too little memory."""
+    try:
+        yield
+    except (BubblemeshError, MemoryError):
+        raise
+    except Exception as error:  # readers of foreign formats fail in any way
+        raise CaseError(f"{problem}: {shown(error) or type(error).__name__}: {advice}") from error
 
 
 class CompoundCurve(NamedTuple):

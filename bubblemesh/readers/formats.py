@@ -5,13 +5,12 @@ A new format is a module beside this one, and its rows in `FORMATS`.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from glob import escape
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
-from bubblemesh.files import local_copy, require_readable
+from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.readers.features import FeatureCollection
 from bubblemesh.readers.rings import outer_and_holes, rings_of_curves
@@ -39,8 +38,8 @@ FORMATS = {
     ".poly": Format("triangle.read_poly", beside=(".node",)),
     ".dxf": Format("dxf.read_dxf", "dxf"),
     ".svg": Format("svg.read_svg", "svg"),
-    ".shp": Format("gis.read_gis", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True),
-    ".gpkg": Format("gis.read_gis", "gis", one_layer=True),
+    ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True),
+    ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True),
 }
 
 
@@ -84,12 +83,7 @@ def read_area(path: Path, selection: Selection) -> list[Ring]:
 def files_of(path: Path) -> list[Path]:
     """The file, and those that belong to it: the parts of a shapefile, the nodes of a ``.poly`` file."""
     known = FORMATS.get(path.suffix.lower())
-    beside = () if known is None else known.beside
-    try:
-        others = sorted(path.parent.glob(f"{escape(path.stem)}.*")) if beside else []
-    except OSError:  # which the reader of the file itself will tell
-        others = []
-    return [path, *(other for other in others if other.suffix.lower() in beside and other.stem == path.stem)]
+    return [path, *beside(path, () if known is None else known.beside)]
 
 
 def _chosen(path: Path, selection: Selection) -> Chosen:

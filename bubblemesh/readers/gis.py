@@ -1,30 +1,126 @@
-"""Shapefiles, GeoPackages and what else holds features in layers."""
+"""Shapefiles and GeoPackages: features in layers.
 
+The library behind them, GDAL, opens whatever it knows, also what leads to other files and to the network. So it is
+given the bytes of nothing but a shapefile or a GeoPackage, as known by their first ones, and no path.
+"""
+
+import re
+import sqlite3
 import warnings
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from io import BytesIO
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pyogrio
 import shapely
 
 from bubblemesh.errors import CaseError
+from bubblemesh.files import beside, read_bytes
 from bubblemesh.messages import meant, shown
 from bubblemesh.readers.features import NO_HEIGHTS, FeatureCollection, feature_name, feature_of
 
-KINDS = {".shp": "shapefile", ".gpkg": "GeoPackage"}
+SHAPEFILE = (9994).to_bytes(4, "big")
+SHAPEFILE_PARTS = (".shx", ".dbf", ".prj", ".cpg")
+SQLITE = b"SQLite format 3\0"
+GEOPACKAGE = (b"GPKG", b"GP10", b"GP11")  # at APPLICATION
+APPLICATION = slice(68, 72)
+VERSIONS = slice(18, 20)  # of the formats to read and write: 2 with a log file beside, which is nothing but bytes
+NO_NETWORK = {"CPL_VSIL_CURL_ALLOWED_FILENAME": "none", "PROJ_NETWORK": "OFF", "GDAL_PAM_ENABLED": "NO"}
 
 
-def read_gis(path: Path, layer: str | None) -> FeatureCollection:
-    """The features of one layer; CaseError or GeometryError with the feature."""
+def read_shapefile(path: Path, layer: str | None) -> FeatureCollection:
+    """The features of a shapefile, whose only layer has its name; errors as of `read_geopackage`."""
+    content = read_bytes(path)
+    if not content.startswith(SHAPEFILE):
+        raise _invalid("shapefile", "it does not begin as one")
+    parts = {part.suffix.lower(): read_bytes(part) for part in beside(path, SHAPEFILE_PARTS)} | {".shp": content}
+    if ".shx" not in parts:
+        raise _invalid("shapefile", "there is no .shx beside it")
+    archive = BytesIO()
+    with ZipFile(archive, "w") as file:
+        for ending, part in parts.items():
+            file.writestr(f"data{ending}", part)
+    _chosen(layer, [path.stem])
+    return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile")
+
+
+def read_geopackage(path: Path, layer: str | None) -> FeatureCollection:
+    """The features of one layer, a table; FileError, or CaseError or GeometryError with the feature.
+
+    Views are left out, and virtual tables refused, but for those that hold an index of the file itself: they may take
+    for ever, or lead to other files.
+    """
+    content = read_bytes(path)
+    if not content.startswith(SQLITE) or content[APPLICATION] not in GEOPACKAGE:
+        raise _invalid("GeoPackage", "it does not begin as one")
+    if any(read_bytes(log) for log in beside(path, (f"{path.suffix}-wal",))):
+        raise CaseError("another program has not yet written all into it: close the file there")
+    content = _plain(content)
+    with _quiet("GeoPackage"):
+        layer = _chosen(layer, [str(name) for name, _ in pyogrio.list_layers(content)])
+    return _features(content, layer, layer, "GeoPackage", "GPKG")
+
+
+def _plain(content: bytes) -> bytes:
+    """The content of a database with its tables alone; CaseError if one of these is not just a table."""
+    version_of_no_log = content[: VERSIONS.start] + b"\1\1" + content[VERSIONS.stop :]
+    try:
+        with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
+            database.deserialize(version_of_no_log)
+            views = database.execute("SELECT name FROM sqlite_master WHERE type = 'view'").fetchall()
+            for (name,) in views:
+                database.execute(f"DROP VIEW {_quoted(name)}")
+            for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall():
+                _require_table(database, name)
+            return database.serialize() if views else version_of_no_log
+    except sqlite3.Error as error:
+        raise _invalid("GeoPackage", shown(error, 90)) from None
+
+
+def _require_table(database: sqlite3.Connection, name: str) -> None:
+    advice = "save the layer in a GeoPackage of its own"
+    try:
+        database.execute(f"EXPLAIN SELECT * FROM {_quoted(name)}").close()
+    except sqlite3.OperationalError as error:  # no such module: SQLite by itself has none that reads other files
+        raise CaseError(f"its table {shown(name, 40)!r} cannot be read ({shown(error)}): {advice}") from None
+    columns = database.execute(f"PRAGMA table_xinfo({_quoted(name)})").fetchall()
+    if any(hidden in (2, 3) for *_, hidden in columns):
+        raise CaseError(f"its table {shown(name, 40)!r} has columns that are computed: {advice}")
+
+
+def _quoted(name: str) -> str:
+    return '"{}"'.format(name.replace('"', '""'))
+
+
+@contextmanager
+def _quiet(kind: str) -> Iterator[None]:
+    """GDAL without network, its warnings unsaid, its errors those of a file of this kind."""
+    options = {name: pyogrio.get_gdal_config_option(name) for name in NO_NETWORK}
+    pyogrio.set_gdal_config_options(NO_NETWORK)
     try:
         with warnings.catch_warnings():  # what is wrong with the file would be said to the terminal
             warnings.simplefilter("ignore")
-            layer = _chosen(layer, [str(name) for name, _ in pyogrio.list_layers(path)])
-            meta, numbers, shapes, columns = pyogrio.raw.read(path, layer=layer, return_fids=True)
+            yield
     except RuntimeError as error:  # of which all of pyogrio's are kinds
-        reason = shown(str(error).replace(str(path), path.name).partition(";")[0], 90)
-        kind = KINDS.get(path.suffix.lower(), "file")
-        raise CaseError(f"not a valid {kind}: {reason}: write it anew, with all of its parts") from None
+        raise _invalid(kind, shown(re.sub(r"\S*/vsi\S*", "it", str(error)).partition(";")[0], 90)) from None
+    finally:
+        pyogrio.set_gdal_config_options(options)
+
+
+def _invalid(kind: str, reason: str) -> CaseError:
+    return CaseError(f"not a valid {kind}: {reason}: write it anew, with all of its parts")
+
+
+def _features(content: bytes, inside: str, layer: str, kind: str, driver: str) -> FeatureCollection:
+    """The features of a layer, by its name ``inside`` the content; CaseError or GeometryError with the feature."""
+    with _quiet(kind):
+        found = pyogrio.read_info(content, layer=inside)["driver"]
+        if found != driver:
+            raise _invalid(kind, f"it is read as {found}")
+        meta, numbers, shapes, columns = pyogrio.raw.read(content, layer=inside, return_fids=True)
     features = []
     for k, (number, wkb) in enumerate(zip(numbers.tolist(), shapes, strict=True)):
         values = {str(key): column[k] for key, column in zip(meta["fields"], columns, strict=True)}

@@ -149,6 +149,9 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
     line = 1
     for bracket in re.finditer("[()]", text):
         depth += 1 if bracket.group() == "(" else -1
+        if depth > DEEPEST:  # at thousands the library's stack would end
+            at = line + text.count("\n", counted, bracket.start())
+            raise CaseError(f"line {at}: brackets are nested more than {DEEPEST} deep: give the geometries one by one")
         if depth <= 0:
             begin = start + len(text[start : bracket.end()]) - len(text[start : bracket.end()].lstrip(" \n\r\t;"))
             line += text.count("\n", counted, begin)

@@ -2,18 +2,26 @@
 
 import re
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.etree.ElementTree import ParseError
 
 import numpy as np
 import svgelements
 
 from bubblemesh.errors import CaseError
+from bubblemesh.files import read_bytes
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points, writable_label
+from bubblemesh.readers.features import (
+    CompoundCurve,
+    Feature,
+    FeatureCollection,
+    finite_points,
+    foreign,
+    writable_label,
+)
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.svg_source import require_valid
 
@@ -43,11 +51,13 @@ def read_svg(path: Path) -> FeatureCollection:
 
     Each part of a path that is drawn without lifting the pen is a curve. FileError or CaseError with the element.
     """
-    require_valid(path)
-    try:
-        drawing = svgelements.SVG.parse(str(path), reify=True, parse_display_none=True)
-    except (ParseError, ValueError, ZeroDivisionError, RecursionError) as error:
-        raise CaseError(f"not a valid drawing: {shown(error)}: correct it") from None
+    content = read_bytes(path)
+    require_valid(content)
+    with foreign("not a valid drawing", "correct it"):
+        return _features(svgelements.SVG.parse(BytesIO(content), reify=True, parse_display_none=True))
+
+
+def _features(drawing: Any) -> FeatureCollection:
     # The viewport's scaling to pixels is undone: lengths are those of the file's numbers.
     back = svgelements.Matrix(drawing.viewbox_transform or "")
     back.inverse()

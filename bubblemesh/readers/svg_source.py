@@ -3,18 +3,17 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from xml.parsers import expat
 
-from bubblemesh.errors import CaseError
-from bubblemesh.files import read_bytes
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.messages import shown
 
 SVG = "http://www.w3.org/2000/svg"
 HREFS = ("href", "http://www.w3.org/1999/xlink href")
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-LENGTH = re.compile(rf"\s*{NUMBER}\s*(?:px|pt|pc|mm|cm|in|em|ex|rem|vw|vh|%)?\s*")
-NUMBERS = re.compile(rf"[\s,]*(?:{NUMBER}[\s,]*)*")
+# What is matched once is not tried in another way (*+, ++): time goes with the length of a text, whatever is in it.
+NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
+LENGTH = re.compile(rf"\s*+{NUMBER}\s*+(?:px|pt|pc|mm|cm|in|em|ex|rem|vw|vh|%)?\s*+")
+NUMBERS = re.compile(rf"[\s,]*+(?:{NUMBER}[\s,]*+)*+")
 TOKEN = re.compile(rf"[MmZzLlHhVvCcSsQqTtAa]|{NUMBER}|[\s,]+")
 TRANSFORM = re.compile(r"[\s,]*(?:(?:matrix|translate|scale|rotate|skewX|skewY)\s*\([^()]*\)[\s,]*)*")
 ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}  # flags of arcs may be run together
@@ -23,10 +22,18 @@ LENGTHS = {
     "circle": ("cx", "cy", "r"),
     "ellipse": ("cx", "cy", "rx", "ry"),
     "line": ("x1", "y1", "x2", "y2"),
+    "svg": ("x", "y", "width", "height"),
 }
-SIZES = {"rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}
+SIZES = {"svg": ("width", "height"), "rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}
 UNDRAWN = ("defs", "symbol", "clipPath", "mask", "marker", "pattern")
 MOST_ELEMENTS = 200_000  # drawn, those that are used again counted each time
+CHARACTERS = 100  # of attributes, that count as one more element
+LONGEST_ENTITY = 1000  # characters: drawing programs name addresses by them
+MOST_STYLED = 200_000_000  # characters of styles that elements look through
+# What style sheets are made of. The library would try whatever is none of these from each of its characters on.
+RULES = re.compile(r"(?:[^{]*+\{[^}]*+\})*+")
+COMMENT = re.compile(r"/\*[\s\S]*?\*/|//.*$", re.MULTILINE)
+LONGEST_REST = 200  # characters
 DEEPEST = 100
 
 
@@ -38,6 +45,7 @@ class Element:
     attributes: dict[str, str]
     line: int
     children: list["Element"] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)  # in pieces
 
     @property
     def name(self) -> str:
@@ -51,23 +59,33 @@ class Element:
         for child in self.children:
             yield from child.all()
 
+    @property
+    def size(self) -> int:
+        """Number of plain elements that take as long to be drawn."""
+        classes = self.attributes.get("class", "").split()
+        return 1 + len(classes) + sum(map(len, self.attributes.values())) // CHARACTERS
 
-def require_valid(path: Path) -> None:
-    """Check that all of a drawing can be read: FileError for the file, CaseError for an element, with its line.
+
+def require_valid(content: bytes) -> None:
+    """Check that all of a drawing can be read: CaseError with the element and its line, LimitError for too much of it.
 
     An element must have numbers, paths and transforms where these are due, and must not use itself.
     """
-    root = _parsed(path)
+    root = _parsed(content)
     if root.tag != "svg":
         raise CaseError(f"its root element is {shown(root.tag, 40)!r}: no SVG drawing")
     for element in root.all():
         _check(element)
     by_id = {element.attributes["id"]: element for element in root.all() if "id" in element.attributes}
-    if _drawn(root, by_id, (), {}) > MOST_ELEMENTS:
-        raise CaseError(f"its uses draw more than {MOST_ELEMENTS:,} elements: simplify it")
+    drawn = _drawn(root, by_id, (), {})
+    if drawn > MOST_ELEMENTS:
+        raise LimitError(f"its uses draw more than {MOST_ELEMENTS:,} elements, or as much in long ones: simplify it")
+    sheet = sum(_sheet_size(element) for element in root.all() if element.tag == "style")
+    if drawn * sheet > MOST_STYLED:
+        raise LimitError("its style sheet is too long for so many elements: write the shapes without styles")
 
 
-def _parsed(path: Path) -> Element:
+def _parsed(content: bytes) -> Element:
     parser = expat.ParserCreate(namespace_separator=" ")
     open_ = [Element("", {}, 0)]
 
@@ -80,12 +98,32 @@ def _parsed(path: Path) -> Element:
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda tag: open_.pop()
-    content = read_bytes(path)
+    parser.EntityDeclHandler = _check_entity
+    parser.CharacterDataHandler = lambda text: open_[-1].text.append(text)
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         raise CaseError(f"line {error.lineno}: not valid XML: {expat.ErrorString(error.code)}") from None
     return open_[0].children[0]
+
+
+def _check_entity(name: str, is_parameter: int, value: str | None, *place: str | None) -> None:
+    """Refuse an entity that others would make longer, or that is long itself: used often, it fills the memory."""
+    if value is None or "&" in value or "%" in value or len(value) > LONGEST_ENTITY:
+        raise CaseError(f"the entity {shown(name, 40)!r} is not read: write what it stands for in its places")
+
+
+def _sheet_size(element: Element) -> int:
+    """Number of characters of a style sheet; CaseError if it is not made of rules."""
+    text = "".join(element.text)
+    if text.rfind("/*") > text.rfind("*/"):
+        raise CaseError(f"{element.name}: a comment in it has no end: close it by */")
+    plain = COMMENT.sub("", text)
+    rest = RULES.match(plain)
+    empty = max((len(before) - before.rfind("}") for before in plain.split("{}")[:-1]), default=0)
+    if rest is None or max(len(plain[rest.end() :].strip()), empty) > LONGEST_REST:
+        raise CaseError(f"{element.name}: it is not made of rules with braces: correct it, or remove it")
+    return len(text)
 
 
 def _check(element: Element) -> None:
@@ -155,11 +193,13 @@ def _check_arguments(element: Element, command: str, numbers: int, at: int) -> N
 
 
 def _drawn(element: Element, by_id: dict[str, Element], around: tuple[str, ...], known: dict[int, int]) -> int:
-    """Number of elements that are drawn for one; CaseError if it uses itself."""
+    """Size of all elements that are drawn for one; CaseError if it uses itself."""
     if id(element) in known:
         return known[id(element)]
     inside = (*around, element.attributes["id"]) if "id" in element.attributes else around
-    count = 1 + sum(_drawn(child, by_id, inside, known) for child in element.children if child.tag not in UNDRAWN)
+    count = element.size + sum(
+        _drawn(child, by_id, inside, known) for child in element.children if child.tag not in UNDRAWN
+    )
     if element.tag == "use":
         target = next((element.attributes[key] for key in HREFS if key in element.attributes), "").removeprefix("#")
         if target in inside:

@@ -18,7 +18,8 @@ from bubblemesh.readers.features import Feature, FeatureCollection, finite_point
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
+# Of no text can one part be a match in two ways: a line of a thousand digits would be tried in a million.
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 
 

@@ -90,5 +90,14 @@ def spots(points: Floats, first: Integers, last: Integers, values: Floats) -> Fl
     for node, change in ((first, rise), (last, -rise)):
         np.minimum.at(least, node, change)
         np.maximum.at(steepest, node, change)
-    found = np.flatnonzero((least >= 0) & (steepest > STEEP))
-    return points[found[np.argsort(values[found], kind="stable")[:MOST_SPOTS]]]
+    return points[finest(np.flatnonzero(is_spot(least, steepest)), values)]
+
+
+def is_spot(least: Floats, steepest: Floats) -> Booleans:
+    """Whether values that rise from places by ``least`` to ``steepest`` per length do so steeply, and fall nowhere."""
+    return (least >= 0) & (steepest > STEEP)
+
+
+def finest(found: Integers, values: Floats) -> Integers:
+    """The numbers (k,) of those places, of many, that have the smallest values: at most as many as can be spots."""
+    return found[np.argsort(values[found], kind="stable")[:MOST_SPOTS]]

@@ -1,13 +1,17 @@
 import io
+import struct
+import tracemalloc
 import zipfile
+import zlib
 
 import meshio
 import numpy as np
 import pytest
 from PIL import Image
 
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import CaseError, FileError, LimitError
 from bubblemesh.meshfiles.read import PARTS, read_field
+from bubblemesh.readers import rasters
 from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField
@@ -195,6 +199,43 @@ class TestReadGridded:
             with pytest.raises(FileError, match=r"is no .npy or .npz file of numbers, or a damaged one"):
                 read_gridded(tmp_path / "a.npz", None)
 
+    def test_arrays_too_large_for_the_memory_are_refused(self, tmp_path):
+        zeros = np.broadcast_to(np.float64(0), (1, 10**12))
+        for large in ("d", "x"):
+            with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+                for name in ("d", "x"):
+                    with archive.open(f"{name}.npy", "w") as member:
+                        header = np.lib.format.header_data_from_array_1_0(zeros if name == large else np.ones(2))
+                        np.lib.format.write_array_header_1_0(member, header)
+                        member.write(np.ones(2).tobytes())
+            with pytest.raises(LimitError, match=f"{large} has 1,000,000,000,000 values, more than the 25,000,000"):
+                read_gridded(tmp_path / "a.npz", "d")
+
+    def test_no_more_is_unpacked_than_is_used(self, tmp_path):
+        with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in ("d", "e"):
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    np.save(member, np.ones((2, 2)))
+                    for _ in range(300):
+                        member.write(bytes(1_000_000))
+        tracemalloc.start()
+        np.testing.assert_array_equal(read_gridded(tmp_path / "a.npz", "d").values, np.ones((2, 2)))
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+        tracemalloc.stop()
+
+    def test_headers_that_promise_more_than_there_is(self, tmp_path):
+        for shape in ("(5000, 5000)", "(-5, -5)", "(2.0, 2)"):
+            header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}}}".ljust(117) + "\n"
+            (tmp_path / "a.npy").write_bytes(b"\x93NUMPY\1\0v\0" + header.encode() + bytes(32))
+            with pytest.raises(FileError, match=r"is no .npy or .npz file of numbers, or a damaged one"):
+                read_gridded(tmp_path / "a.npy", None)
+
+    def test_the_order_of_the_bytes_does_not_matter(self, tmp_path):
+        values = np.arange(6.0).reshape(2, 3)
+        for array in (np.asfortranarray(values), values.astype(">f4"), values.astype("<i2")):
+            np.save(tmp_path / "a.npy", array)
+            np.testing.assert_array_equal(read_gridded(tmp_path / "a.npy", None).values, values)
+
 
 GREY = np.array([[0, 51, 102], [153, 204, 255]], np.uint8)
 SHADES = np.array([[0, 0.2, 0.4], [0.6, 0.8, 1]])
@@ -245,10 +286,42 @@ class TestReadGrey:
 
     def test_pictures_too_large_for_the_memory_are_refused(self, tmp_path, monkeypatch):
         Image.fromarray(GREY).save(tmp_path / "a.png")
-        for most in (4, 2):  # beyond the limit the library warns, beyond twice the limit it refuses
+        for most in (89_478_485, 4, 2):  # beyond the library's limit it warns, beyond twice the limit it refuses
             monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", most)
-            with pytest.raises(FileError, match=f"has more than {most} pixels: reduce it"):
+            monkeypatch.setattr(rasters, "MOST_VALUES", 5)
+            with pytest.raises(LimitError, match="has more than 5 pixels: reduce it"):
                 read_grey(tmp_path / "a.png")
+
+    def test_a_picture_of_few_bytes_and_many_pixels(self, tmp_path):
+        Image.new("1", (30_000, 30_000)).save(tmp_path / "a.png")
+        assert (tmp_path / "a.png").stat().st_size < 120_000
+        with pytest.raises(LimitError, match="has more than 25,000,000 pixels"):
+            read_grey(tmp_path / "a.png")
+
+    def test_a_picture_of_few_pixels_in_a_huge_tile(self, tmp_path):
+        tile = zlib.compress(bytes(10_000))
+        tags = {256: 4, 257: 4, 258: 8, 259: 8, 262: 1, 277: 1, 322: 16_000, 323: 16_000, 324: 200, 325: len(tile)}
+        entries = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags.items())
+        head = b"II*\0" + struct.pack("<IH", 8, len(tags)) + entries + bytes(4)
+        (tmp_path / "a.tiff").write_bytes(head.ljust(200, b"\0") + tile)
+        with pytest.raises(LimitError, match="has more than 25,000,000 pixels"):
+            read_grey(tmp_path / "a.tiff")
+
+    def test_bands_do_not_show(self, tmp_path, monkeypatch):
+        rng = np.random.default_rng(0)
+        for name, values in (("a", rng.integers(0, 256, (7, 5, 4), np.uint8)), ("b", rng.integers(0, 65536, (7, 5)))):
+            Image.fromarray(values.astype(np.uint16) if name == "b" else values).save(tmp_path / f"{name}.png")
+            whole = read_grey(tmp_path / f"{name}.png")
+            with monkeypatch.context() as patched:
+                patched.setattr(rasters, "BAND", 10)
+                np.testing.assert_array_equal(read_grey(tmp_path / f"{name}.png"), whole)
+
+    def test_only_pictures_are_opened(self, tmp_path):
+        """Pillow starts Ghostscript for some formats, whatever the file's ending."""
+        Image.fromarray(GREY).save(tmp_path / "a.eps")
+        (tmp_path / "a.eps").rename(tmp_path / "a.png")
+        with pytest.raises(FileError, match=r"is no picture of a known format \(PNG, JPEG, TIFF"):
+            read_grey(tmp_path / "a.png")
 
 
 class TestReadColumns:

@@ -9,7 +9,14 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles
-from bubblemesh.packing.population import Defects, relative_lengths
+from bubblemesh.packing.population import (
+    MANY_NEIGHBOURS,
+    NEAREST_TO_CORNER,
+    WIDEST_CORNER,
+    Defects,
+    across_wide_corners,
+    relative_lengths,
+)
 from bubblemesh.packing.relaxation import Connected
 from bubblemesh.spacing.spacing import Spacing
 
@@ -310,3 +317,62 @@ def test_relative_lengths_are_lengths_over_mean_spacing(seed):
         np.hypot(*(bubbles.x[i] - bubbles.x[j])) / ((bubbles.d[i] + bubbles.d[j]) / 2) for i, j in net.edges.tolist()
     ]
     np.testing.assert_allclose(relative_lengths(net.bubbles, net.edges), expected, rtol=1e-12)
+
+
+def loop_across_wide_corners(net):
+    """Edges that face too wide an angle at a corner, triangle by triangle."""
+    facets, x = {frozenset(facet) for facet in net.facets.tolist()}, net.bubbles.x
+    for triangle in net.triangles.tolist():
+        apex = min(triangle)
+        a, b = sorted(set(triangle) - {apex})
+        u, v = x[a] - x[apex], x[b] - x[apex]
+        wide = u @ v < WIDEST_CORNER * np.linalg.norm(u) * np.linalg.norm(v)
+        roomy = np.linalg.norm((x[a] + x[b]) / 2 - x[apex]) > NEAREST_TO_CORNER * net.bubbles.d[apex]
+        if apex < net.bubbles.corners and wide and roomy and frozenset((a, b)) not in facets:
+            yield a, b
+
+
+def fan(corner_size):
+    """A square with one bubble inside, whose corners see one triangle each; the spacing may be larger at corners."""
+    domain = Domain.of(rings.rectangle(0, 0, 2, 2))
+    shell = boundary_bubbles(domain, uniform(1))
+    d = np.where(np.arange(len(shell)) < shell.corners, corner_size, 1.0)
+    return connect(replace(shell, d=d), domain)
+
+
+@pytest.mark.parametrize("corner_size", [0.5, 1.0, 1.3, 2.0])
+def test_edges_across_wide_corners_are_those_of_the_loop_in_a_fan(corner_size):
+    net = fan(corner_size)
+    found = across_wide_corners(net, np.zeros(len(net.bubbles), bool))
+    assert sorted(map(tuple, found.tolist())) == sorted(loop_across_wide_corners(net))
+
+
+def test_a_fan_has_wide_corners_where_the_spacing_leaves_room():
+    assert len(list(loop_across_wide_corners(fan(0.5)))) > 0
+    assert len(list(loop_across_wide_corners(fan(2.0)))) == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_halved_edges_are_the_longest_first(seed):
+    domain, _, bubbles = random_packing(seed)
+    bubbles = bubbles.select(np.r_[: bubbles.boundary_count, bubbles.boundary_count + 3 : len(bubbles) : 2])
+    net = connect(bubbles, domain)
+    gone = np.zeros(len(bubbles), bool)
+    gone[bubbles.boundary_count :: 7] = True
+    ratio, scheme, inner = relative_lengths(bubbles, net.edges), Defects(), set(np.flatnonzero(net.inner).tolist())
+
+    def is_long(k):
+        limit = scheme.insert_longer
+        if max(net.valence[net.edges[k]]) >= MANY_NEIGHBOURS:
+            limit = scheme.insert_longer_at_crowd
+        return k in inner and not gone[net.edges[k]].any() and ratio[k] > limit
+
+    wanted = sorted(filter(is_long, range(len(net.edges))), key=lambda k: -ratio[k])
+    candidates = [*net.edges[wanted].tolist(), *across_wide_corners(net, gone).tolist()]
+    first = {}
+    for rank, edge in enumerate(candidates):
+        for bubble in edge:
+            first.setdefault(bubble, rank)
+    expected = [edge for rank, edge in enumerate(candidates) if all(first[bubble] == rank for bubble in edge)]
+    assert expected
+    assert scheme._too_long(net, ratio, gone).tolist() == expected

@@ -69,3 +69,9 @@ def test_opening_round_of_settled_has_steps_of_its_own():
     assert (scheme.steps(opening=True), scheme.steps(opening=False)) == (70, 12)
     for other in (FixedRounds(iterations=9), SelfAdaptive(iterations=9)):
         assert (other.steps(opening=True), other.steps(opening=False)) == (9, 9)
+
+
+def test_expected_steps_are_those_of_all_rounds_and_the_last_relaxation():
+    assert FixedRounds(rounds=4, iterations=9).expected_steps(opening=True) == 45
+    scheme = Settled(iterations=12, opening_iterations=70)
+    assert (scheme.expected_steps(opening=True), scheme.expected_steps(opening=False)) == (82, 24)

@@ -2,10 +2,14 @@ import numpy as np
 import pytest
 from lattices import hexagon, hexagonal, packed_hexagon
 
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.net import connect
-from bubblemesh.packing.population import Thresholds, boundary_overlaps, overlaps
+from bubblemesh.packing.placement.diffusion import boundary_bubbles
+from bubblemesh.packing.population import Thresholds, boundary_gaps, boundary_overlaps, overlaps
+from bubblemesh.spacing.spacing import Spacing
 
 SIDE = 5
 
@@ -144,3 +148,27 @@ def test_the_order_of_deletion():
     assert Thresholds(delete_order="worst").rank(alpha, random).tolist() == [3, 0, 2, 1]
     shuffled = Thresholds(delete_order="random").rank(np.zeros(50), random).tolist()
     assert sorted(shuffled) == list(range(50)) != shuffled
+
+
+def test_edges_of_the_boundary_have_room_by_the_spacing_of_their_own_ends():
+    domain = Domain.of(rings.rectangle(0, 0, 4, 4))
+    bubbles = boundary_bubbles(domain, Spacing(lambda x, y: 0.2 + 0.2 * x))
+    every_second = np.r_[: bubbles.corners, bubbles.corners + 1 : len(bubbles) : 2]
+    bubbles = bubbles.select(every_second)
+    net = connect(bubbles, domain)
+    found, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, 0.8)
+    x, d = bubbles.x, bubbles.d
+    expected = [(i, j) for i, j in net.facets.tolist() if np.hypot(*(x[i] - x[j])) > 1.6 * (d[i] + d[j]) / 2]
+    assert 0 < len(expected) < len(net.facets)
+    assert [tuple(edge) for edge in found.tolist()] == expected
+    np.testing.assert_allclose(domain.boundary.points(piece, s), x[found].mean(axis=1), atol=1e-12)
+
+
+def test_random_order_of_deletion_is_drawn_from_the_generator():
+    domain, spacing, bubbles = packed_hexagon(SIDE)
+    inside = bubbles.x[bubbles.interior]
+    net = connect(with_interior(bubbles, np.vstack([inside, inside + np.array([0.2, 0.1])])), domain)
+    scheme = Thresholds(delete_order="random")
+    left = [scheme(net, domain, spacing, np.random.default_rng(seed)).bubbles.x for seed in (0, 0, 1)]
+    assert np.array_equal(left[0], left[1])
+    assert not np.array_equal(left[0], left[2])

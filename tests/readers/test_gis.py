@@ -1,7 +1,12 @@
 """Rings and domains from shapefiles and GeoPackages."""
 
+import socket
+import sqlite3
+from contextlib import closing
+
 import numpy as np
 import pytest
+import shapely
 from geometry_files import WKT, area, domain, labels_of
 
 from bubblemesh.errors import CaseError
@@ -13,7 +18,6 @@ class TestGeographicFiles:
     @pytest.fixture
     def saved(self, tmp_path):
         pyogrio = pytest.importorskip("pyogrio")
-        import shapely
 
         def save(name, *shapes, layer="land", crs="EPSG:3857"):
             data = np.array([shapely.to_wkb(shapely.from_wkt(text)) for text in shapes], dtype=object)
@@ -49,5 +53,109 @@ class TestGeographicFiles:
 
     def test_what_is_no_such_file_is_refused(self, written):
         pytest.importorskip("pyogrio")
-        with pytest.raises(CaseError, match=r"a\.gpkg: not a valid GeoPackage"):
+        with pytest.raises(CaseError, match=r"a\.gpkg: not a valid GeoPackage: it does not begin as one: write"):
             domain(written("a.gpkg", "hello"))
+        with pytest.raises(CaseError, match=r"a\.shp: not a valid shapefile: it does not begin as one: write"):
+            domain(written("a.shp", "hello"))
+
+    def test_a_shapefile_goes_by_its_name(self, saved):
+        path = saved("a.shp", WKT)
+        assert area(path, layers=("a",)) == pytest.approx(15)
+        with pytest.raises(CaseError, match="no layer 'b'"):
+            domain(path, layers=("b",))
+        path.with_suffix(".dbf").unlink()
+        assert area(path) == pytest.approx(15)
+        path.with_suffix(".shx").unlink()
+        with pytest.raises(CaseError, match=r"not a valid shapefile: there is no \.shx beside it"):
+            domain(path)
+
+
+@pytest.fixture
+def server():
+    """Address of a server, and the requests that it got."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(0.2)
+        yield listening
+
+
+VRT = """<OGRVRTDataSource><OGRVRTLayer name="a"><SrcDataSource>{}</SrcDataSource>
+<GeometryType>wkbPolygon</GeometryType>
+<GeometryField encoding="WKT" field="WKT"/></OGRVRTLayer></OGRVRTDataSource>"""
+
+
+@pytest.mark.parametrize("name", ["a.gpkg", "a.shp"])
+@pytest.mark.parametrize("other", ["secret.csv", "/vsicurl/http://127.0.0.1:{}/a.csv", "WFS:http://127.0.0.1:{}"])
+def test_links_to_other_files_and_to_the_network_are_not_followed(written, server, name, other):
+    pytest.importorskip("pyogrio")
+    secret = written("secret.csv", "WKT,password\nsesame,1\n")
+    other = other.replace("secret.csv", str(secret)).format(server.getsockname()[1])
+    with pytest.raises(CaseError, match="it does not begin as one") as caught:
+        domain(written(name, VRT.format(other)))
+    assert "sesame" not in str(caught.value)
+    with pytest.raises(TimeoutError):
+        server.accept()
+
+
+class TestDatabases:
+    """What a GeoPackage can hold beside tables."""
+
+    @pytest.fixture
+    def package(self, tmp_path):
+        pyogrio = pytest.importorskip("pyogrio")
+        shape = np.array([shapely.to_wkb(shapely.from_wkt(WKT))], dtype=object)
+        path = tmp_path / "a.gpkg"
+        pyogrio.raw.write(
+            path, geometry=shape, field_data=[], fields=[], geometry_type="Polygon", driver="GPKG", crs="EPSG:3857"
+        )
+
+        def changed(*statements):
+            with closing(sqlite3.connect(path)) as database:
+                database.create_function("ST_IsEmpty", 1, lambda shape: 0)
+                database.executescript("; ".join(statements))
+            return path
+
+        return changed
+
+    LISTED = (
+        "INSERT INTO gpkg_contents SELECT 'v', data_type, 'v', '', last_change, min_x, min_y, max_x, max_y, srs_id"
+        " FROM gpkg_contents",
+        "INSERT INTO gpkg_geometry_columns SELECT 'v', column_name, geometry_type_name, srs_id, z, m"
+        " FROM gpkg_geometry_columns",
+    )
+
+    def test_views_are_left_out(self, package):
+        endless = (
+            "CREATE VIEW v AS WITH RECURSIVE c(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM c)"
+            " SELECT k AS fid, geom FROM c, a WHERE k < 0"
+        )
+        path = package(endless, *self.LISTED)
+        assert area(path) == pytest.approx(15)
+        with pytest.raises(CaseError, match="no layer 'v'"):
+            domain(path, layers=("v",))
+
+    def test_virtual_tables_are_refused(self, package):
+        path = package(
+            "PRAGMA writable_schema = ON",
+            "INSERT INTO sqlite_master VALUES ('table', 'v', 'v', 0, 'CREATE VIRTUAL TABLE v USING VirtualOGR(s)')",
+        )
+        with pytest.raises(CaseError, match=r"table 'v' cannot be read \(no such module: VirtualOGR\): save the layer"):
+            domain(path)
+
+    def test_computed_columns_are_refused(self, package):
+        path = package("ALTER TABLE a ADD COLUMN long AS (hex(zeroblob(400000000)))")
+        with pytest.raises(CaseError, match="its table 'a' has columns that are computed: save the layer"):
+            domain(path)
+
+    def test_a_log_of_changes_is_part_of_the_file(self, package):
+        path = package("PRAGMA journal_mode = WAL")
+        assert area(path) == pytest.approx(15)
+        path.with_name("a.gpkg-wal").write_bytes(b"1")
+        with pytest.raises(CaseError, match="another program has not yet written all into it"):
+            domain(path)
+
+    @pytest.mark.parametrize("cut", [100, 5000, 90_000])
+    def test_damaged_files(self, package, cut):
+        path = package()
+        path.write_bytes(path.read_bytes()[:cut])
+        with pytest.raises(CaseError, match="not a valid GeoPackage: "):
+            domain(path)

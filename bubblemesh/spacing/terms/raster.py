@@ -8,7 +8,9 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
-from bubblemesh.spacing.spacing import require_positive, spots
+from bubblemesh.spacing.spacing import finest, is_spot, require_positive
+
+BAND = 1_000_000  # pixels that are looked at together: of all of them there may be many
 
 
 @dataclass(frozen=True)
@@ -69,11 +71,25 @@ class Raster:
     @property
     def spots(self) -> Floats:
         """Centres (k, 2) of pixels at which it is fine over a short distance."""
-        x, y = np.meshgrid(self.x, self.y)
-        number = np.arange(x.size).reshape(x.shape)
-        first = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
-        last = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
-        return spots(np.column_stack([x.ravel(), y.ravel()]), first, last, self.values.ravel())
+        rows, columns = self.values.shape
+        step = max(BAND // columns, 1)
+        bands = [self._spots_in(first, min(first + step, rows)) for first in range(0, rows, step)]
+        row, column = np.divmod(finest(np.concatenate(bands), self.values.ravel()), columns)
+        return np.column_stack([self.x[column], self.y[row]])
+
+    def _spots_in(self, first: int, end: int) -> Integers:
+        """Numbers (k,) of the pixels, among all, that are spots in the rows from ``first`` to before ``end``."""
+        below = max(first - 1, 0)
+        values = self.values[below : end + 1]
+        along = np.diff(values, axis=1) / np.diff(self.x)
+        up = np.diff(values, axis=0) / np.diff(self.y[below : end + 1])[:, None]
+        least, steepest = np.full(values.shape, np.inf), np.full(values.shape, -np.inf)
+        sides = (np.s_[:, :-1], along), (np.s_[:, 1:], -along), (np.s_[:-1], up), (np.s_[1:], -up)
+        for pixels, rise in sides:
+            np.minimum(least[pixels], rise, out=least[pixels])
+            np.maximum(steepest[pixels], rise, out=steepest[pixels])
+        inner = slice(first - below, end - below)
+        return np.flatnonzero(is_spot(least[inner], steepest[inner])) + first * values.shape[1]
 
     def scaled(self, factor: float) -> Self:
         """The raster with all values multiplied."""

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from bubblemesh.errors import CaseError
+from bubblemesh.spacing.spacing import spots
+from bubblemesh.spacing.terms import raster
 from bubblemesh.spacing.terms.raster import Raster
 
 X, Y = np.array([0.0, 0.5, 2, 3]), np.array([-1.0, 0, 4])
@@ -81,3 +83,17 @@ def test_spots_are_fine_pixels_with_coarse_ones_around():
     values[4, 0] = 0.29
     spots = Raster.within((0, 0, 7, 5), values).spots
     assert sorted(map(tuple, spots)) == [(3.5, 2.5), (4.5, 2.5)]
+
+
+@pytest.mark.parametrize("shape", [(9, 13), (1, 13), (9, 1), (1, 1)])
+@pytest.mark.parametrize("band", [1, 30, 1000])
+def test_spots_are_those_of_the_mesh_of_the_pixels(monkeypatch, shape, band):
+    monkeypatch.setattr(raster, "BAND", band)
+    rng = np.random.default_rng(1)
+    x, y = (np.cumsum(rng.uniform(0.5, 1, count)) for count in shape[::-1])
+    values = rng.integers(1, 4, shape).astype(float)
+    number = np.arange(values.size).reshape(shape)
+    first = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
+    last = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
+    points = np.column_stack([part.ravel() for part in np.meshgrid(x, y)])
+    np.testing.assert_array_equal(Raster.of(x, y, values).spots, spots(points, first, last, values.ravel()))

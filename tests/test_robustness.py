@@ -1,0 +1,79 @@
+"""The trial of robustness: a sample of it, and that it would notice what is wrong."""
+
+import time
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from benchmarks.robustness.capped import called
+from benchmarks.robustness.corpus import FAMILIES, glyphs, random_domains
+from benchmarks.robustness.meshes import mesh_one, row_of, tasks
+from benchmarks.robustness.page import table
+from benchmarks.robustness.soundness import faults
+
+POINTS = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]], float)
+TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+FACETS = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
+
+BROKEN = {
+    "clockwise": (POINTS, TRIANGLES[:, [1, 0, 2]], FACETS, 1.0),
+    "unused": (np.vstack([POINTS, [[0.2, 0.2]]]), TRIANGLES, FACETS, 1.0),
+    "at one place": (np.vstack([POINTS[:4], [[0, 0]]]), TRIANGLES, FACETS, 1.0),
+    "one side": (POINTS, np.vstack([TRIANGLES, TRIANGLES[:1]]), FACETS, 1.0),
+    "boundary edges are not": (POINTS, TRIANGLES[:3], FACETS, 1.0),
+    "of the domain": (POINTS, TRIANGLES, FACETS, 1.0 + 1e-11),
+    "finite": (POINTS + [[np.nan, 0]] * 5, TRIANGLES, FACETS, None),
+}
+
+
+@pytest.fixture(autouse=True)
+def _quiet():
+    with np.errstate(invalid="ignore"):
+        yield
+
+
+def test_a_sound_mesh_has_no_faults():
+    assert faults(POINTS, TRIANGLES, FACETS, 1.0) == []
+
+
+@pytest.mark.parametrize("words", BROKEN)
+def test_a_broken_mesh_is_noticed(words):
+    assert any(words in fault for fault in faults(*BROKEN[words]))
+
+
+def test_the_corpus_is_the_same_at_every_call_and_has_all_families():
+    names = [name for name, _ in random_domains(22)]
+    assert {name.rpartition("-")[0] for name in names} == FAMILIES.keys()
+    assert list(random_domains(22)) == list(random_domains(22))
+    assert [name for name, _ in glyphs(5)] == [name for name, _ in glyphs(5)]
+    assert len(list(glyphs(40))) == 40
+
+
+def wait_or_fail(task):
+    if task == "crash":
+        raise KeyError("lost")
+    if task == "die":
+        import os
+
+        os._exit(3)
+    time.sleep(task)
+    return task
+
+
+@pytest.mark.long
+def test_calls_that_hang_die_or_crash_end_no_other():
+    ended = {call.task: call for call in called(wait_or_fail, [0, "crash", 60, "die", 0.1], 2, 2.0, 4000)}
+    assert (ended[0].value, ended[0.1].value) == (0, 0.1)
+    assert "KeyError" in ended["crash"].crash
+    assert "exit code 3" in ended["die"].crash
+    assert "no end" in ended[60].crash
+
+
+@pytest.mark.long
+def test_a_sample_of_the_trial_is_sound():
+    cases = islice((case for case in tasks(60, 44) if "tiny-holes" not in case["name"]), 16)
+    rows = [row_of(call) for call in called(mesh_one, cases, 2, 100, 3000)]
+    assert len(rows) == 16
+    assert [row for row in rows if row["outcome"] not in ("sound", "refused, and invalid")] == []
+    assert len(list(table(rows))) > 3
