@@ -111,9 +111,13 @@ class Walls:
         ray, part = tree.query(rays)
         if chord_of is None:
             return ray, part
-        pairs = np.sort(ray * len(self.tree) + chord_of[part])
-        ray, chord = np.divmod(pairs[np.diff(pairs, prepend=-1) != 0], len(self.tree))
-        return ray, chord
+        order = self.tree.query(
+            shapely.box(*shapely.total_bounds(self.tree.geometries))
+        )  # in which the tree tells chords
+        rank = np.argsort(order)
+        pairs = np.sort(ray * len(order) + rank[chord_of[part]])
+        ray, place = np.divmod(pairs[np.diff(pairs, prepend=-1) != 0], len(order))
+        return ray, order[place]
 
     def _may_meet(self, points: Floats, directions: Floats, chord: Integers) -> Booleans:
         """Whether lines through ``points`` (m, 2) may meet the chords (m,): a quick look, which is generous."""
