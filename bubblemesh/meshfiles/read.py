@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import CaseError, FileError, prefixed
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.contained import bounded_unpacking, require_contained
 from bubblemesh.meshfiles.groups import cell_groups
 from bubblemesh.messages import shown
 
@@ -226,8 +227,12 @@ def _read(path: Path) -> Any:
     source = local_copy(path)
     chatter = io.StringIO()
     try:
-        with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
+        with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter), bounded_unpacking():
+            with prefixed(path):
+                require_contained(source)
             return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
+    except (BubblemeshError, MemoryError):
+        raise
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds
