@@ -6,15 +6,19 @@ import re
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BufferedReader, TextIOWrapper
 from pathlib import Path, PurePath
-from typing import Any
+from typing import IO, Any, TypeVar
 from xml.etree import ElementTree
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.files import opened, read_bytes, require_readable
 
+Text = TypeVar("Text", str, bytes)
+
 MOST_UNPACKED = 1_000_000_000  # bytes
 CHUNK = 1 << 20
+MOST_ENDS = 1000  # how often the end may be read
 HDF = (".h5", ".h5m", ".hmf", ".med", ".cgns")
 INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
 
@@ -121,18 +125,58 @@ class _Bounded:
         return unpacked
 
 
+class _Lines(TextIOWrapper):
+    """Text whose end cannot be read for ever, as some readers would that miss a line."""
+
+    _ends = 0
+
+    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
+        line = super().readline(size)
+        self._ends = 0 if line else self._ends + 1
+        return _not_for_ever(line, self._ends)
+
+
+class _Bytes(BufferedReader):
+    """Bytes whose end cannot be read for ever."""
+
+    _ends = 0
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        line = super().readline(size)
+        self._ends = 0 if line else self._ends + 1
+        return _not_for_ever(line, self._ends)
+
+
+def _not_for_ever(line: Text, ends: int) -> Text:
+    if ends > MOST_ENDS:
+        raise EOFError("it ends too early")
+    return line
+
+
+def _opened(path: str, mode: str) -> IO[Any]:
+    """A file that meshio opens to read."""
+    stream = _Bytes(opened(Path(path)).detach())
+    return stream if "b" in mode else _Lines(stream)
+
+
 @contextmanager
-def bounded_unpacking() -> Iterator[None]:
-    """Within the block, meshio unpacks no more than there may be: the blocks of a VTU file do not tell their sizes."""
+def bounded_reading() -> Iterator[None]:
+    """Within the block, meshio opens files by the door of this package, and neither reads nor unpacks without a bound.
+
+    The blocks of a VTU file do not tell their sizes; and readers of many formats wait for a line beyond the end.
+    """
+    from meshio import _files as door
     from meshio.vtu import _vtu as reader
 
-    modules = reader.zlib, reader.lzma
     left = [MOST_UNPACKED]
+    zlib_, lzma_ = reader.zlib, reader.lzma
     reader.zlib, reader.lzma = _Bounded(zlib.decompressobj, left), _Bounded(lzma.LZMADecompressor, left)
+    door.open = _opened
     try:
         yield
     finally:
-        reader.zlib, reader.lzma = modules
+        reader.zlib, reader.lzma = zlib_, lzma_
+        del door.open
 
 
 def _require_little(size: int) -> None:
