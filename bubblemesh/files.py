@@ -4,7 +4,7 @@ import errno
 import os
 import stat
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from glob import escape
 from io import BufferedReader
@@ -17,23 +17,28 @@ from bubblemesh.errors import CaseError, FileError, LimitError, prefixed
 MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
 NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
 READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
+FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_NOFOLLOW"))
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
 MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
 
 _copies: ContextVar[Mapping[Path, Path] | None] = ContextVar("copies", default=None)
+_root: ContextVar[Path | None] = ContextVar("root", default=None)
 
 
 def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedReader:
     """Stream of a regular file's bytes, or of those of its local copy: the one way to what a user names.
 
     A pipe or a device, of which reading may never end, is not waited for. FileError if the system does not give the
-    file, or it is no regular one; LimitError if it is ``limited`` and has more than `MOST_BYTES`.
+    file, or it is no regular one; LimitError if it is ``limited`` and has more than `MOST_BYTES`; CaseError if it is
+    elsewhere than files may be (`confined_to`).
     """
-    path = local_copy(path)
     try:
-        _require_regular(os.stat(path), what, limited)  # noqa: PTH116 - as below; to open some devices is to use them
-        number = os.open(path, READ)
+        with _way_to(path) as (name, folder):
+            follow = folder is None
+            # To open some devices is to use them.
+            _require_regular(os.stat(name, dir_fd=folder, follow_symlinks=follow), what, limited)
+            number = os.open(name, READ if follow else READ | os.O_NOFOLLOW, dir_fd=folder)
     except (OSError, ValueError) as error:
         raise unreadable(error, what) from None
     stream = os.fdopen(number, "rb")
@@ -43,6 +48,53 @@ def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedR
         stream.close()
         raise
     return stream
+
+
+@contextmanager
+def confined_to(root: Path | None) -> Iterator[None]:
+    """Within the block, and its thread, files are opened below this folder only, wherever links lead; None is any.
+
+    ``root`` is a real path. Local copies may be anywhere.
+    """
+    token = _root.set(root)
+    try:
+        yield
+    finally:
+        _root.reset(token)
+
+
+def is_confined() -> bool:
+    """Whether files may be opened below one folder only."""
+    return _root.get() is not None
+
+
+@contextmanager
+def _way_to(path: Path) -> Iterator[tuple[Path | str, int | None]]:
+    """Name of a file or of its local copy; if files are confined, its last part, and the number of its open folder.
+
+    That folder is reached without links, which somebody may put in place of a folder at any moment.
+    """
+    root, copy = _root.get(), local_copy(path)
+    if root is None or copy in (_copies.get() or {}).values():
+        yield copy, None
+        return
+    real = Path(os.path.realpath(path))
+    if not real.is_relative_to(root):
+        raise CaseError(
+            f"{path}: leads out of {root}: an untrusted case reads only from below its folder: copy it there"
+        )
+    if os.open not in os.supports_dir_fd or real == root:  # Windows; a folder is no file
+        yield real, None
+        return
+    *parts, name = real.relative_to(root).parts
+    folder = os.open(root, FOLDER)
+    try:
+        for part in parts:
+            outer, folder = folder, os.open(part, FOLDER, dir_fd=folder)
+            os.close(outer)
+        yield name, folder
+    finally:
+        os.close(folder)
 
 
 def _require_regular(status: os.stat_result, what: str, limited: bool) -> None:
@@ -149,10 +201,14 @@ def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
     """Within the block, and its thread, these contents are read in place of the files on the disk.
 
     They are given by the files' names as the case has them: a batch sends the files of a case along with it to a
-    machine whose disk is another one. OSError if there is no place for copies.
+    machine whose disk is another one. FileError if there is no place for copies.
     """
-    with TemporaryDirectory(prefix="bubblemesh-") as folder:
-        token = _copies.set(_written(contents, Path(folder)))
+    with ExitStack() as stack:
+        try:
+            copies = _written(contents, Path(stack.enter_context(TemporaryDirectory(prefix="bubblemesh-"))))
+        except OSError as error:
+            raise FileError(f"no place for temporary files: {reason(error)}") from error
+        token = _copies.set(copies)
         try:
             yield
         finally:
@@ -162,6 +218,11 @@ def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
 def local_copy(path: Path) -> Path:
     """Path at which to read a file that a case names: that of its local copy, if it has one."""
     return (_copies.get() or {}).get(path, path)
+
+
+def has_copies() -> bool:
+    """Whether contents are read in place of files on the disk."""
+    return _copies.get() is not None
 
 
 def _written(contents: Mapping[str, bytes], folder: Path) -> dict[Path, Path]:

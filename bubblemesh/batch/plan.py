@@ -13,8 +13,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
-from bubblemesh.files import read_bytes
-from bubblemesh.problem.domain import named_files
+from bubblemesh.problem.domain import contents_of
 from bubblemesh.run.destination import Destination, OutputOptions, destination
 
 T = TypeVar("T")
@@ -31,6 +30,7 @@ class BatchOptions:
     folder: str | None = None  # of all results; without it each case has its own
     page: bool | None = None  # whether each case gets its page; without it the case says so
     shard: tuple[int, int] = (1, 1)  # the part of the cases to mesh, from 1, and the number of parts
+    untrusted: bool = False  # whether the cases come from strangers
     resume: bool = False  # whether cases that an earlier batch has done stay as they are, and its summary goes on
 
     def __post_init__(self) -> None:
@@ -82,16 +82,11 @@ class Entry:
             return self.row
         try:
             with prefixed(self.row.source):
-                files = {str(path): _content(path) for path in named_files(self.case)}
+                files = contents_of(self.case, self.case.root)
             job = Job(self.number, self.row, self.case, self.destination, files)
             return replace(job, row=replace(self.row, inputs=job.digest()))
         except Exception as error:  # whatever it is, it is no reason to give up the other cases
             return self.row.ended_by(error)
-
-
-def _content(path: Path) -> bytes:
-    with prefixed(path):
-        return read_bytes(path)
 
 
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
@@ -103,7 +98,7 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
     entries: list[Entry] = []
     for source in sources:
         try:
-            variants = case_variants(source, overrides=options.overrides)
+            variants = case_variants(source, overrides=options.overrides, untrusted=options.untrusted)
         except Exception as error:
             entries.append(Entry(len(entries) + 1, _row(source).ended_by(error)))
         else:
@@ -117,7 +112,7 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
     # With a slash at its end it is a folder, whatever its name looks like.
     output = None if options.folder is None else f"{options.folder}/"
     try:
-        case = load_case(source, overrides=options.overrides, variant=variant)
+        case = load_case(source, overrides=options.overrides, variant=variant, untrusted=options.untrusted)
         place = destination(case, source, OutputOptions(output, page=options.page))
     except Exception as error:
         return Entry(number, row.ended_by(error))

@@ -10,7 +10,7 @@ from typing import Any
 from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.case.fields import is_file_name
 from bubblemesh.case.yaml import Document, read_document, read_text
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import CaseError, prefixed
 
 # The cases of a sweep are read one by one from the same files.
 document_of = lru_cache(maxsize=4)(read_document)
@@ -43,10 +43,8 @@ def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
         if realpath(path) in seen:
             raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
         seen.append(realpath(path))
-        try:
+        with prefixed(place):
             text = read_text(path)
-        except FileError as error:
-            raise FileError(f"{place}: {error}") from None
         files.insert(0, SourceFile(str(path), document_of(text, str(path)), path.parent))
     return files
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -101,10 +102,11 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
 
 @dataclass(frozen=True)
 class Origin:
-    """Files and lines of some keys, or the options that set them; cases are equal wherever they come from."""
+    """Where a case comes from: files and lines of keys, or options that set them; cases are equal wherever that is."""
 
     places: Mapping[tuple[str | int, ...], str] = field(default_factory=dict, compare=False)
     seconds: float = field(default=0.0, compare=False)  # that loading the case took
+    root: FilePath | None = field(default=None, compare=False)  # folder that an untrusted case may not leave
 
     def __call__(self, key: Sequence[str | int]) -> str | None:
         """Place of a key, or of the nearest one above it, if any is known."""

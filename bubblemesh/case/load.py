@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from os.path import realpath
 from pathlib import Path
 from time import perf_counter
 from typing import Any, TypeVar
@@ -10,16 +11,16 @@ from pydantic import ValidationError
 
 from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
 from bubblemesh.case.faults import Origin, problems
-from bubblemesh.case.models import Case
+from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text
 from bubblemesh.errors import CaseError
+from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
 
 T = TypeVar("T")
 
-TIME_LIMIT = ("limits", "seconds")
 FOREVER = 1e9  # seconds
 DEEPEST = 4  # parts of the keys that errors of the geometry and the spacing tell the lines of
 
@@ -30,6 +31,7 @@ def load_case(
     overrides: Sequence[str | Override] = (),
     text: str | None = None,
     variant: Variant | None = None,
+    untrusted: bool = False,
     **options: Any,
 ) -> Case:
     """Read and check a case.
@@ -44,6 +46,9 @@ def load_case(
         The case as YAML, in place of the file's content.
     variant : Variant, optional
         Which of the cases of a sweep; without it, a file with a sweep is an error.
+    untrusted : bool
+        Whether the case comes from a stranger: its files have to be below its folder, wherever links lead, and its
+        limits are at most those of `UNTRUSTED`, unless ``overrides`` or ``options`` set them.
     **options
         ``method``, ``seed`` and ``time_limit`` set ``method``, ``packing.seed`` and ``limits.seconds`` over
         ``overrides``.
@@ -56,12 +61,20 @@ def load_case(
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
     path, changes = Path(path), overrides_of(overrides, **options)
-    return _in_time(path, changes, lambda begun: _loaded(path, text, changes, variant, begun))
+    root = _root_of(path, untrusted)
+    return _in_time(path, changes, root, lambda begun: _loaded(path, text, changes, variant, root, begun))
 
 
-def _loaded(path: Path, text: str | None, changes: Sequence[Override], variant: Variant | None, begun: float) -> Case:
+def _loaded(
+    path: Path,
+    text: str | None,
+    changes: Sequence[Override],
+    variant: Variant | None,
+    root: Path | None,
+    begun: float,
+) -> Case:
     """The case; its reading has begun at that reading of the clock."""
-    data, places = _read(path, text, changes)
+    data, places = _read(path, text, changes, root)
     limits = data.get("limits")
     allow(_usable(limits.get("seconds")) if isinstance(limits, dict) else None)
     sweep = data.pop("sweep", None)
@@ -76,16 +89,19 @@ def _loaded(path: Path, text: str | None, changes: Sequence[Override], variant: 
         data["name"] = "mesh" if str(path) == "-" else path.stem
     if variant is not None and isinstance(data["name"], str):
         data["name"] += variant.label
-    return _checked(data, places, begun)
+    return _checked(data, places, root, begun)
 
 
-def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (), **options: Any) -> list[Variant]:
+def case_variants(
+    path: Path | str, *, overrides: Sequence[str | Override] = (), untrusted: bool = False, **options: Any
+) -> list[Variant]:
     """The cases that a file stands for: one, or those of its sweep.
 
     Errors are those of `load_case`, but the cases are not checked; an option that sets what is swept is a CaseError.
     """
-    changes = overrides_of(overrides, **options)
-    data, places = _in_time(Path(path), changes, lambda begun: _read(Path(path), None, changes))
+    path, changes = Path(path), overrides_of(overrides, **options)
+    root = _root_of(path, untrusted)
+    data, places = _in_time(path, changes, root, lambda begun: _read(path, None, changes, root))
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:
@@ -94,10 +110,24 @@ def case_variants(path: Path | str, *, overrides: Sequence[str | Override] = (),
     return variants
 
 
-def _in_time(path: Path, changes: Sequence[Override], call: Callable[[float], T]) -> T:
-    """What a call returns, told when it has begun, within the time limit that changes of the case may set."""
-    begun, given = perf_counter(), [change.value for change in changes if change.path == TIME_LIMIT]
-    return within(lambda: call(begun), _usable(given[-1]) if given else None, None, begun, f"{_source(path)}: ")
+def _root_of(path: Path, untrusted: bool) -> Path | None:
+    """Folder that an untrusted case may not leave; None for a trusted one."""
+    return Path(realpath(path.parent)) if untrusted else None
+
+
+def _in_time(path: Path, changes: Sequence[Override], root: Path | None, call: Callable[[float], T]) -> T:
+    """What a call returns, told when it has begun, within the limits that changes of the case may set."""
+    begun = perf_counter()
+    seconds, memory = (_allowed(key, changes, root) for key in ("seconds", "max_memory_mb"))
+    return within(lambda: call(begun), seconds, memory, begun, f"{_source(path)}: ")
+
+
+def _allowed(key: str, changes: Sequence[Override], root: Path | None) -> float | None:
+    """Limit that holds while a case is read, before it is known what the case itself gives."""
+    given = [change.value for change in changes if change.path == ("limits", key)]
+    if given:
+        return _usable(given[-1])
+    return None if root is None else UNTRUSTED[key]
 
 
 def _usable(seconds: Any) -> float | None:
@@ -109,13 +139,16 @@ def _source(path: Path) -> str:
     return "<stdin>" if str(path) == "-" else str(path)
 
 
-def _read(path: Path, text: str | None, changes: Sequence[Override]) -> "tuple[dict[str, Any], _Places]":
+def _read(
+    path: Path, text: str | None, changes: Sequence[Override], root: Path | None
+) -> "tuple[dict[str, Any], _Places]":
     """The data of a case's files with the changes over it, and where it comes from."""
     source = _source(path)
     for change in changes:
         if change.path[0] == "base":
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
-    files = source_files(path, source, read_text(path) if text is None else text)
+    with confined_to(root):
+        files = source_files(path, source, read_text(path) if text is None else text)
     data: Any = merged(files)
     for change in changes:
         data = applied(data, change)
@@ -149,17 +182,19 @@ class _Places:
         return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
 
 
-def _checked(data: dict[str, Any], places: _Places, begun: float) -> Case:
+def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float) -> Case:
     """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry."""
     try:
         case = Case.model_validate(data, context=_parameters(data))
     except ValidationError as error:
         raise CaseError("\n".join(problems(error, Case, places))) from None
     _check_names(case, places)
+    if root is not None:
+        case = _limited(case, places)
     case, warnings = _with_method(case, places)
     late = [*_paths(data["spacing"], "spacing"), *_paths(data["domain"], "domain")]
     places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
-    return case.loaded(Origin(places_of, perf_counter() - begun), warnings)
+    return case.loaded(Origin(places_of, perf_counter() - begun, root), warnings)
 
 
 def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
@@ -186,6 +221,21 @@ def _check_names(case: Case, places: _Places) -> None:
             problem = f"{region.name!r} is the name at {seen[region.name]} too: give every region a name of its own"
             raise CaseError(places.message(path, problem))
         seen[region.name] = ".".join(map(str, path))
+
+
+def _limited(case: Case, places: _Places) -> Case:
+    """The case with the limits of untrusted ones where it has none; it is a CaseError if it asks for more itself."""
+    limits: dict[str, float] = {}
+    for key, most in UNTRUSTED.items():
+        path, given = ("limits", key), getattr(case.limits, key)
+        if places.is_option(path):
+            continue
+        if key not in case.limits.model_fields_set or given is None:
+            limits[key] = most
+        elif given > most:
+            advice = f"lower it, or allow it by --set limits.{key}={given:g}"
+            raise CaseError(places.message(path, f"an untrusted case may ask for {most:g} (found {given:g}): {advice}"))
+    return case.model_copy(update={"limits": case.limits.model_copy(update=limits)})
 
 
 def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:

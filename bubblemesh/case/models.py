@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from importlib.resources import files
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
@@ -76,6 +77,10 @@ class Limits(Strict):
     )
 
 
+# Limits of a case from a stranger, which the case may lower, and options of the command line may raise.
+UNTRUSTED: Mapping[str, int] = {"max_nodes": 200_000, "seconds": 300, "max_memory_mb": 2000}
+
+
 class Requirements(Strict):
     """The quality that a mesh must reach for the run to succeed."""
 
@@ -124,6 +129,11 @@ class Case(Strict):
     def warnings(self) -> tuple[str, ...]:
         """Warnings on keys that were left out on loading, or that this system cannot heed."""
         return (*self._warnings, *unlimited_memory(self.limits.max_memory_mb))
+
+    @property
+    def root(self) -> Path | None:
+        """Folder below which all files of an untrusted case have to be; None for a trusted one."""
+        return self._origin.root
 
     def loaded(self, origin: Origin, warnings: tuple[str, ...]) -> "Case":
         """Copy of the case with its origin, and warnings on loading it."""

@@ -17,6 +17,7 @@ from bubblemesh.cli.options import (
     Picture,
     Quiet,
     SolverNamed,
+    Untrusted,
     with_overrides,
 )
 from bubblemesh.cli.stdio import output_stream, read_input, write_json, write_new, write_output
@@ -36,6 +37,7 @@ def run(
     format_name: FormatNamed = None,
     solver: SolverNamed = None,
     overrides: Overrides = (),
+    untrusted: Untrusted = False,
     as_json: AsJson = False,
     history: Annotated[
         bool, typer.Option("--history", help="Write tables of all rounds, and of the mean speed in all steps, as CSV.")
@@ -51,7 +53,7 @@ def run(
     from bubblemesh.run import pipeline
     from bubblemesh.run.destination import OutputOptions
 
-    loaded = case_at(case, overrides)
+    loaded = case_at(case, overrides, untrusted)
     place = destination_of(loaded, case, OutputOptions(output, format_name, solver, history, page), as_json)
     if dry_run:
         tell_estimate(loaded, case, picture, as_json, quiet)
@@ -83,6 +85,7 @@ def adapt(
     format_name: FormatNamed = None,
     solver: SolverNamed = None,
     overrides: Overrides = (),
+    untrusted: Untrusted = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -92,7 +95,7 @@ def adapt(
     from bubblemesh.meshfiles.read import read_nodal_field
     from bubblemesh.run.destination import OutputOptions
 
-    loaded = case_at(case, overrides)
+    loaded = case_at(case, overrides, untrusted)
     target = adapting.Target(error, nodes)
     place = destination_of(loaded, case, OutputOptions(output, format_name, solver), as_json, solution)
     read = read_nodal_field(solution, field)
@@ -105,12 +108,13 @@ def adapt(
 def check(
     case: CaseFile,
     overrides: Overrides = (),
+    untrusted: Untrusted = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
     picture: Picture = None,
 ) -> None:
     """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    tell_estimate(case_at(case, overrides), case, picture, as_json, quiet)
+    tell_estimate(case_at(case, overrides, untrusted), case, picture, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -128,6 +132,7 @@ def batch(
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
     ] = None,
     overrides: Overrides = (),
+    untrusted: Untrusted = False,
     page: Annotated[
         bool | None,
         typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
@@ -139,7 +144,7 @@ def batch(
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
 
-    options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), resume)
+    options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), untrusted, resume)
     workers = many.workers_at(jobs, cluster)
     entries = many.plan_cases(many.case_files(paths), options)
     with BatchProgress(quiet) as progress:
@@ -173,11 +178,11 @@ def init(
     console.tell(f"{path} written: run it with  bubblemesh run {path}")
 
 
-def case_at(case: str, overrides: Overrides) -> "Case":
+def case_at(case: str, overrides: Overrides, untrusted: bool) -> "Case":
     """Case of a file, or - for the standard input, with the options over it."""
     from bubblemesh.case import load_case
 
-    return load_case(case, overrides=overrides, text=read_input() if case == "-" else None)
+    return load_case(case, overrides=overrides, untrusted=untrusted, text=read_input() if case == "-" else None)
 
 
 def destination_of(

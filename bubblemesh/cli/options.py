@@ -24,6 +24,10 @@ SolverNamed = Annotated[
     str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
 ]
 Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.")]
+Untrusted = Annotated[
+    bool,
+    typer.Option("--untrusted", help="The case is a stranger's: only files below its folder, and limits by default."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and errors only.")]
 
 # Options that set keys of the case: what each sets stands under its name in case/overrides.py, which spells its flag.

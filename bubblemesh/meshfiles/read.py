@@ -11,7 +11,7 @@ import numpy as np
 
 from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
-from bubblemesh.files import local_copy, opened, reason
+from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.contained import bounded_reading, require_contained
 from bubblemesh.meshfiles.groups import cell_groups
@@ -19,6 +19,7 @@ from bubblemesh.messages import shown
 
 # By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
 FORMAT_OF_ENDING = {".msh": "gmsh"}
+SELF_CONTAINED = (".msh", ".vtk", ".vtu")  # whose readers open no further file that they name
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
 PLANE = 1e-12  # of the extent
@@ -223,6 +224,8 @@ def _read(path: Path) -> Any:
     """Read a mesh as meshio has it; a file that cannot be read is a FileError."""
     import meshio
 
+    if is_confined() and path.suffix not in SELF_CONTAINED:
+        raise CaseError(f"{path}: may name other files: an untrusted case gives data as {', '.join(SELF_CONTAINED)}")
     with prefixed(path), opened(path) as stream:
         if not stream.peek(1):
             raise FileError("is empty")

@@ -1,6 +1,7 @@
 """The domain that a case describes: its rings and lines as geometry, and the files that a case names."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from bubblemesh.case.domain import (
 )
 from bubblemesh.case.fields import Strict
 from bubblemesh.errors import GeometryError, Key, about, prefixed
+from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
@@ -41,7 +43,7 @@ DOMAIN = Key(["domain"])
 
 def case_domain(case: Case) -> Domain:
     """The domain of a case's rings, with its regions and what is embedded; errors have the place and what to do."""
-    with about(DOMAIN):
+    with about(DOMAIN), own_files(case.domain, case.root):
         outer, *holes = domain_rings(case.domain)
         return Domain.of(outer, holes, _inner_parts(case.domain))
 
@@ -93,6 +95,32 @@ def named_files(model: Strict) -> Iterator[Path]:
         for part in value if isinstance(value, tuple) else [value]:
             if isinstance(part, Strict):
                 yield from named_files(part)
+
+
+def contents_of(model: Strict, root: Path | None) -> dict[str, bytes]:
+    """Contents of the files that a case, or a part of it, names, by their names; errors have the file.
+
+    CaseError if a file lies elsewhere than below the root of an untrusted case.
+    """
+    with confined_to(root):
+        return {str(path): _content(path) for path in named_files(model)}
+
+
+def _content(path: Path) -> bytes:
+    with prefixed(path):
+        return read_bytes(path)
+
+
+@contextmanager
+def own_files(model: Strict, root: Path | None) -> Iterator[None]:
+    """Within the block libraries find no other files than copies of those that a part of an untrusted case may read.
+
+    Nothing changes for a trusted one, and copies that are there already stay. Errors as of `contents_of`; FileError
+    if there is no place for copies.
+    """
+    copies = nullcontext() if root is None or has_copies() else local_copies(contents_of(model, root))
+    with confined_to(root), copies:
+        yield
 
 
 def _rings_of_file(keys: FileDomain) -> list[Ring]:

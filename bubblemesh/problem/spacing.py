@@ -16,6 +16,7 @@ from bubblemesh.geometry.distance.distances import Distance, distance_to_labels,
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.data_terms import data_functions, elsewhere
+from bubblemesh.problem.domain import own_files
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
@@ -46,7 +47,8 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
         for number, region in enumerate(case.domain.regions)
         if region.spacing is not None
     }
-    request = spacing_request(case.spacing, domain, own)
+    with own_files(case.spacing_terms, case.root):
+        request = spacing_request(case.spacing, domain, own)
     return replace(request, warnings=(*case.warnings, *request.warnings))
 
 

@@ -88,7 +88,7 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending. CaseError if the format or the solver is unknown, or the format is not that of the file's ending
     or has no form for the order of the triangles; FileError if a file would be written twice, or that of the case or
-    of its solution be overwritten.
+    of its solution be overwritten. An untrusted case that names a folder outside of its own is a CaseError.
     """
     asked, output = options.formats, options.output
     formats = _distinct(asked or case.output.formats)
@@ -102,6 +102,8 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
         if _is_file(output):
             formats = (_format_of(folder, asked, case.output.formats),)
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
+    elif case.root is not None and case.output.directory is not None:
+        _require_below(folder, case.root)
     require_order(formats, case.output.order)
     page = case.output.report if options.page is None else options.page
     place = Destination(folder, name, formats, options.history, page)
@@ -110,6 +112,14 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
         if path is not None and realpath(path) in written:
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
     return place
+
+
+def _require_below(folder: Path, root: Path) -> None:
+    """Check that the folder of an untrusted case's results lies below the folder of the case."""
+    if not Path(realpath(folder)).is_relative_to(root):
+        raise CaseError(
+            f"output.directory: {folder} leads out of {root}: an untrusted case writes below it, or where -o says"
+        )
 
 
 def stream_destination(case: Case, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
