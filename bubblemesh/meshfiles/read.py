@@ -235,7 +235,7 @@ def _read(path: Path) -> Any:
         with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter), bounded_reading():
             with prefixed(path):
                 require_contained(source)
-            return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
+                return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
     except (BubblemeshError, MemoryError):
         raise
     except OSError as error:
