@@ -47,7 +47,7 @@ class Job:
         case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds", "max_memory_mb"}})
         inputs = {
             "version": self.version,
-            "case": _with_contents(case, contents),
+            "case": _with_contents(case, contents) if contents else case,
             "files": sorted((Path(name).name, digest) for name, digest in contents.items()),
             "formats": self.destination.formats,
             "order": self.case.output.order,
