@@ -2,12 +2,12 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations, product
 from math import prod
 from typing import Any
 
-from bubblemesh.case.bases import OWN_KEYS
+from bubblemesh.case.bases import OWN_KEYS, SourceFile
 from bubblemesh.case.fields import described
 from bubblemesh.errors import CaseError
 
@@ -24,6 +24,7 @@ class Variant:
 
     label: str = ""  # that the file's name gets for the case, such as -w2=0.5-h=0.1; empty if the file is one case
     values: tuple[tuple[str, Any], ...] = ()  # key, such as packing.w2, and value of all that is swept
+    files: tuple[SourceFile, ...] = field(default=(), compare=False, repr=False)  # that it was read from, if known
 
 
 ALONE = Variant()

@@ -43,6 +43,15 @@ def test_a_sweep_is_a_case_for_each_combination_in_order(case):
     assert {one.sweep for one in cases} == {None}
 
 
+def test_the_cases_of_a_sweep_are_those_of_its_files_as_they_were_when_these_were_read_once(case):
+    path = case("{packing.seed: [1, 2]}", text="base: base.yaml\n")
+    (path.parent / "base.yaml").write_text(SMALL)
+    variants = case_variants(path)
+    (path.parent / "base.yaml").unlink()
+    path.write_text("spacing: [\n")
+    assert [load_case(path, variant=variant).packing["seed"] for variant in variants] == [1, 2]
+
+
 def test_a_file_without_a_sweep_is_one_case(tmp_path):
     path = tmp_path / "plate.yaml"
     path.write_text(SMALL)
