@@ -11,7 +11,7 @@ import struct
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -20,6 +20,9 @@ import numpy as np
 
 from benchmarks.robustness.capped import Call, called
 from benchmarks.robustness.meshes import read_rows
+from bubblemesh.case import load_case
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.problem.prepare import prepare
 
 ROOT = Path(__file__).parents[2]
 TOKEN = re.compile(rb"[\w.+-]+|\s+|.", re.DOTALL)
@@ -288,13 +291,9 @@ def tasks(each: int) -> Iterator[Row]:
             yield {"name": f"{kind}-{number}", "kind": kind, "number": number}
 
 
-def read_one(task: Row) -> Row:
-    """Row of a task: whether the damaged case is read or refused."""
-    from bubblemesh.case import load_case
-    from bubblemesh.errors import BubblemeshError
-    from bubblemesh.problem.prepare import prepare
-
-    seed = damaged(seeds()[task["kind"]], random.Random(task["name"]))
+def read_one(known: dict[str, Seed], task: Row) -> Row:
+    """Row of a task, on one of the known seeds: whether the damaged case is read or refused."""
+    seed = damaged(known[task["kind"]], random.Random(task["name"]))
     with TemporaryDirectory() as name, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         write(seed, Path(name))
@@ -337,7 +336,7 @@ def main(arguments: list[str]) -> None:
     wanted = [task for task in tasks(options.each) if task["kind"].startswith(options.kind)]
     left = [task for task in wanted if task["name"] not in done]
     with options.rows.open("a") as file:
-        for call in called(read_one, left, options.jobs, options.seconds, options.megabytes):
+        for call in called(partial(read_one, seeds()), left, options.jobs, options.seconds, options.megabytes):
             file.write(json.dumps(row_of(call)) + "\n")
             file.flush()
     names = {task["name"] for task in wanted}

@@ -232,10 +232,10 @@ def _read(path: Path) -> Any:
     source = local_copy(path)
     chatter = io.StringIO()
     try:
-        with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter), bounded_reading():
-            with prefixed(path):
-                require_contained(source)
-                return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
+        streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
+        with streams[0], streams[1], bounded_reading(), prefixed(path):
+            require_contained(source)
+            return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
     except (BubblemeshError, MemoryError):
         raise
     except OSError as error:
