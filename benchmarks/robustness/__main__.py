@@ -3,7 +3,7 @@
 import sys
 from importlib import import_module
 
-TRIALS = ("meshes", "page")
+TRIALS = ("fuzz", "meshes", "page")
 
 
 def main() -> None:

@@ -139,8 +139,9 @@ def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
     folders: dict[Path, str] = {}
     for entry in entries:
         for path in entry.files:
-            folder = folders.setdefault(path.parent, os.path.realpath(path.parent))
-            place = os.path.join(folder, path.name)  # noqa: PTH118 (ten times faster, and there may be many)
+            if path.parent not in folders:
+                folders[path.parent] = os.path.realpath(path.parent)
+            place = os.path.join(folders[path.parent], path.name)  # noqa: PTH118 (ten times faster, and there may be many)
             owner = owners.setdefault(place, entry)
             if owner is not entry:
                 advice = f"give one of them another name than {entry.row.case!r}, or another output.directory and no -o"

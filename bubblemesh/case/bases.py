@@ -12,7 +12,7 @@ from bubblemesh.case.fields import is_file_name
 from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, prefixed
 
-# The cases of a sweep are read one by one from the same files.
+# Many cases may have the same base.
 document_of = lru_cache(maxsize=4)(read_document)
 
 OWN_KEYS = ("base", "name", "sweep")  # that a case neither takes over from its base nor sweeps

@@ -45,7 +45,8 @@ def load_case(
     text : str, optional
         The case as YAML, in place of the file's content.
     variant : Variant, optional
-        Which of the cases of a sweep; without it, a file with a sweep is an error.
+        Which of the cases of a sweep; without it, a file with a sweep is an error. One that `case_variants` gave is
+        that of the files as they were then, which are not read again.
     untrusted : bool
         Whether the case comes from a stranger: its files have to be below its folder, wherever links lead, and its
         limits are at most those of `UNTRUSTED`, unless ``overrides`` or ``options`` set them.
@@ -74,8 +75,7 @@ def _loaded(
     begun: float,
 ) -> Case:
     """The case; its reading has begun at that reading of the clock."""
-    data, places = _read_before(path, changes, variant, root) or _read(path, text, changes, root)
-    data = dict(data)
+    data, places = _read(path, text, changes, root, variant.files if variant else ())
     limits = data.get("limits")
     allow(_usable(limits.get("seconds")) if isinstance(limits, dict) else None)
     sweep = data.pop("sweep", None)
@@ -108,17 +108,7 @@ def case_variants(
         for change in places.changes:
             if change.covers(path_of(key)) or change.leads_through(path_of(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
-    return [replace(variant, file=((path, root, changes), data, places)) for variant in variants]
-
-
-def _read_before(
-    path: Path, changes: Sequence[Override], variant: Variant | None, root: Path | None
-) -> "tuple[dict[str, Any], _Places] | None":
-    """What was read, on the same terms, when it was found which cases the file stands for, if it was."""
-    if variant is None or variant.file is None:
-        return None
-    terms, data, places = variant.file
-    return (data, places) if terms == (path, root, changes) else None
+    return [replace(variant, files=tuple(places.files)) for variant in variants]
 
 
 def _root_of(path: Path, untrusted: bool) -> Path | None:
@@ -151,15 +141,19 @@ def _source(path: Path) -> str:
 
 
 def _read(
-    path: Path, text: str | None, changes: Sequence[Override], root: Path | None
+    path: Path, text: str | None, changes: Sequence[Override], root: Path | None, files: Sequence[SourceFile] = ()
 ) -> "tuple[dict[str, Any], _Places]":
-    """The data of a case's files with the changes over it, and where it comes from."""
+    """The data of a case's files with the changes over it, and where it comes from.
+
+    ``files`` that are known already are not read again, unless they have to be below a root.
+    """
     source = _source(path)
     for change in changes:
         if change.path[0] == "base":
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
-    with confined_to(root):
-        files = source_files(path, source, read_text(path) if text is None else text)
+    if root is not None or not files:
+        with confined_to(root):
+            files = source_files(path, source, read_text(path) if text is None else text)
     data: Any = merged(files)
     for change in changes:
         data = applied(data, change)

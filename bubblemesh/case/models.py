@@ -117,7 +117,7 @@ class Case(Strict):
     )
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")
 
-    _origin: Origin = PrivateAttr(default=Origin())
+    _origin: Origin = PrivateAttr(default_factory=Origin)
     _warnings: tuple[str, ...] = PrivateAttr(default=())
 
     @property

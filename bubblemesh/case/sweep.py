@@ -7,7 +7,7 @@ from itertools import combinations, product
 from math import prod
 from typing import Any
 
-from bubblemesh.case.bases import OWN_KEYS
+from bubblemesh.case.bases import OWN_KEYS, SourceFile
 from bubblemesh.case.fields import described
 from bubblemesh.errors import CaseError
 
@@ -24,7 +24,7 @@ class Variant:
 
     label: str = ""  # that the file's name gets for the case, such as -w2=0.5-h=0.1; empty if the file is one case
     values: tuple[tuple[str, Any], ...] = ()  # key, such as packing.w2, and value of all that is swept
-    file: Any = field(default=None, compare=False, repr=False)  # what `case_variants` has read, for `load_case`
+    files: tuple[SourceFile, ...] = field(default=(), compare=False, repr=False)  # that it was read from, if known
 
 
 ALONE = Variant()

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from functools import cache
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
@@ -41,15 +42,15 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
     """
     given = {"packing": packing, "schedule": schedule}
     row = _with_schemes(method, given)
+    changes: dict[str, dict[str, Any]] = {}
     for section, key in _parameters(given):
         name = _column_of(row, section, key)
         if name is None:
             known = list(options(row)[section])
             raise OptionError(section, key, f"the method {method!r} does not use this key: {meant(key, known)}")
-        scheme = getattr(row, name)
-        value = _checked(type(scheme), section, key, given[section][key])
-        row = replace(row, **{name: replace(scheme, **{key: value})})
-    return row
+        value = _checked(type(getattr(row, name)), section, key, given[section][key])
+        changes.setdefault(name, {})[key] = value
+    return replace(row, **{name: replace(getattr(row, name), **values) for name, values in changes.items()})
 
 
 def unused_keys(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -94,7 +95,9 @@ def _with_schemes(method: str, given: Mapping[str, Mapping[str, Any]]) -> Method
         raise OptionError("method", None, f"unknown method {method!r}: {meant(method, METHODS)}")
     row = METHODS[method]
     for (section, key), name in CHOICES.items():
-        known, chosen = COLUMNS[name].schemes, given[section].get(key, _scheme_name(row, name))
+        if key not in given[section]:
+            continue
+        known, chosen = COLUMNS[name].schemes, given[section][key]
         if not isinstance(chosen, str) or chosen not in known:
             problem = f"there is no such scheme: {meant(str(chosen), known)} (found {chosen!r})"
             raise OptionError(section, key, problem)
@@ -116,13 +119,19 @@ def _column_of(row: Method, section: str, key: str) -> str | None:
     return next(names, None)
 
 
-def _checked(kind: type[Any], section: str, key: str, value: Any) -> Any:
+def _checked(kind: Any, section: str, key: str, value: Any) -> Any:
     """The value of a scheme's parameter, within its bounds."""
     try:
-        return TypeAdapter(_hints(kind)[key], config=STRICT).validate_python(value)
+        return _adapter(kind, key).validate_python(value)
     except ValidationError as error:
         problem = error.errors()[0]["msg"]
         raise OptionError(section, key, f"{problem[0].lower()}{problem[1:]} (found {value!r})") from None
+
+
+@cache
+def _adapter(kind: type[Any], key: str) -> TypeAdapter[Any]:
+    """Check of a scheme's parameter, which takes longer to make than to use."""
+    return TypeAdapter(_hints(kind)[key], config=STRICT)
 
 
 def _hints(kind: type[Any]) -> dict[str, Any]:

@@ -107,7 +107,9 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
     require_order(formats, case.output.order)
     page = case.output.report if options.page is None else options.page
     place = Destination(folder, name, formats, options.history, page)
-    written = [realpath(path) for path in place.files]
+    # Only the folder is followed: a link that has the name of a file is replaced by it.
+    parent = Path(realpath(place.folder))
+    written = {str(parent / path.name) for path in place.files}
     for path in (None if source == "-" else Path(source), solution):
         if path is not None and realpath(path) in written:
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")

@@ -112,11 +112,12 @@ PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.conte
 @pytest.mark.parametrize("error", [ZeroDivisionError, RecursionError, OSError, MemoryError])
 def test_an_error_of_the_program_in_any_part_of_a_batch_is_a_row_of_the_case_alone(part, error, here, monkeypatch):
     def broken(*arguments, **options):
-        if "a.yaml" in str(arguments) or "radius" in str(arguments):
+        if "a.yaml" in str(arguments) or "ring.txt" in str(arguments):
             raise error("oh")
         return function(*arguments, **options)
 
-    write(here, a=SMALL.replace("rectangle: [0, 0, 1, 1]", "circle: {center: [0, 0], radius: 1}"), z=SMALL)
+    (here / "ring.txt").write_text("0 0\n1 0\n1 1\n0 1\n")
+    write(here, a=SMALL.replace("rectangle: [0, 0, 1, 1]", "file: ring.txt"), z=SMALL)
     module = import_module(f"bubblemesh.batch.{part.partition('.')[0]}")
     function = getattr(module, part.partition(".")[2])
     rows_of(".", folder="out")
@@ -271,11 +272,11 @@ def test_a_full_disk_ends_the_batch_and_what_is_done_stays(number, here, monkeyp
 
 
 def test_a_worker_without_space_ends_the_batch_too(here, monkeypatch):
-    def full(prefix):
+    def full():
         raise OSError(errno.ENOSPC, "No space left on device")
 
     write(here, a=SMALL)
-    monkeypatch.setattr("bubblemesh.batch.worker.TemporaryDirectory", full)
+    monkeypatch.setattr("bubblemesh.batch.worker.temporary_folder", full)
     with pytest.raises(
         FileError, match=r"a.yaml: no place for temporary files: No space left on device: the batch ends"
     ):

@@ -8,8 +8,6 @@ import pytest
 from batches import SMALL
 
 from bubblemesh.case import case_variants, load_case
-from bubblemesh.case import load as loading
-from bubblemesh.case.bases import source_files
 from bubblemesh.case.models import case_schema
 from bubblemesh.errors import CaseError
 
@@ -43,6 +41,15 @@ def test_a_sweep_is_a_case_for_each_combination_in_order(case):
     assert len({one.name for one in cases}) == 6
     assert {one.method for one in cases} == {"accelerated"}
     assert {one.sweep for one in cases} == {None}
+
+
+def test_the_cases_of_a_sweep_are_those_of_its_files_as_they_were_when_these_were_read_once(case):
+    path = case("{packing.seed: [1, 2]}", text="base: base.yaml\n")
+    (path.parent / "base.yaml").write_text(SMALL)
+    variants = case_variants(path)
+    (path.parent / "base.yaml").unlink()
+    path.write_text("spacing: [\n")
+    assert [load_case(path, variant=variant).packing["seed"] for variant in variants] == [1, 2]
 
 
 def test_a_file_without_a_sweep_is_one_case(tmp_path):
@@ -167,14 +174,3 @@ def test_a_single_run_of_a_sweep_points_to_batch(subcommand, case):
 def test_the_schema_knows_the_sweep():
     sweep = case_schema()["properties"]["sweep"]
     assert {"type": "object", "additionalProperties": {"type": "array", "items": {}}} in sweep["anyOf"]
-
-
-def test_a_file_is_read_once_for_all_of_its_cases(tmp_path, monkeypatch):
-    read = []
-    monkeypatch.setattr(loading, "source_files", lambda *given: read.append(given) or source_files(*given))
-    path = tmp_path / "case.yaml"
-    path.write_text("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\nsweep: {packing.seed: [1, 2, 3]}\n")
-    seeds = [load_case(path, variant=one).packing["seed"] for one in case_variants(path)]
-    assert (seeds, len(read)) == ([1, 2, 3], 1)
-    changed = load_case(path, variant=case_variants(path)[0], overrides=["spacing=0.2"])
-    assert (changed.spacing, changed.packing) == (0.2, {"seed": 1})
