@@ -2,15 +2,21 @@
 
 import errno
 import os
+import shutil
 import stat
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from glob import escape
 from io import BufferedReader
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import BinaryIO
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 from bubblemesh.errors import CaseError, FileError, LimitError, prefixed
 
@@ -18,6 +24,7 @@ MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
 NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
 READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
 FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_NOFOLLOW"))
+OWNER = ".bubblemesh-owner"  # file in a temporary folder whose lock its process holds
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
 MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
@@ -197,6 +204,44 @@ def reason(error: Exception) -> str:
 
 
 @contextmanager
+def temporary_folder(parent: Path | None = None, prefix: str = "bubblemesh-", *, tidy: bool = True) -> Iterator[Path]:
+    """Folder that is removed when the block ends; to ``tidy``, those of killed processes with this prefix go first.
+
+    It is made in ``parent``, or where the system keeps temporary files. The lock of a file in it, named `OWNER`, tells
+    that its process lives: the system gives that up however a process ends. OSError if the folder cannot be made.
+    """
+    parent = parent or Path(gettempdir())
+    if tidy:
+        _remove_abandoned(parent, prefix)
+    with TemporaryDirectory(prefix=prefix, dir=parent, ignore_cleanup_errors=True) as name, _owned(Path(name)):
+        yield Path(name)
+
+
+@contextmanager
+def _owned(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder's file, which has its name only when it is locked; nothing on systems without locks."""
+    if fcntl is None:
+        yield
+        return
+    unlocked = folder / f"{OWNER}-new"
+    with unlocked.open("x") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            unlocked.rename(folder / OWNER)
+        except OSError:  # a file system without locks: what is left over there stays
+            unlocked.unlink()
+        yield
+
+
+def _remove_abandoned(parent: Path, prefix: str) -> None:
+    """Remove the temporary folders that nobody owns any more."""
+    for owner in parent.glob(f"{escape(prefix)}*/{OWNER}") if fcntl is not None else ():
+        with suppress(OSError), owner.open("r+") as file:  # of another user, or removed by its own process meanwhile
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(owner.parent, ignore_errors=True)
+
+
+@contextmanager
 def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
     """Within the block, and its thread, these contents are read in place of the files on the disk.
 
@@ -205,7 +250,7 @@ def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
     """
     with ExitStack() as stack:
         try:
-            copies = _written(contents, Path(stack.enter_context(TemporaryDirectory(prefix="bubblemesh-"))))
+            copies = _written(contents, stack.enter_context(temporary_folder()))
         except OSError as error:
             raise FileError(f"no place for temporary files: {reason(error)}") from error
         token = _copies.set(copies)

@@ -1,11 +1,14 @@
 """The trial of robustness: a sample of it, and that it would notice what is wrong."""
 
+import random
 import time
+from functools import partial
 from itertools import islice
 
 import numpy as np
 import pytest
 
+from benchmarks.robustness import fuzz
 from benchmarks.robustness.capped import called
 from benchmarks.robustness.corpus import FAMILIES, glyphs, random_domains
 from benchmarks.robustness.meshes import mesh_one, row_of, tasks
@@ -77,3 +80,23 @@ def test_a_sample_of_the_trial_is_sound():
     assert len(rows) == 16
     assert [row for row in rows if row["outcome"] not in ("sound", "refused, and invalid")] == []
     assert len(list(table(rows))) > 3
+
+
+@pytest.mark.long
+def test_damaged_files_are_read_or_refused_by_an_error_of_ours():
+    """Each kind of file that a case can name, and cases, in processes with a cap on memory and time."""
+    tasks = list(fuzz.tasks(each=3))
+    rows = [
+        fuzz.row_of(call)
+        for call in called(partial(fuzz.read_one, fuzz.seeds()), tasks, jobs=2, seconds=20, megabytes=4000)
+    ]
+    assert len(rows) == len(tasks) > 150
+    assert [row for row in rows if row["outcome"] == "finding"] == []
+
+
+@pytest.mark.parametrize("change", fuzz.CHANGES)
+def test_damage_changes_what_it_is_given(change):
+    text = b"domain: {outer: {circle: {center: [0, 0], radius: 1}}}"
+    found = {change(text, random.Random(k)) for k in range(20)}
+    assert len(found - {text}) > 10
+    assert change(b"", random.Random(0)) is not None

@@ -11,13 +11,13 @@ from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
-from tempfile import TemporaryDirectory
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
 from bubblemesh.batch.dispatch import WorkerDied, Workers
 from bubblemesh.batch.worker import Note
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
+from bubblemesh.files import temporary_folder
 
 T = TypeVar("T")
 
@@ -31,9 +31,9 @@ def local_workers(count: int) -> Iterator[Workers]:
     """Start processes with one thread of NumPy each; they end with the block, at once if by an exception."""
     with (
         _environment(dict.fromkeys(THREADS, "1")),
-        TemporaryDirectory(prefix="bubblemesh-", ignore_cleanup_errors=True) as staging,
+        temporary_folder() as staging,
     ):
-        workers = LocalWorkers(count, staging)
+        workers = LocalWorkers(count, str(staging))
         try:
             workers.start()
             yield workers
@@ -199,6 +199,7 @@ def _end_with_parent(staging: str) -> None:
     parent = parent_process()
     if parent is not None:
         parent.join()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what breaks now is nobody's concern
         shutil.rmtree(staging, ignore_errors=True)
         os._exit(1)
 

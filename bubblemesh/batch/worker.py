@@ -7,14 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from bubblemesh import __version__
 from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
 from bubblemesh.errors import FileError, located
-from bubblemesh.files import local_copies, reason
+from bubblemesh.files import local_copies, reason, temporary_folder
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import Destination
@@ -106,9 +105,9 @@ def _made(job: Job, tell: Tell) -> Outcome:
     with local_copies(job.files):
         problem = prepare(job.case)
     result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
-    with TemporaryDirectory(prefix="bubblemesh-") as folder:
-        report = replace(job.destination, folder=Path(folder), lasting=False).deliver(result)
-        files = {name: Path(folder, name).read_bytes() for name in report["files"]}
+    with temporary_folder() as folder:
+        report = replace(job.destination, folder=folder, lasting=False).deliver(result)
+        files = {name: (folder / name).read_bytes() for name in report["files"]}
     row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=_digests(files))
     if result.verdict is not None:
         row = row.failed(result.verdict.exit_code, f"{row.source}: {result.verdict}")

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import CaseError, FileError, prefixed
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshfiles.contained import bounded_reading, require_contained
 from bubblemesh.meshfiles.groups import cell_groups
 from bubblemesh.messages import shown
 
@@ -72,8 +73,10 @@ def read_triangles(
         raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
     nodes = np.unique(triangles)
     points = np.asarray(source.points[nodes], float)
-    if not np.isfinite(points).all():
-        raise FileError(f"{path}: node {nodes[~np.isfinite(points).all(axis=1)][0]} has a coordinate that is no number")
+    bad = ~(np.abs(points) <= LARGEST_NUMBER).all(axis=1)
+    if bad.any():
+        what = f"no number, or above {LARGEST_NUMBER:g}"
+        raise FileError(f"{path}: node {nodes[bad][0]} has a coordinate that is {what}")
     if np.ptp(points[:, 2:], axis=0).max(initial=0) > PLANE * np.ptp(points, axis=0).max():
         raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are read")
     left_out = tuple(sorted({block.type for block in others}))
@@ -229,8 +232,12 @@ def _read(path: Path) -> Any:
     source = local_copy(path)
     chatter = io.StringIO()
     try:
-        with contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter):
+        streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
+        with streams[0], streams[1], bounded_reading(), prefixed(path):
+            require_contained(source)
             return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
+    except (BubblemeshError, MemoryError):
+        raise
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import sync, unwritten
+from bubblemesh.files import OWNER, sync, temporary_folder, unwritten
 from bubblemesh.limits import settle
 
 _PREFIX = ".bubblemesh-"
@@ -26,11 +26,12 @@ def transaction(folder: Path, prefix: str = _PREFIX, *, lasting: bool = True) ->
     try:
         with (
             _existing(folder, lasting),
-            TemporaryDirectory(prefix=prefix, dir=folder, ignore_cleanup_errors=True) as staging,
+            # Who has a prefix of his own tidies by himself: to look through a large folder for each case takes long.
+            temporary_folder(folder, prefix, tidy=prefix == _PREFIX) as staging,
         ):
-            yield Path(staging)
+            yield staging
             settle()
-            _publish(Path(staging), folder, lasting)
+            _publish(staging, folder, lasting)
     except OSError as error:
         raise unwritten(_culprit(error, folder), error) from error
 
@@ -65,7 +66,7 @@ def _existing(folder: Path, lasting: bool) -> Iterator[None]:
 
 
 def _publish(staging: Path, folder: Path, lasting: bool) -> None:
-    names = sorted(path.name for path in staging.iterdir())
+    names = sorted(path.name for path in staging.iterdir() if path.name != OWNER)
     for name in names:
         if (folder / name).exists() and not (folder / name).is_file():
             raise FileError(f"cannot write {folder / name}: something that is not a file has this name")

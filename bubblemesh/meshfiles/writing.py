@@ -4,12 +4,11 @@ import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.files import unwritten
+from bubblemesh.files import temporary_folder, unwritten
 from bubblemesh.limits import enter
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
@@ -110,7 +109,7 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
     form = format_named(format)
     require_order([format], mesh.order)
     try:
-        with TemporaryDirectory() as folder:
+        with temporary_folder() as folder:
             path = Path(folder, f"mesh{form.files[0]}")
             form.write(mesh, fields, path, alone=True)
             with path.open("rb") as source:

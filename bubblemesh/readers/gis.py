@@ -17,7 +17,7 @@ import numpy as np
 import pyogrio
 import shapely
 
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import beside, read_bytes
 from bubblemesh.messages import meant, shown
 from bubblemesh.readers.features import NO_HEIGHTS, FeatureCollection, feature_name, feature_of
@@ -104,7 +104,9 @@ def _quiet(kind: str) -> Iterator[None]:
         with warnings.catch_warnings():  # what is wrong with the file would be said to the terminal
             warnings.simplefilter("ignore")
             yield
-    except RuntimeError as error:  # of which all of pyogrio's are kinds
+    except BubblemeshError:
+        raise
+    except Exception as error:  # of its own, and whatever damaged files make of it
         raise _invalid(kind, shown(re.sub(r"\S*/vsi\S*", "it", str(error)).partition(";")[0], 90)) from None
     finally:
         pyogrio.set_gdal_config_options(options)

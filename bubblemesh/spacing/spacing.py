@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.messages import place
 
@@ -73,11 +73,14 @@ def require_positive(values: Floats, where: Callable[[int], str]) -> None:
 
     CaseError with the first such value and its place.
     """
-    bad = np.flatnonzero(~_usable(values))
+    bad = np.flatnonzero(~(_usable(values) & (values <= LARGEST_NUMBER)))
     if len(bad):
         more = len(bad) - 1
         several = f", and {more} more {'value is' if more == 1 else 'values are'} as bad" if more else ""
-        raise CaseError(f"is {values[bad[0]]:g} {where(int(bad[0]))}{several}: a spacing has to be positive and finite")
+        raise CaseError(
+            f"is {values[bad[0]]:g} {where(int(bad[0]))}{several}: a spacing has to be positive and finite "
+            f"(at most {LARGEST_NUMBER:g})"
+        )
 
 
 def spots(points: Floats, first: Integers, last: Integers, values: Floats) -> Floats:

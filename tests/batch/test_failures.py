@@ -288,11 +288,11 @@ def test_a_full_disk_ends_the_batch_and_what_is_done_stays(number, here, monkeyp
 
 
 def test_a_worker_without_space_ends_the_batch_too(here, monkeypatch):
-    def full(prefix):
+    def full():
         raise OSError(errno.ENOSPC, "No space left on device")
 
     write(here, a=SMALL)
-    monkeypatch.setattr("bubblemesh.batch.worker.TemporaryDirectory", full)
+    monkeypatch.setattr("bubblemesh.batch.worker.temporary_folder", full)
     with pytest.raises(
         FileError, match=r"a.yaml: no place for temporary files: No space left on device: the batch ends"
     ):

@@ -3,6 +3,7 @@
 import errno
 import os
 import signal
+import subprocess
 import sys
 import time
 from concurrent.futures import wait
@@ -10,7 +11,7 @@ from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
-from batches import SMALL, Finished, Note, follow, lines_of, results_in, rows_of
+from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_of, results_in, rows_of
 
 from bubblemesh import resources
 from bubblemesh.batch import workers_at
@@ -185,3 +186,22 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkey
     assert len(lines_of(Path("out/summary.jsonl"))) == 3
     rows_of("a.yaml", folder="whole")
     assert results_in(tmp_path / "out") == results_in(tmp_path / "whole")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("after", [0.0, 1.0])
+def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_folders(after, here, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(here / "tmp"))
+    (here / "tmp").mkdir()
+    (here / "a.yaml").write_text(LONG + "sweep: {packing.seed: [1, 2, 3]}\n")
+    arguments = command("a.yaml", "-o", "out", "--jobs", "2", "-q")
+    process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+    while not any((here / "tmp").iterdir()):
+        time.sleep(0.01)
+    time.sleep(after)
+    process.kill()
+    assert process.communicate(timeout=60) == (b"", b"")  # when the last worker has closed them
+    (here / "b.yaml").write_text(SMALL)
+    assert batch("b.yaml", "-o", "out", "--jobs", "1", folder=here).returncode == 0
+    assert list((here / "tmp").iterdir()) == []
+    assert not list((here / "out").glob(".bubblemesh*"))

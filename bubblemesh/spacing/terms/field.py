@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
@@ -122,9 +122,10 @@ def scattered(points: Floats, values: Floats) -> MeshField:
     # Imported here since it takes as long as meshing a small case, and other spacings do without.
     from scipy.spatial import Delaunay, QhullError
 
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(points) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
-        raise CaseError(f"point {bad[0]} (from 0), {place(points[bad[0]])}, has a coordinate that is no number")
+        what = f"no number, or above {LARGEST_NUMBER:g}"
+        raise CaseError(f"point {bad[0]} (from 0), {place(points[bad[0]])}, has a coordinate that is {what}")
     require_positive(values, lambda k: f"at point {k} (from 0), {place(points[k])}")
     places, first, number = np.unique(points, axis=0, return_index=True, return_inverse=True)
     twice = np.flatnonzero(values != values[first][number])

@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import finest, is_spot, require_positive
@@ -38,7 +38,7 @@ class Raster:
                     f"{name} has the shape {coordinates.shape}: it has to be one coordinate for each of {count} {what}s"
                 )
             steps = np.diff(coordinates)
-            if not np.isfinite(coordinates).all() or not ((steps > 0).all() or (steps < 0).all()):
+            if not (np.abs(coordinates) <= LARGEST_NUMBER).all() or not ((steps > 0).all() or (steps < 0).all()):
                 raise CaseError(f"{name} has to be finite, and ascending or descending from each {what} to the next")
 
         def where(k: int) -> str:

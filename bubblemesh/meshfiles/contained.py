@@ -1,0 +1,185 @@
+"""Mesh files that hold all of themselves: what leads to files elsewhere, or unpacks to far more, is refused before."""
+
+import gzip
+import lzma
+import re
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import BufferedReader, TextIOWrapper
+from pathlib import Path, PurePath
+from typing import IO, Any, TypeVar
+from xml.etree import ElementTree
+
+from bubblemesh.errors import FileError, LimitError
+from bubblemesh.files import opened, read_bytes, require_readable
+
+Text = TypeVar("Text", str, bytes)
+
+MOST_UNPACKED = 1_000_000_000  # bytes
+CHUNK = 1 << 20
+MOST_ENDS = 1000  # how often the end may be read
+HDF = (".h5", ".h5m", ".hmf", ".med", ".cgns")
+INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
+
+
+def require_contained(path: Path) -> None:
+    """Check what a mesh file leads to: FileError if that is not beside it, LimitError if it is too much."""
+    ending = path.suffix.lower()
+    if ending in CHECKS:
+        CHECKS[ending](path)
+
+
+def _check_hdf(path: Path) -> None:
+    _require_little(sum(_sizes(path).values()))
+
+
+def _sizes(path: Path) -> dict[str, int]:
+    """Bytes of all data of an HDF file, by their names; a FileError if some are in another file."""
+    import h5py
+
+    sizes: dict[str, int] = {}
+
+    def look(group: Any) -> None:
+        for name in group:
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.ExternalLink):
+                raise FileError(f"{group.name}: {name} is in another file: write all into one")
+            part = group[name] if isinstance(link, h5py.HardLink) else None
+            if isinstance(part, h5py.Dataset):
+                if part.external or part.is_virtual:
+                    raise FileError(f"{part.name} is in another file: write all into one")
+                sizes[part.name.strip("/")] = 0 if part.shape is None else part.nbytes
+
+    with opened(path) as stream, h5py.File(stream, "r") as file:
+        look(file)
+        file.visititems(lambda _, part: look(part) if isinstance(part, h5py.Group) else None)
+    return sizes
+
+
+def _check_xdmf(path: Path) -> None:
+    sizes: dict[str, dict[str, int]] = {}
+    total = 0
+    for item in ElementTree.fromstring(read_bytes(path)).iter("DataItem"):
+        kind = item.get("Format", "XML")
+        if kind not in ("HDF", "XML"):
+            raise FileError(f"its data are in the form {kind!r}: write them as HDF, or into the file itself")
+        name, _, inside = (item.text or "").strip().partition(":") if kind == "HDF" else ("", "", "")
+        if PurePath(name).name != name:
+            raise FileError("its data are in a file in another folder: put the two into one folder")
+        if name and name not in sizes:
+            sizes[name] = _sizes(path.parent / name)
+        total += sizes[name].get(inside.strip("/"), 0) if name else 0
+    _require_little(total)
+
+
+def _check_include(path: Path) -> None:
+    if INCLUDE.search(read_bytes(path)):
+        raise FileError("it includes another file: write all into one")
+
+
+def _check_pair(path: Path) -> None:
+    for ending in (".node", ".ele"):
+        require_readable(path.with_suffix(ending))
+
+
+def _check_functions(path: Path) -> None:
+    for other in path.parent.iterdir():
+        if other.name.startswith(f"{path.stem}_") and other.suffix == path.suffix:
+            require_readable(other)
+
+
+def _check_gzip(path: Path) -> None:
+    size = 0
+    with opened(path) as stream, gzip.open(stream) as unpacked:
+        while chunk := unpacked.read(CHUNK):
+            size += len(chunk)
+            _require_little(size)
+
+
+CHECKS: dict[str, Callable[[Path], None]] = {
+    **dict.fromkeys(HDF, _check_hdf),
+    **dict.fromkeys((".xdmf", ".xmf"), _check_xdmf),
+    **dict.fromkeys((".node", ".ele"), _check_pair),
+    ".inp": _check_include,
+    ".xml": _check_functions,
+    ".gz": _check_gzip,
+}
+
+
+class _Bounded:
+    """A module that unpacks, with a bound on all that it unpacks."""
+
+    def __init__(self, unpacker: Callable[[], Any], left: list[int]) -> None:
+        self._unpacker = unpacker
+        self._left = left  # bytes
+
+    def decompress(self, data: bytes) -> bytes:
+        """The data unpacked; LimitError if it is too much, ValueError if it is not whole."""
+        unpacker = self._unpacker()
+        unpacked: bytes = unpacker.decompress(data, self._left[0] + 1)
+        self._left[0] -= len(unpacked)
+        _require_little(MOST_UNPACKED - self._left[0])
+        if not unpacker.eof:
+            raise ValueError("compressed data are not whole")
+        return unpacked
+
+
+class _Lines(TextIOWrapper):
+    """Text whose end cannot be read for ever, as some readers would that miss a line."""
+
+    _ends = 0
+
+    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
+        line = super().readline(size)
+        self._ends = 0 if line else self._ends + 1
+        return _not_for_ever(line, self._ends)
+
+
+class _Bytes(BufferedReader):
+    """Bytes whose end cannot be read for ever."""
+
+    _ends = 0
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        line = super().readline(size)
+        self._ends = 0 if line else self._ends + 1
+        return _not_for_ever(line, self._ends)
+
+
+def _not_for_ever(line: Text, ends: int) -> Text:
+    if ends > MOST_ENDS:
+        raise EOFError("it ends too early")
+    return line
+
+
+def _opened(path: str, mode: str) -> IO[Any]:
+    """A file that meshio opens to read."""
+    stream = _Bytes(opened(Path(path)).detach())
+    return stream if "b" in mode else _Lines(stream)
+
+
+@contextmanager
+def bounded_reading() -> Iterator[None]:
+    """Within the block, meshio opens files by the door of this package, and neither reads nor unpacks without a bound.
+
+    The blocks of a VTU file do not tell their sizes; and readers of many formats wait for a line beyond the end.
+    """
+    from meshio import _files as door
+    from meshio.vtu import _vtu as reader
+
+    left = [MOST_UNPACKED]
+    zlib_, lzma_ = reader.zlib, reader.lzma
+    reader.zlib, reader.lzma = _Bounded(zlib.decompressobj, left), _Bounded(lzma.LZMADecompressor, left)
+    door.open = _opened
+    try:
+        yield
+    finally:
+        reader.zlib, reader.lzma = zlib_, lzma_
+        del door.open
+
+
+def _require_little(size: int) -> None:
+    if size > MOST_UNPACKED:
+        advice = "write only what the case needs"
+        raise LimitError(f"it unpacks to more than the {MOST_UNPACKED / 1e6:,.0f} MB that are read: {advice}")
