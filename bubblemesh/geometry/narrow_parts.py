@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.curves import shares_before
@@ -21,6 +21,9 @@ PARALLEL = np.cos(np.radians(15))  # neither are they if they enclose a larger a
 SHARPEST_BEND = np.cos(np.radians(120))  # of lines that go on, rather than stand out
 BEHIND = 0.9  # cosine of the angle to the tip's own lines, above which something is a part of these
 PARTS = (0.05, 0.5, 0.95)  # of the way that lie in the domain
+MANY_CHORDS, FEWEST_PARTS = 1000, 4  # of a domain, and on the average of them, to look for parts of chords
+GENEROUS = 1e-3  # of a chord's length: far more than rounding makes of where a line meets it
+PADDED = 1.01  # rays that are looked along are longer by that than what is taken of them
 DOUBLINGS = 8  # of the reach: what is near is found without all that is far
 
 
@@ -73,22 +76,73 @@ class Walls:
         piece, s, reach, room = piece[number], s[number], reach[number], room[number]
         points, tangents = boundary.points(piece, s), boundary.tangents(piece, s)
         normals = side[:, None] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
-        rays = np.stack([points, points + reach[:, None] * normals], axis=1)
-        ray, chord = self.tree.query(shapely.linestrings(rays), predicate="intersects")
-        at, leaves = self._crossings(points[ray], normals[ray], chord)
-        beyond = np.full(len(points), np.inf)
-        np.minimum.at(beyond, ray[leaves], at[leaves])
-        seen = at <= beyond[ray]
-        ray, chord, at = ray[seen], chord[seen], at[seen]
-        foot = self._feet(points[ray], chord)
-        feet = boundary.points(chords.piece[chord], foot)
-        widths = np.hypot(*(feet - points[ray]).T)
-        apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, foot, widths, room[ray])
-        inner = boundary.inner[piece[ray]] | boundary.inner[chords.piece[chord]]
-        found = select(Gaps(number[ray], points[ray], feet, widths, inner), apart)
-        nearest = np.lexsort((at[apart], ray[apart]))
-        nearest = nearest[np.diff(ray[apart][nearest], prepend=-1) != 0]
-        return gaps_inside(self.domain, select(found, nearest))
+        rays = shapely.linestrings(np.stack([points, points + reach[:, None] * normals], axis=1))
+        beyond, left, found = np.full(len(points), np.inf), np.arange(len(points)), []
+        for share in 4.0 ** np.arange(-DOUBLINGS // 2, 1):
+            near = share * reach if share < 1 else np.full(len(reach), np.inf)
+            ray, chord = self._met(points[left], normals[left], PADDED * share * reach[left])
+            ray = left[ray]
+            may = self._may_meet(points[ray], normals[ray], chord)
+            ray, chord = ray[may], chord[may]
+            met = shapely.intersects(rays[ray], self.tree.geometries[chord])
+            ray, chord = ray[met], chord[met]
+            at, leaves = self._crossings(points[ray], normals[ray], chord)
+            np.minimum.at(beyond, ray[leaves], at[leaves])
+            seen = (at <= beyond[ray]) & (at <= near[ray])
+            ray, chord, at = ray[seen], chord[seen], at[seen]
+            foot = self._feet(points[ray], chord)
+            feet = boundary.points(chords.piece[chord], foot)
+            widths = np.hypot(*(feet - points[ray]).T)
+            apart = self._opposite(piece[ray], s[ray], tangents[ray], chord, foot, widths, room[ray])
+            inner = boundary.inner[piece[ray]] | boundary.inner[chords.piece[chord]]
+            gaps = select(Gaps(number[ray], points[ray], feet, widths, inner), apart)
+            ray = ray[apart]
+            nearest = np.lexsort((at[apart], ray))
+            nearest = nearest[np.diff(ray[nearest], prepend=-1) != 0]
+            found.append((ray[nearest], select(gaps, nearest)))
+            left = np.setdiff1d(left[beyond[left] > near[left]], ray)
+        ray = np.concatenate([rays_found for rays_found, _ in found])
+        return gaps_inside(self.domain, select(concatenated([gaps for _, gaps in found]), np.argsort(ray)))
+
+    def _met(self, points: Floats, directions: Floats, lengths: Floats) -> tuple[Integers, Integers]:
+        """Rays (k,), from ``points`` (m, 2), and the chords (k,) that they may meet, each pair once."""
+        ends = points + lengths[:, None] * directions
+        rays, (chord_of, tree) = shapely.linestrings(np.stack([points, ends], axis=1)), self._parts
+        ray, part = tree.query(rays)
+        if chord_of is None:
+            return ray, part
+        order = self.tree.query(
+            shapely.box(*shapely.total_bounds(self.tree.geometries))
+        )  # in which the tree tells chords
+        rank = np.argsort(order)
+        pairs = np.sort(ray * len(order) + rank[chord_of[part]])
+        ray, place = np.divmod(pairs[np.diff(pairs, prepend=-1) != 0], len(order))
+        return ray, order[place]
+
+    def _may_meet(self, points: Floats, directions: Floats, chord: Integers) -> Booleans:
+        """Whether lines through ``points`` (m, 2) may meet the chords (m,): a quick look, which is generous."""
+        (dx, dy), (ax, ay) = directions.T, (self.chords.start[chord] - points).T
+        cx, cy = (self.chords.end[chord] - self.chords.start[chord]).T
+        sine, across = dx * cy - dy * cx, ax * dy - ay * dx
+        aslant = np.abs(sine) > GENEROUS * np.hypot(cx, cy)
+        return ~aslant | (np.abs(across - sine / 2) <= (0.5 + GENEROUS) * np.abs(sine))
+
+    @cached_property
+    def _parts(self) -> tuple[Integers | None, shapely.STRtree]:
+        """Parts of the chords in space, and the chord of each, or the chords as they are (None).
+
+        The boxes around long lines side by side, such as the walls of a star, overlap each other: parts of these lines
+        as long as the mean of their lengths and distances, in powers of both, are found much faster.
+        """
+        start, end = self.chords.start, self.chords.end
+        length = np.hypot(*(end - start).T)
+        apart = self.domain.polygon.area / length.sum()
+        parts = np.ceil(length / np.sqrt(length.mean() * apart)).astype(np.int64)
+        if len(length) < MANY_CHORDS or parts.mean() < FEWEST_PARTS:
+            return None, self.tree
+        chord, part = members(parts)
+        ends = [start[chord] + ((part + k) / parts[chord])[:, None] * (end - start)[chord] for k in (0, 1)]
+        return chord, shapely.STRtree(shapely.linestrings(np.stack(ends, axis=1)))
 
     def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
         """Distances (m,) of chords along rays from ``points`` (m, 2), and which rays leave the domain there."""

@@ -46,7 +46,8 @@ class PolygonalCopy:
 
     def rings(self) -> list[Floats]:
         """Points (k, 2) of each ring, the outer one first."""
-        return [self.points[self.ring == number] for number in range(int(self.ring.max()) + 1)]
+        order = np.argsort(self.ring, kind="stable")
+        return np.split(self.points[order], np.cumsum(np.bincount(self.ring))[:-1])
 
     def polygon(self) -> shapely.Polygon:
         """The domain that the rings bound."""

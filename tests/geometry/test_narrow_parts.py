@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from partitions import domain_of
 
-from bubblemesh.geometry import rings
+from bubblemesh.geometry import narrow_parts, rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
 
@@ -213,3 +213,32 @@ def test_two_lines_that_join_at_both_ends_are_a_gap_in_between(room):
     assert gaps.places[:, 0].min() == pytest.approx(room - 1, abs=0.01)
     assert gaps.places[:, 0].max() == pytest.approx(1 - room, abs=0.01)
     np.testing.assert_allclose(gaps.widths, 2 * np.abs(gaps.places[:, 1]), rtol=0.01)
+
+
+def comb(teeth, height=1.0, width=2.0):
+    """A comb, with as many slits between its teeth, nearly as deep as these are high."""
+    x = np.linspace(0, width, 4 * teeth + 1)
+    y = np.tile([height, height, 0.1, 0.1], teeth + 1)[: len(x)]
+    return Domain.of(rings.polygon([*zip(x.tolist(), y.tolist(), strict=True), (width, 0), (0, 0)]))
+
+
+@pytest.mark.parametrize("reach", [0.001, 0.02, 3.0])
+def test_gaps_are_the_same_however_the_walls_are_looked_for(reach, monkeypatch):
+    domain = comb(300)
+    quick = everywhere(domain, reach, per_piece=5)
+    monkeypatch.setattr(narrow_parts, "MANY_CHORDS", np.inf)  # by the chords as they are
+    whole = everywhere(domain, reach, per_piece=5)
+    monkeypatch.setattr(narrow_parts, "DOUBLINGS", 0)  # by rays of their whole length
+    long = everywhere(domain, reach, per_piece=5)
+    for gaps in (quick, whole):
+        assert all(np.array_equal(mine, other) for mine, other in zip(gaps, long, strict=True))
+    assert (len(long.number) > 0) == (reach > 0.002)
+
+
+def test_points_are_inside_whichever_axis_is_looked_along():
+    domain = comb(300)
+    turned = Domain.of(rings.polygon(np.fliplr(domain.boundary.corners).tolist()))
+    assert domain._mirrored is not None
+    assert turned._mirrored is None
+    points = np.vstack([np.random.default_rng(0).uniform(-0.1, 2.1, (5000, 2)), domain.boundary.corners])
+    assert np.array_equal(domain.contains(points), turned.contains(np.fliplr(points)))
