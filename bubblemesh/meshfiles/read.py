@@ -73,6 +73,8 @@ def read_triangles(
         raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
     nodes = np.unique(triangles)
     points = np.asarray(source.points[nodes], float)
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise FileError(f"{path}: its points have no two or three coordinates: the file is damaged")
     bad = ~(np.abs(points) <= LARGEST_NUMBER).all(axis=1)
     if bad.any():
         what = f"no number, or above {LARGEST_NUMBER:g}"

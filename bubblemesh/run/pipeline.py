@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Any
 
 from bubblemesh import __version__
@@ -29,6 +29,7 @@ from bubblemesh.spacing.grid.table import tabulated
 MOST_MESHES = 8  # until one has the wanted number of nodes
 # Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
 FINISHING = 6e-5
+LEAST_WORK = 0.05  # seconds that tell how much of the processor a run gets
 
 OnRound = Callable[[RoundRow], None]
 OnShare = Callable[[float], None]
@@ -149,13 +150,16 @@ def mesh_problem(
 def pack(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     """Place bubbles and run the rounds of the method, as long as the run's time limit leaves time to finish."""
     task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
+    begun, worked = perf_counter(), thread_time()
     with timed(seconds, "placement"):
         spacing = tabulated(domain, problem.packing_spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
         first = StartRow.of(start, connect(start, domain).triangles)
     rows, speeds = list[RoundRow](), list[Floats]()
+    # Where other programs take the processor, what follows takes longer as well.
+    shared = max((perf_counter() - begun) / max(thread_time() - worked, LEAST_WORK), 1.0)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * shared, on_share)
     with timed(seconds, "packing"):
         last_end = perf_counter()
         for done in rounds(start, domain, levels, method, clock):

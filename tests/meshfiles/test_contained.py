@@ -97,3 +97,9 @@ def test_a_block_that_is_cut_off(tmp_path):
     path.write_text(text.replace(block, block[:12]))
     with pytest.raises(FileError, match="is no mesh that can be read"):
         read_field(path, "h")
+
+
+def test_points_without_coordinates(tmp_path):
+    (tmp_path / "a.su2").write_text("NDIME= 0\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n0 0\n1 0\n0 1\n")
+    with pytest.raises(FileError, match=r"a\.su2: "):
+        read_field(tmp_path / "a.su2", None)
