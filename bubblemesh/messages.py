@@ -49,6 +49,8 @@ def ring_name(number: int, origin: str | None = None) -> str:
 
 def printable(text: str) -> str:
     r"""Text with an escape, such as \x1b, for each character that steers a terminal or shows nothing; lines stay."""
+    if text.isprintable():  # as nearly all are, of very many
+        return text
     return "".join(letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in text)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from functools import partial
+from functools import cached_property, partial
 from os.path import isdir, realpath
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -50,7 +50,7 @@ class Destination:
     page: bool = False  # whether a page to look at is written too
     lasting: bool = True  # whether the files outlast a power cut
 
-    @property
+    @cached_property
     def files(self) -> list[Path]:
         """All files that may be written."""
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
