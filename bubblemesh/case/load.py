@@ -1,6 +1,7 @@
 """From a case file and the command line's options to a checked `Case`."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from os.path import realpath
 from pathlib import Path
@@ -18,6 +19,7 @@ from bubblemesh.case.yaml import read_text
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
+from bubblemesh.spacing.expression import checked_parameters
 
 T = TypeVar("T")
 
@@ -211,10 +213,13 @@ def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
 
 
 def _parameters(data: dict[str, Any]) -> dict[str, float]:
-    """Parameters of a case that are numbers: the others are reported where they stand."""
+    """Parameters of a case that are numbers, checked once for all expressions; others are reported where they stand."""
     found = data.get("parameters")
     values = found.items() if isinstance(found, dict) else ()
-    return {str(name): value for name, value in values if type(value) in (int, float)}
+    numbers = {str(name): value for name, value in values if type(value) in (int, float)}
+    with suppress(CaseError):  # of a name, which is reported where it stands
+        return checked_parameters(numbers)
+    return numbers
 
 
 def _check_names(case: Case, places: _Places) -> None:

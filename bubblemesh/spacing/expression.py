@@ -4,6 +4,7 @@ import ast
 import keyword
 import math
 import unicodedata
+from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -47,7 +48,7 @@ class Expression:
     """A real function of x and y given as text; made by `Expression.parse`."""
 
     text: str  # without the space around it
-    parameters: Mapping[str, float] = field(hash=False)  # constants that it may name
+    parameters: "Parameters" = field(hash=False)  # constants that it may name
     costly: bool  # whether it measures distances that take long
     given: str = field(repr=False, compare=False)  # with the space around it
     _tree: ast.expr = field(repr=False, compare=False)
@@ -67,13 +68,11 @@ class Expression:
         ``distance_to`` gives the distance from some labels for calls such as ``distance("bore")``, or raises a
         CaseError if a label is unknown. Without it, such calls are checked, but have no values.
         """
-        return cls._of(text, dict(parameters or {}), parsed(text.strip()), distance_to)
+        return cls._of(text, checked_parameters(parameters or {}), parsed(text.strip()), distance_to)
 
     @classmethod
-    def _of(
-        cls, given: str, parameters: Mapping[str, float], tree: ast.expr, distance_to: DistanceTo | None
-    ) -> "Expression":
-        builder = _Builder(given.strip(), COORDINATES, _constants(parameters), distance_to)
+    def _of(cls, given: str, parameters: "Parameters", tree: ast.expr, distance_to: DistanceTo | None) -> "Expression":
+        builder = _Builder(given.strip(), COORDINATES, parameters, distance_to)
         evaluate = builder.built(tree, 0)
         return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to)
 
@@ -102,18 +101,26 @@ def constant(text: str, parameters: Mapping[str, float]) -> float:
     CaseError as `Expression.parse`; x, y and distances have no value here.
     """
     text = text.strip()
-    evaluate = _Builder(text, {}, _constants(parameters), None).built(parsed(text), 0)
+    evaluate = _Builder(text, {}, checked_parameters(parameters), None).built(parsed(text), 0)
     nowhere = np.zeros(0)
     with np.errstate(all="ignore"):
         return float(evaluate(nowhere, nowhere))
 
 
-def _constants(parameters: Mapping[str, float]) -> dict[str, float]:
-    """Values of all names that stand for numbers."""
+class Parameters(dict[str, float]):
+    """Parameters whose names have been checked, once for all expressions that may name them.
+
+    Python compares identifiers in the normal form of their keys, in which the micro sign is a Greek mu.
+    """
+
+
+def checked_parameters(parameters: Mapping[str, float]) -> Parameters:
+    """Parameters that expressions may name; CaseError as of `check_parameter_name`."""
+    if isinstance(parameters, Parameters):
+        return parameters
     for name in parameters:
         check_parameter_name(name)
-    # Python compares identifiers in this normal form, in which the micro sign is a Greek mu.
-    return CONSTANTS | {unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()}
+    return Parameters({unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()})
 
 
 class _Builder:
@@ -123,12 +130,12 @@ class _Builder:
         self,
         text: str,
         coordinates: Mapping[str, Evaluate],
-        constants: Mapping[str, float],
+        parameters: Parameters,
         distance_to: DistanceTo | None,
     ) -> None:
         self.text = text
         self.coordinates = coordinates
-        self.constants = constants
+        self.constants = ChainMap(parameters, CONSTANTS)
         self.distance_to = distance_to
         self.costly = False
 

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bubblemesh.errors import CaseError
-from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing import expression as module
+from bubblemesh.spacing.expression import Expression, checked_parameters, constant
 
 X = np.array([-1.5, -0.25, 0.0, 0.5, 2.0])
 Y = np.array([0.75, -2.0, 1.0, 0.5, -0.125])
@@ -341,3 +342,13 @@ def test_distances_are_bound_to_an_expression_that_is_parsed_already():
     bound = expression.measuring(Circles())
     np.testing.assert_array_equal(bound(X, Y), Expression.parse(expression.text, {}, Circles())(X, Y))
     assert bound.parameters == {"h": 2.0}
+
+
+def test_parameters_are_checked_once_for_all_expressions(monkeypatch):
+    checked = []
+    monkeypatch.setattr(module, "check_parameter_name", checked.append)
+    parameters = checked_parameters({"a": 1, "b": 2.0})
+    values = [Expression.parse(f"a*x + b*{k}", parameters)(np.ones(1), np.ones(1)).item() for k in range(3)]
+    assert values == [1.0, 3.0, 5.0]
+    assert constant("a + b", parameters) == 3.0
+    assert checked == ["a", "b"]
