@@ -4,7 +4,7 @@ import ctypes
 import errno
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import inf
 from pathlib import Path
 from threading import Event, Lock, Thread, get_ident, local
@@ -62,10 +62,14 @@ class Watchdog:
 
     def end(self) -> None:
         """Watch no more: `Late` is not raised after this, even if it was on its way."""
-        with self._lock:  # the thread raises nothing while it is held
-            if self._armed:
-                self._armed = False
-                _raise_in(self._thread, None)
+        while self._armed:
+            with suppress(Late):
+                with self._lock:  # the thread raises nothing while it is held
+                    self._armed = False
+                # One that is on its way arrives here at the latest: Python looks for it when a loop begins anew.
+                # To take it back would leave Python looking for ever, with which its profiler hangs.
+                for _ in range(2):
+                    pass
         self._ended.set()
 
     def error(self) -> LimitError:
@@ -236,10 +240,9 @@ def _watchdog() -> Watchdog | None:
     return getattr(_current, "watchdog", None)
 
 
-def _raise_in(thread: int, exception: type[BaseException] | None) -> None:
-    """Raise an exception in a thread as soon as it runs Python again; None takes back one that is on its way."""
-    value = None if exception is None else ctypes.py_object(exception)
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), value)
+def _raise_in(thread: int, exception: type[BaseException]) -> None:
+    """Raise an exception in a thread as soon as it runs Python again."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(exception))
 
 
 def _importing(thread: int) -> bool:

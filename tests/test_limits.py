@@ -1,6 +1,7 @@
 """Limits on time and memory hold in every stage, and leave nothing behind."""
 
 import importlib
+import subprocess
 import sys
 import threading
 from dataclasses import replace
@@ -343,3 +344,14 @@ def test_a_batch_goes_on_after_a_case_that_is_late(tmp_path, monkeypatch):
     code, _, message = command("batch", "late.yaml", "good.yaml", "-o", "out", "-j", "1")
     assert code == 6, message
     assert (tmp_path / "out/good.msh").exists()
+
+
+def test_a_limit_that_was_kept_leaves_the_profiler_working():
+    """An exception of a thread that is taken back makes Python look for it for ever, with which profiling hangs."""
+    code = (
+        "import cProfile, time\nfrom bubblemesh.limits import within\n"
+        "within(lambda: None, 60, None, time.perf_counter())\n"
+        "print(cProfile.Profile().runcall(lambda: sum(k for k in range(10))))\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30)
+    assert ended.stdout == "45\n"
