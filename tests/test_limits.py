@@ -158,6 +158,7 @@ STANDS_FOR = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stage", STANDS_FOR)
 def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

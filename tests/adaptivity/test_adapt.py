@@ -269,7 +269,7 @@ def test_errors_of_the_command(folder, arguments, exit_code, message):
 
 def test_a_solution_that_is_not_there_is_a_file_error(folder):
     done = command("adapt", "plate.yaml", "--solution", "none.vtu", folder=folder)
-    assert (done.returncode, "none.vtu: cannot be read" in done.stderr) == (5, True)
+    assert (done.returncode, "none.vtu: the file cannot be read" in done.stderr) == (5, True)
 
 
 # The page
