@@ -1,5 +1,6 @@
 """Limits on time and memory hold in every stage, and leave nothing behind."""
 
+import gc
 import importlib
 import subprocess
 import sys
@@ -35,6 +36,15 @@ def spin(*_, seconds=PLENTY, **__):
     for _ in count():
         if perf_counter() > end:
             return
+
+
+@pytest.fixture(autouse=True)
+def _nobody_watches_the_collection_of_garbage():
+    """Hypothesis has a function called then, in which an exception of a thread may land and be lost."""
+    before = gc.callbacks[:]
+    gc.callbacks.clear()
+    yield
+    gc.callbacks[:] = before
 
 
 @pytest.fixture
