@@ -116,7 +116,7 @@ def _difference(random_: random.Random) -> Keys:
 
 
 def _tiny_holes(random_: random.Random) -> Keys:
-    across = random_.choice([2, 4, 6, 8, 16] * 4 + [45])
+    across = random_.choice([2, 3, 4, 6, 8] * 8 + [45])
     radius = 10 ** random_.uniform(-6, -1) / across
     holes = []
     for k in range(across**2):
