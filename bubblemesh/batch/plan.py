@@ -13,7 +13,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
-from bubblemesh.problem.domain import contents_of
+from bubblemesh.problem.files import contents_of
 from bubblemesh.run.destination import Destination, OutputOptions, destination
 
 T = TypeVar("T")

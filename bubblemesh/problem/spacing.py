@@ -16,7 +16,7 @@ from bubblemesh.geometry.distance.distances import Distance, distance_to_labels,
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.data_terms import data_functions, elsewhere
-from bubblemesh.problem.domain import own_files
+from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing

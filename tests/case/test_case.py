@@ -10,8 +10,8 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.case.models import case_template
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.packing.methods import METHODS
-from bubblemesh.problem.domain import rings_of
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.shapes import rings_of
 
 
 def case_of(text, **options):

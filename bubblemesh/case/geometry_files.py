@@ -1,0 +1,64 @@
+"""Files with geometry in a case file: what to take of them, and how their rings are followed."""
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
+
+from bubblemesh.case.fields import InputFile, OneLabel, Positive, Strict
+from bubblemesh.readers.selection import Unit
+
+
+class FollowedKeys(Strict):
+    """Keys by which the straight sides of a ring are followed as curves."""
+
+    corners: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=180)] | None = Field(
+        default=None, description="Only vertices that turn by more degrees are nodes; the rest is spaced anew."
+    )
+    smooth: bool = Field(default=False, description="With corners: follow a spline through the vertices between them.")
+    tolerance: Positive | None = Field(
+        default=None, description="With corners: largest distance of the mesh from the ring as given."
+    )
+
+    @field_validator("smooth", "tolerance")
+    @classmethod
+    def _with_corners(cls, value: Any, info: ValidationInfo) -> Any:
+        if value and info.data.get("corners", 0.0) is None:
+            raise PydanticCustomError("traced", "needs corners: give the angle above which vertices stay nodes")
+        return value
+
+
+def _one_or_more(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
+
+
+def _feature(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    if not whole and not (isinstance(value, dict) and value):
+        raise PydanticCustomError("feature", "must be a number from 0 on, or a property with its value")
+    return value
+
+
+class GeometryFile(FollowedKeys):
+    """A file with rings, and what to take of it."""
+
+    file: InputFile = Field(description="Name of the file, relative to the case file.")
+    layer: Annotated[tuple[str, ...], BeforeValidator(_one_or_more)] = Field(
+        default=(), description="Layer to read, or a list of layers; all by default."
+    )
+    feature: Annotated[int | dict[str, Any] | None, BeforeValidator(_feature)] = Field(
+        default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
+    )
+    units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
+    scale: Positive | None = Field(default=None, description="Factor from the file's lengths to the case's.")
+    join: Positive | None = Field(
+        default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
+    )
+    label: OneLabel = None
+
+    @field_validator("scale")
+    @classmethod
+    def _without_units(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("units") is not None:
+            raise PydanticCustomError("scale", "and units exclude each other: give one of the two")
+        return value

@@ -1,0 +1,50 @@
+"""The files that a case names: which they are, what is in them, and copies of them for an untrusted case."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+
+from bubblemesh.case.data_terms import DataTerm
+from bubblemesh.case.fields import Strict
+from bubblemesh.case.geometry_files import GeometryFile
+from bubblemesh.errors import prefixed
+from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
+from bubblemesh.readers.formats import files_of
+
+
+def named_files(model: Strict) -> Iterator[Path]:
+    """The files that a case, or a part of it, names, with those that belong to them."""
+    if isinstance(model, GeometryFile):
+        yield from files_of(Path(model.file))
+    if isinstance(model, DataTerm):
+        yield from model.files()
+    for _, value in model:
+        for part in value if isinstance(value, tuple) else [value]:
+            if isinstance(part, Strict):
+                yield from named_files(part)
+
+
+def contents_of(model: Strict, root: Path | None) -> dict[str, bytes]:
+    """Contents of the files that a case, or a part of it, names, by their names; errors have the file.
+
+    CaseError if a file lies elsewhere than below the root of an untrusted case.
+    """
+    with confined_to(root):
+        return {str(path): _content(path) for path in named_files(model)}
+
+
+def _content(path: Path) -> bytes:
+    with prefixed(path):
+        return read_bytes(path)
+
+
+@contextmanager
+def own_files(model: Strict, root: Path | None) -> Iterator[None]:
+    """Within the block libraries find no other files than copies of those that a part of an untrusted case may read.
+
+    Nothing changes for a trusted one, and copies that are there already stay. Errors as of `contents_of`; FileError
+    if there is no place for copies.
+    """
+    copies = nullcontext() if root is None or has_copies() else local_copies(contents_of(model, root))
+    with confined_to(root), copies:
+        yield

@@ -1,0 +1,78 @@
+"""Rings and lines of a case as geometry."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
+from bubblemesh.case.shapes import (
+    ArcPiece,
+    CircleRing,
+    EllipseRing,
+    FileRing,
+    LinePiece,
+    PathLine,
+    PathRing,
+    PolygonRing,
+    RectangleRing,
+    RingKeys,
+    SplinePiece,
+)
+from bubblemesh.errors import prefixed
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.followed import Following
+from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.readers.formats import read_rings
+from bubblemesh.readers.selection import Selection
+
+
+def rings_of(keys: RingKeys) -> list[Ring]:
+    """Ring that some keys describe, or all rings of the file that they name."""
+    match keys:
+        case PolygonRing():
+            return [followed(rings.polygon(keys.polygon, keys.labels, keys.label), keys)]
+        case RectangleRing():
+            return [rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)]
+        case CircleRing():
+            return [rings.circle(keys.circle.center, keys.circle.radius, keys.label)]
+        case EllipseRing():
+            return [rings.ellipse(keys.ellipse.center, keys.ellipse.radii, keys.ellipse.angle, keys.label)]
+        case PathRing():
+            return [rings.path(*pieces_of(keys), keys.label)]
+        case FileRing():
+            found = read_rings(Path(keys.file), selection_of(keys))
+            return [followed(ring.labelled(keys.label), keys) for ring in found]
+
+
+def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
+    """The first point of a path, and the geometry of the pieces from there."""
+    start, *entries = keys.path
+    assert isinstance(start, tuple)
+    pieces: list[Piece] = []
+    for entry in entries:
+        match entry:
+            case LinePiece():
+                pieces.append(LineTo(entry.to, entry.label))
+            case ArcPiece(arc=arc):
+                pieces.append(ArcTo(arc.to, arc.center, arc.turn == "left", entry.label))
+            case SplinePiece():
+                pieces.append(SplineTo(entry.spline.through, entry.label))
+            case point:
+                pieces.append(LineTo(point))
+    return start, pieces
+
+
+def selection_of(keys: GeometryFile) -> Selection:
+    """Selection of what a file holds."""
+    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.join)
+
+
+def followed(ring: Ring, keys: FollowedKeys) -> Ring:
+    """The ring, followed as a curve if the keys say so; errors tell the file and place that it comes from."""
+    if keys.corners is None:
+        return ring
+    follow = Following(keys.corners, keys.smooth, keys.tolerance)
+    if ring.origin is None:
+        return follow(ring)
+    with prefixed(ring.origin):
+        return replace(follow(ring), origin=ring.origin)
