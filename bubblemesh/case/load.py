@@ -118,7 +118,7 @@ def _root_of(path: Path, untrusted: bool) -> Path | None:
 
 
 def _in_time(path: Path, changes: Sequence[Override], root: Path | None, call: Callable[[float], T]) -> T:
-    """What a call returns, told when it has begun, within the limits that changes of the case may set."""
+    """Value of a call, which is told when it has begun, within the limits that changes of the case may set."""
     begun = perf_counter()
     seconds, memory = (_allowed(key, changes, root) for key in ("seconds", "max_memory_mb"))
     return within(lambda: call(begun), seconds, memory, begun, f"{_source(path)}: ")

@@ -160,7 +160,7 @@ class Case(Strict):
         return case
 
     def within_limits(self, call: Callable[[], T], place: str = "") -> T:
-        """What a call returns, within the limits of the case; the time that it took to load the case counts.
+        """Value of a call that is made within the limits of the case; the time that it took to load the case counts.
 
         LimitError, whose message begins with the ``place``, if the time or the memory is not enough.
         """

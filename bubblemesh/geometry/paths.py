@@ -1,6 +1,6 @@
 """Curves one after the other: closed rings and open paths."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -136,6 +136,24 @@ class Ring:
         """The ring where a similarity takes it, its labels with their sides."""
         given = None if self.given is None else by.points(self.given)
         return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)), given=given)
+
+
+@dataclass(frozen=True)
+class Area:
+    """What is inside an outer ring and outside its holes; ``name`` is what a file calls it."""
+
+    outer: Ring
+    holes: tuple[Ring, ...] = ()
+    name: str | None = None
+
+    @property
+    def rings(self) -> tuple[Ring, ...]:
+        """The outer ring, then the holes."""
+        return self.outer, *self.holes
+
+    def mapped(self, function: Callable[[Ring], Ring]) -> "Area":
+        """The area with its rings replaced by what the function makes of them."""
+        return replace(self, outer=function(self.outer), holes=tuple(map(function, self.holes)))
 
 
 @dataclass(frozen=True)
