@@ -78,7 +78,7 @@ def _at_home(key: str, value: Any, folder: Path) -> Any:
 def _with_files_found(value: Any, folder: Path) -> Any:
     """Copy of data with the folder before the names of files in it."""
     if isinstance(value, list):
-        return [_with_files_found(entry, folder) for entry in value]
+        return [_with_files_found(entry, folder) if isinstance(entry, (dict, list)) else entry for entry in value]
     if not isinstance(value, dict):
         return value
     name = value.get("file")

@@ -15,7 +15,7 @@ from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.parameters import known_parameters, literal, resolved
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
-from bubblemesh.case.yaml import read_text
+from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
@@ -77,8 +77,7 @@ def _loaded(
 ) -> Case:
     """The case; its reading has begun at that reading of the clock."""
     data, places = _read(path, text, changes, root, variant.files if variant else ())
-    limits = data.get("limits")
-    allow(_usable(limits.get("seconds")) if isinstance(limits, dict) else None)
+    allow(_seconds(data.get("limits")))
     sweep = data.pop("sweep", None)
     if variant is None and sweep is not None:
         raise CaseError(
@@ -120,7 +119,7 @@ def _root_of(path: Path, untrusted: bool) -> Path | None:
 def _in_time(path: Path, changes: Sequence[Override], root: Path | None, call: Callable[[float], T]) -> T:
     """Value of a call, which is told when it has begun, within the limits that changes of the case may set."""
     begun = perf_counter()
-    seconds, memory = (_allowed(key, changes, root) for key in ("seconds", "max_memory_mb"))
+    seconds, memory = _allowed("seconds", changes, None), _allowed("max_memory_mb", changes, root)
     return within(lambda: call(begun), seconds, memory, begun, f"{_source(path)}: ")
 
 
@@ -132,9 +131,22 @@ def _allowed(key: str, changes: Sequence[Override], root: Path | None) -> float 
     return None if root is None else UNTRUSTED[key]
 
 
+def _seconds_ahead(text: str, changes: Sequence[Override], root: Path | None) -> float | None:
+    """Time limit that holds once a case's text is there, if no change sets it: its own may stand anywhere in it."""
+    if any(change.covers(("limits", "seconds")) for change in changes):
+        return None
+    given = (_seconds(value_ahead(text, "limits")), None if root is None else UNTRUSTED["seconds"])
+    return min((limit for limit in given if limit is not None), default=None)
+
+
 def _usable(seconds: Any) -> float | None:
     """A time limit, if it is one that can be met: others are reported where they stand."""
     return seconds if type(seconds) in (int, float) and 0 < seconds < FOREVER else None
+
+
+def _seconds(limits: Any) -> float | None:
+    """Time limit among the limits that a file gives, if there is one."""
+    return _usable(limits.get("seconds")) if isinstance(limits, dict) else None
 
 
 def _source(path: Path) -> str:
@@ -154,7 +166,9 @@ def _read(
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
     if root is not None or not files:
         with confined_to(root):
-            files = source_files(path, source, read_text(path) if text is None else text)
+            text = read_text(path) if text is None else text
+            allow(_seconds_ahead(text, changes, root))
+            files = source_files(path, source, text)
     data: Any = merged(files)
     for change in changes:
         data = applied(data, change)
