@@ -170,9 +170,9 @@ _current = local()  # its ``watchdog`` is that of the run in the same thread
 
 
 def within(call: Callable[[], T], seconds: float | None, memory_mb: float | None, begun: float, place: str = "") -> T:
-    """What a call returns that may take so many ``seconds``, and megabytes of memory in this process.
+    """Value of a call that may take so many ``seconds``, and so many megabytes of memory in this process.
 
-    They are no limits if they are None; the seconds count from ``begun``, a reading of ``perf_counter``. A call inside
+    None stands for no limit; the seconds count from ``begun``, a reading of ``perf_counter``. A call inside
     of another one has the limits of that one. LimitError if a limit is met; its message begins with the ``place``, and
     tells the stage and what to do.
     """

@@ -13,6 +13,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
 from bubblemesh.case import load_case
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 pytestmark = pytest.mark.long
@@ -103,7 +104,7 @@ def test_comb_with_thin_slits(width, method):
     comb = shapely.box(0, 0, 3, 1) - shapely.union_all(
         [shapely.box(x - width / 2, 0.2, x + width / 2, 2) for x in (1, 2)]
     )
-    meshed(domain_of(comb), 0.3, method)
+    assert meshed(domain_of(comb), 0.3, method).report["area"] == pytest.approx(comb.area, rel=1e-12)
 
 
 def test_spiral(method):
@@ -111,13 +112,17 @@ def test_spiral(method):
     inner, outer = (
         np.column_stack([r * np.cos(turn), r * np.sin(turn)]) for r in (0.3 + 0.05 * turn, 0.4 + 0.05 * turn)
     )
-    meshed({"outer": polygon(np.vstack([inner, outer[::-1]]))}, 0.1, method)
+    ring = np.vstack([inner, outer[::-1]])
+    area = meshed({"outer": polygon(ring)}, 0.1, method).report["area"]
+    assert area == pytest.approx(shapely.Polygon(ring).area, rel=1e-12)
 
 
 def test_gear(method):
     number = np.arange(80)
     radius, angle = np.where(number % 4 < 2, 1, 0.9), number * np.pi / 40
-    meshed({"outer": polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))}, 0.2, method)
+    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+    area = meshed({"outer": polygon(ring)}, 0.2, method).report["area"]
+    assert area == pytest.approx(shapely.Polygon(ring).area, rel=1e-12)
 
 
 def test_tiny_holes(method):
@@ -179,7 +184,12 @@ CURVED = {
 
 @pytest.mark.parametrize("name", CURVED)
 def test_curves_and_contacts(name, method):
-    meshed(*CURVED[name], method)
+    """Each ring is there, and its nodes are on it."""
+    keys, spacing = CURVED[name]
+    mesh = meshed(keys, spacing, method).mesh
+    assert np.unique(mesh.facet_labels).size == 1 + len(keys.get("holes", []))
+    domain = prepare(load_case("fuzz.yaml", text=json.dumps({"domain": keys, "spacing": spacing}))).domain
+    assert domain.signed_distance(mesh.points[np.unique(mesh.facets)]) == pytest.approx(0, abs=1e-6)
 
 
 STRAIGHT = {
@@ -212,7 +222,9 @@ def test_awkward_polygons(name, method):
     ],
 )
 def test_steep_spacings(spacing, method):
-    meshed({"outer": UNIT}, spacing, method)
+    report = meshed({"outer": UNIT}, spacing, method).report
+    assert report["area"] == pytest.approx(1, rel=1e-12)
+    assert report["spacing"]["mean"] == pytest.approx(1, abs=0.1)
 
 
 @pytest.mark.parametrize("scale", [1e15, 1e-12])
@@ -228,4 +240,6 @@ def test_mesh_does_not_depend_on_the_unit_of_length(scale, method):
 @pytest.mark.parametrize("offset", [1e6, 1e9])
 def test_domain_far_from_the_origin(offset, method):
     domain = {"outer": {"rectangle": [offset, -offset, offset + 1, 1 - offset]}}
-    meshed(domain, 0.2, method)
+    mesh = meshed(domain, 0.2, method).mesh
+    assert np.ptp(mesh.points, axis=0).tolist() == [1, 1]
+    assert mesh.points.min(axis=0).tolist() == [offset, -offset]

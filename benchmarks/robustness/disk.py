@@ -13,7 +13,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.robustness.kills import _damage
+from benchmarks.robustness.kills import damage
+from benchmarks.robustness.trials import tell
 
 LIBRARY = r"""
 #define _GNU_SOURCE
@@ -90,8 +91,8 @@ def compiled(folder: Path) -> Path:
     return library
 
 
-def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[int, list[str]]]:
-    """The number of the first write that fails, and what is wrong then; up to the one with room for all."""
+def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[str, list[str]]]:
+    """The first write that fails, and what is wrong then; up to the one with room for all."""
     for number in range(1, MOST, step):
         with tempfile.TemporaryDirectory(prefix="disk-") as name:
             folder = Path(name).resolve()
@@ -99,7 +100,7 @@ def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[int, list[
             before = _contents(folder, kind)
             code, message = _command(kind, folder, library, number)
             if FULL not in message:
-                yield number, [] if code == 0 else [f"exit code {code}: {message}"]
+                yield "room for all", [] if code == 0 else [f"exit code {code}: {message}"]
                 return
             problems = [] if code == FILE_ERROR else [f"exit code {code}: {message}"]
             problems += [f"a traceback: {message}"] if "Traceback" in message else []
@@ -108,10 +109,10 @@ def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[int, list[
             problems += (
                 [f"{after.keys() ^ before.keys()} have come or gone"] if kind == "run" and after != before else []
             )
-            problems += _damage(folder, strict=True)
+            problems += damage(folder, strict=True)
             code, message = _command("batch", folder)
             problems += [] if code == 0 else [f"going on ends with {code}: {message}"]
-            yield number, problems
+            yield f"write {number}", problems
 
 
 def _command(kind: str, folder: Path, library: Path | None = None, number: int = 0) -> tuple[int, str]:
@@ -133,15 +134,6 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--kinds", default=",".join(COMMANDS))
     parser.add_argument("--step", type=int, default=1, help="every so many-th write only")
     options = parser.parse_args(arguments)
-    bad = 0
     with tempfile.TemporaryDirectory(prefix="disk-") as folder:
         library = compiled(Path(folder))
-        for kind in options.kinds.split(","):
-            number = 0
-            for number, problems in trials(kind, library, options.step):
-                bad += bool(problems)
-                for problem in problems:
-                    print(f"{kind}, write {number}: {problem}", flush=True)
-            print(f"{kind}: full at each of {number - 1} writes", flush=True)
-    print(f"{bad} trials with something wrong")
-    raise SystemExit(bad > 0)
+        tell((f"disk, {kind}", trials(kind, library, options.step)) for kind in options.kinds.split(","))

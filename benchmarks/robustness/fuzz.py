@@ -3,13 +3,11 @@
 Rows go to a file as they come; a run that is begun again goes on after the last one.
 """
 
-import argparse
 import json
 import random
 import re
 import struct
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from pathlib import Path
@@ -18,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.robustness.capped import Call, called
-from benchmarks.robustness.meshes import read_rows
+from benchmarks.robustness.capped import Call
+from benchmarks.robustness.trials import Row, completed, counted_outcomes, note, row_options
 from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.prepare import prepare
@@ -42,8 +40,6 @@ WORDS = (
     b"<a>",
     b"&a;",
 )
-
-Row = dict[str, Any]
 
 
 class Seed(NamedTuple):
@@ -324,25 +320,12 @@ def row_of(call: Call) -> Row:
 
 def main(arguments: list[str]) -> None:
     """Read what is not read yet, and tell the outcomes and the findings."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.robustness fuzz", description=__doc__)
+    parser = row_options("fuzz", 20, 4000, __doc__)
     parser.add_argument("--each", type=int, default=200, help="how many of each kind")
     parser.add_argument("--kind", default="", help="what the kinds begin with")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--seconds", type=float, default=20, help="time for each")
-    parser.add_argument("--megabytes", type=int, default=4000, help="memory for each process")
-    parser.add_argument("--rows", type=Path, default=Path("robustness-fuzz.jsonl"))
     options = parser.parse_args(arguments)
-    done = {row["name"] for row in read_rows(options.rows)}
     wanted = [task for task in tasks(options.each) if task["kind"].startswith(options.kind)]
-    left = [task for task in wanted if task["name"] not in done]
-    with options.rows.open("a") as file:
-        for call in called(partial(read_one, seeds()), left, options.jobs, options.seconds, options.megabytes):
-            file.write(json.dumps(row_of(call)) + "\n")
-            file.flush()
-    names = {task["name"] for task in wanted}
-    rows = [row for row in read_rows(options.rows) if row["name"] in names]
-    for outcome, count in sorted(Counter(row["outcome"] for row in rows).items()):
-        print(f"{count:6} {outcome}")
-    for row in rows:
-        if row["outcome"] == "finding":
-            print(f"{row['name']}: {row['why']}")
+    rows = completed(partial(read_one, seeds()), row_of, wanted, options)
+    findings = [row for row in rows if row["outcome"] == "finding"]
+    print(*counted_outcomes(rows), *(f"{row['name']}: {row['why']}" for row in findings), sep="\n")
+    note(f"fuzz {options.kind}".strip(), {"trials": len(rows), "wrong": len(findings)})

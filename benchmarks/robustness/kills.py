@@ -14,11 +14,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from hashlib import sha256
 from pathlib import Path
+
+from benchmarks.robustness.trials import tell
 
 CASE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1]}}
@@ -45,8 +46,7 @@ def trial(kind: str, number: int, share: float, whole: float, address: str | Non
     """What is wrong after a command was ended by a signal, after a share of the seconds that it takes on the whole."""
     with tempfile.TemporaryDirectory(prefix="kills-") as name:
         folder = Path(name)
-        (folder / "one.yaml").write_text(CASE)
-        (folder / "a.yaml").write_text(CASE + SWEEP)
+        _write_cases(folder)
         process = started(kind, folder, address)
         try:
             process.wait(share * whole)
@@ -57,11 +57,16 @@ def trial(kind: str, number: int, share: float, whole: float, address: str | Non
         problems = [] if process.returncode in expected else [f"exit code {process.returncode}: {message}"]
         problems += ["a traceback"] if "Traceback" in message else []
         problems += [f"processes are left: {left}" for left in [_left(folder)] if left]
-        problems += _damage(folder, strict=number != signal.SIGKILL)
+        problems += damage(folder, strict=number != signal.SIGKILL)
         again = started(kind, folder, address)
         message = again.communicate(timeout=END)[1]
         problems += [] if again.returncode == 0 else [f"going on ends with {again.returncode}: {message}"]
-        return problems + _damage(folder, strict=True) + _missing(kind, folder)
+        return problems + damage(folder, strict=True) + _missing(kind, folder)
+
+
+def _write_cases(folder: Path) -> None:
+    (folder / "one.yaml").write_text(CASE)
+    (folder / "a.yaml").write_text(CASE + SWEEP)
 
 
 def started(kind: str, folder: Path, address: str | None = None) -> "subprocess.Popen[str]":
@@ -92,7 +97,7 @@ def _processes(mark: str) -> Iterator[int]:
             continue
 
 
-def _damage(folder: Path, strict: bool) -> list[str]:
+def damage(folder: Path, strict: bool) -> list[str]:
     """Half files and rows whose files are not as they say; ``strict`` if nothing may be left over, either."""
     problems = []
     out = folder / "out"
@@ -154,32 +159,30 @@ def cluster() -> Iterator[str]:
         yield address
 
 
+def trials(kind: str, count: int, seed: int) -> Iterator[tuple[str, list[str]]]:
+    """The signal and the moment of each of so many kills of a kind of command, and what is wrong after it."""
+    rng = random.Random(f"{kind} {seed}")
+    with cluster() if kind == "cluster" else nullcontext() as address:
+        whole = _seconds(kind, address)
+        for _ in range(count):
+            number, share = rng.choice(SIGNALS), rng.random()
+            yield f"{number.name} at {share * whole:.1f} of {whole:.1f} s", trial(kind, number, share, whole, address)
+
+
+def _seconds(kind: str, address: str | None) -> float:
+    """How long a command takes that is not ended."""
+    with tempfile.TemporaryDirectory(prefix="kills-") as name:
+        _write_cases(Path(name))
+        begun = time.monotonic()
+        started(kind, Path(name), address).communicate()
+        return time.monotonic() - begun
+
+
 def main(arguments: list[str]) -> None:
     """Kill each kind of command so many times, and tell what is wrong afterwards."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.robustness kills", description=__doc__)
     parser.add_argument("--kills", type=int, default=50, help="of each kind")
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
-    rng = random.Random(options.seed)
-    bad = 0
-    for kind in options.kinds.split(","):
-        with cluster() if kind == "cluster" else ExitStack() as address:
-            address = address if isinstance(address, str) else None
-            with tempfile.TemporaryDirectory(prefix="kills-") as folder:
-                Path(folder, "one.yaml").write_text(CASE)
-                Path(folder, "a.yaml").write_text(CASE + SWEEP)
-                begun = time.monotonic()
-                started(kind, Path(folder), address).communicate()
-                whole = time.monotonic() - begun
-            counts: Counter[str] = Counter()
-            for _ in range(options.kills):
-                number = rng.choice(SIGNALS)
-                problems = trial(kind, number, rng.random(), whole, address)
-                counts[number.name] += 1
-                bad += bool(problems)
-                for problem in problems:
-                    print(f"{kind}, {number.name}: {problem}", flush=True)
-        print(f"{kind} (takes {whole:.1f} s): {dict(counts)}", flush=True)
-    print(f"{bad} trials with something wrong")
-    raise SystemExit(bad > 0)
+    tell((f"kills, {kind}", trials(kind, options.kills, options.seed)) for kind in options.kinds.split(","))

@@ -3,25 +3,27 @@
 Rows go to a file as they come; a run that is begun again goes on after the last one.
 """
 
-import argparse
 import json
 import random
-from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
 
-from benchmarks.robustness.capped import Call, called
+from benchmarks.robustness.capped import Call
 from benchmarks.robustness.corpus import Keys, glyphs, random_domains
 from benchmarks.robustness.soundness import faults
+from benchmarks.robustness.trials import Row, completed, counted_outcomes, row_options
 
 METHODS = ("multilevel", "accelerated")
 SPACINGS = ("coarse", "fine", "graded")
-
-Row = dict[str, Any]
+# Most packings are short ones: what is tried is whether meshes are sound, and all stages have a part in that.
+SHORT: dict[str, Keys] = {
+    "multilevel": {"packing": {"effort": "fast"}},
+    "accelerated": {"schedule": {"rounds": 2, "iterations": 30}},
+}
+WHOLE = 10  # every so many-th packing is one of the method's own length
 
 
 def tasks(glyph_count: int, domain_count: int) -> Iterator[Keys]:
@@ -29,12 +31,13 @@ def tasks(glyph_count: int, domain_count: int) -> Iterator[Keys]:
     domains = [*glyphs(glyph_count), *random_domains(domain_count)]
     order = [(name, domain, s, m) for name, domain in domains for s in SPACINGS for m in METHODS]
     random.Random(0).shuffle(order)
-    for name, domain, spacing, method in order:
+    for number, (name, domain, spacing, method) in enumerate(order):
         yield {
             "name": f"{name}.{spacing}.{method}",
             "domain": domain,
             "spacing": _spacing(domain, spacing),
             "method": method,
+            **(SHORT[method] if number % WHOLE else {}),
         }
 
 
@@ -102,30 +105,12 @@ def row_of(call: Call) -> Row:
     return row | {"outcome": outcome, "why": lines[-1], "traceback": call.crash}
 
 
-def read_rows(path: Path) -> list[Row]:
-    """Rows that an earlier run has left."""
-    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-
-
 def main(arguments: list[str]) -> None:
     """Mesh what is not meshed yet, and count the outcomes."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.robustness meshes", description=__doc__)
+    parser = row_options("meshes", 120, 3000, __doc__)
     parser.add_argument("--glyphs", type=int, default=3000)
     parser.add_argument("--domains", type=int, default=2000)
     parser.add_argument("--most", type=int, help="how many of all cases to mesh")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--seconds", type=float, default=120, help="time for each case")
-    parser.add_argument("--megabytes", type=int, default=3000, help="memory for each process")
-    parser.add_argument("--rows", type=Path, default=Path("robustness-meshes.jsonl"))
     options = parser.parse_args(arguments)
-    done = {row["name"] for row in read_rows(options.rows)}
     wanted = list(tasks(options.glyphs, options.domains))[: options.most]
-    left = [case for case in wanted if case["name"] not in done]
-    with options.rows.open("a") as file:
-        for call in called(mesh_one, left, options.jobs, options.seconds, options.megabytes):
-            file.write(json.dumps(row_of(call)) + "\n")
-            file.flush()
-    rows = read_rows(options.rows)
-    names = {case["name"] for case in wanted}
-    for outcome, count in sorted(Counter(row["outcome"] for row in rows if row["name"] in names).items()):
-        print(f"{count:6} {outcome}")
+    print(*counted_outcomes(completed(mesh_one, row_of, wanted, options)), sep="\n")

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.robustness.corpus import FAMILIES
-from benchmarks.robustness.meshes import Row, read_rows, tasks
+from benchmarks.robustness.meshes import tasks
+from benchmarks.robustness.trials import Row, read_rows
 
 DOCS = Path(__file__).parent.parent.parent / "docs"
 PICTURE = Path("figures", "worst-meshes.png")

@@ -19,7 +19,7 @@ class Viscosity(Protocol):
 
 @dataclass(frozen=True)
 class Constant:
-    """The same viscosity at all times."""
+    """Viscosity that stays the same from the first step to the last."""
 
     c: Annotated[float, Gt(0), Doc("viscosity; 1.4 is a damping ratio of 0.7 for unit mass and strength")] = 1.4
 
@@ -44,7 +44,7 @@ class SawTooth:
 
 @dataclass(frozen=True)
 class NoOddBubbles:
-    """The same viscosity for all bubbles."""
+    """Viscosity that is the same for normal and odd bubbles."""
 
     def active(self, before: int, after: int) -> bool:
         """False: no bubble ever stands out."""

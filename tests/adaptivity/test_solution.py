@@ -20,10 +20,13 @@ def mesh_of(domain, d=0.12):
     return bubblemesh.mesh(domain, d)
 
 
-def refused(domain, points, triangles):
-    with pytest.raises(CaseError) as caught:
+def refusal(domain, points, triangles):
+    """Why a mesh is refused; None if it is not."""
+    try:
         require_coverage(domain, points, triangles)
-    return str(caught.value)
+    except CaseError as error:
+        return str(error)
+    return None
 
 
 @pytest.mark.long
@@ -31,45 +34,45 @@ def refused(domain, points, triangles):
 @pytest.mark.parametrize("d", [0.05, 0.3, 1.0])
 def test_own_meshes_cover_their_domains_however_coarse(domain, d):
     mesh = mesh_of(domain, d)
-    require_coverage(domain, mesh.points, mesh.triangles)
+    assert refusal(domain, mesh.points, mesh.triangles) is None
 
 
 def test_a_polygon_in_a_circle_covers_the_disc():
     angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     points = np.vstack([np.column_stack([np.cos(angle), np.sin(angle)]), [[0, 0]]])
     triangles = np.column_stack([np.full(12, 12), np.arange(12), (np.arange(12) + 1) % 12])
-    require_coverage(DISC, points, triangles)
+    assert refusal(DISC, points, triangles) is None
 
 
 def test_a_mesh_of_more_than_the_domain_names_a_node_outside():
     mesh = mesh_of(SQUARE)
-    found = refused(RIDDLED, mesh.points, mesh.triangles)
+    found = refusal(RIDDLED, mesh.points, mesh.triangles)
     x, y = (float(part) for part in found.split("node at (")[1].split(")")[0].split(", "))
     assert "leaves the domain" in found
     assert np.hypot(x - 0.5, y - 0.5) < 0.1
     shifted = mesh.points + np.array([0, 0.2])
-    assert "is 0.2 outside" in refused(SQUARE, shifted, mesh.triangles)
+    assert "is 0.2 outside" in refusal(SQUARE, shifted, mesh.triangles)
 
 
 def test_a_mesh_of_less_than_the_domain_names_where_it_ends():
     mesh = mesh_of(RIDDLED)
-    assert "does not cover the domain: it ends at (0." in refused(SQUARE, mesh.points, mesh.triangles)
+    assert "does not cover the domain: it ends at (0." in refusal(SQUARE, mesh.points, mesh.triangles)
     half = mesh.triangles[(mesh.points[mesh.triangles][..., 0] < 0.45).all(axis=1)]
     used = np.unique(half)
-    assert "it ends at (0.3" in refused(RIDDLED, mesh.points[used], np.searchsorted(used, half))
+    assert "it ends at (0.3" in refusal(RIDDLED, mesh.points[used], np.searchsorted(used, half))
 
 
 def test_a_part_left_out_between_nodes_on_the_boundary_is_told_by_the_area():
     tab = [(0, 0), (1, 0), (1, 0.4), (2, 0.4), (2, 0.5), (1, 0.5), (1, 1), (0, 1)]
     square = bubblemesh.mesh(Domain.of(rings.polygon([p for p in tab if p[0] < 2])), 0.1)
-    found = refused(Domain.of(rings.polygon(tab)), square.points, square.triangles)
+    found = refusal(Domain.of(rings.polygon(tab)), square.points, square.triangles)
     assert "has an area of 1, the domain one of 1.1" in found
 
 
 def test_three_triangles_at_an_edge_are_no_plane_mesh():
     points = np.array([[0.0, 0], [1, 0], [0, 1], [1, 1], [0.5, 1]])
     triangles = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
-    assert "3 triangles meet at the edge from (0, 0) to (1, 0)" in refused(SQUARE, points, triangles)
+    assert "3 triangles meet at the edge from (0, 0) to (1, 0)" in refusal(SQUARE, points, triangles)
 
 
 def test_an_open_crack_is_where_the_domain_has_a_line():
@@ -82,7 +85,7 @@ def test_an_open_crack_is_where_the_domain_has_a_line():
     points = np.vstack([slit, [[0, 0], [1, 0], [1, 1], [0, 1]], grid[~((grid % 1 == 0).all(axis=1))]])
     triangles = triangulated(points, np.vstack([[[0, 1], [1, 2], [2, 3], [3, 0]], hull(points)]))
     require_coverage(cracked, points, triangles)
-    assert "it ends at (0.5, 0.5)" in refused(SQUARE, points, triangles)
+    assert "it ends at (0.5, 0.5)" in refusal(SQUARE, points, triangles)
 
 
 def hull(points):

@@ -99,9 +99,10 @@ def test_a_pipe_is_not_waited_for(here, source):
 def test_a_file_that_is_none(here, name, exit_code):
     """Its name has no ending, or nothing else, and may not fit into the system."""
     (here / "sub").mkdir()
-    refused(here, SQUARE.format(f'{{field: {{file: "{name}"}}}}'), exit_code)
-    refused(here, f'domain: {{file: "{name}"}}\nspacing: 0.1\n', exit_code)
-    refused(here, f'domain: {{file: "{name}.shp"}}\nspacing: 0.1\n', 5)
+    field = refused(here, SQUARE.format(f'{{field: {{file: "{name}"}}}}'), exit_code)
+    domain = refused(here, f'domain: {{file: "{name}"}}\nspacing: 0.1\n', exit_code)
+    shapes = refused(here, f'domain: {{file: "{name}.shp"}}\nspacing: 0.1\n', 5)
+    assert all(name.rstrip("/") in message for message in (field, domain, shapes))
 
 
 @pytest.mark.parametrize("number", ["0x" + "f" * 5000, "0o" + "7" * 5000, "9" * 5000, "0b" + "1" * 5000])

@@ -76,9 +76,11 @@ def test_cusps_of_one_ring_are_found_in_any_direction(turn):
 
 
 def test_lines_and_curves_that_go_on_smoothly_are_no_cusps():
-    domain_of(
+    domain = domain_of(
         "domain: {outer: {path: [[0, 0], [1, 0], {arc: {to: [1, 1], center: [1, 0.5], turn: left}}, "
         "{spline: {through: [[0.5, 1.1], [0, 1]]}}]}, "
         "lines: [{path: [[0.2, 0.5], {arc: {to: [0.6, 0.5], center: [0.4, 0.5], turn: right}}, "
         "{arc: {to: [1.0, 0.5], center: [0.8, 0.5], turn: left}}]}]}"
     )
+    joints = [[0, 0], [1, 0], [1, 1], [0, 1], [0.2, 0.5], [0.6, 0.5], [1, 0.5]]
+    np.testing.assert_allclose(domain.boundary.corners, joints, atol=1e-12)

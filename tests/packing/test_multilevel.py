@@ -185,7 +185,11 @@ def test_schemes_of_the_published_methods_fit_in(override):
 def test_schemes_fit_into_the_published_methods(name, override):
     text = f"{BARE['2']}method: {name}\nschedule: {{iterations: 20, rounds: 2}}\n"
     more = ["packing.effort=fast"] if override.startswith("shaking") else []
-    meshed(text, 0, f"packing.{override}", *more)
+    report = meshed(text, 0, f"packing.{override}", *more).report
+    key, _, scheme = override.partition("=")
+    assert report["parameters"]["packing"][key] == scheme
+    assert len(report["rounds"]) > 0
+    assert report["quality"]["mean"] > 0.8
 
 
 def test_the_table_has_the_method_with_all_its_schemes():
