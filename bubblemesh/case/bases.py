@@ -9,6 +9,7 @@ from typing import Any
 
 from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.case.fields import is_file_name
+from bubblemesh.case.parameters import literal
 from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, prefixed
 
@@ -81,7 +82,7 @@ def _with_files_found(value: Any, folder: Path) -> Any:
     if not isinstance(value, dict):
         return value
     name = value.get("file")
-    found = {"file": str(folder / name)} if isinstance(name, str) and is_file_name(name) else {}
+    found = {"file": str(Path(literal(str(folder))) / name)} if isinstance(name, str) and is_file_name(name) else {}
     return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
 
 

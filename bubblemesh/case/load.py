@@ -1,7 +1,6 @@
 """From a case file and the command line's options to a checked `Case`."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from os.path import realpath
 from pathlib import Path
@@ -14,12 +13,12 @@ from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
 from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
+from bubblemesh.case.parameters import known_parameters, literal, resolved
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
-from bubblemesh.spacing.expression import checked_parameters
 
 T = TypeVar("T")
 
@@ -88,7 +87,7 @@ def _loaded(
         change = Override(path_of(key), value, places(["sweep", key]), f"sweep.{key}")
         data, places = applied(data, change), replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
-        data["name"] = "mesh" if str(path) == "-" else path.stem
+        data["name"] = "mesh" if str(path) == "-" else literal(path.stem)
     if variant is not None and isinstance(data["name"], str):
         data["name"] += variant.label
     return _checked(data, places, root, begun)
@@ -205,8 +204,12 @@ class _Places:
 
 def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float) -> Case:
     """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry."""
+    parameters: dict[str, Any] = {}
+    if isinstance(data.get("parameters"), dict):
+        parameters = resolved(data["parameters"], lambda name, fault: places.message(["parameters", name], fault))
+        data = data | {"parameters": parameters}
     try:
-        case = Case.model_validate(data, context=_parameters(data))
+        case = Case.model_validate(data, context=known_parameters(parameters))
     except ValidationError as error:
         raise CaseError("\n".join(problems(error, Case, places))) from None
     _check_names(case, places)
@@ -224,16 +227,6 @@ def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
     for key, entry in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
         if isinstance(value, dict) or isinstance(entry, dict):
             yield from _paths(entry, *path, key)
-
-
-def _parameters(data: dict[str, Any]) -> dict[str, float]:
-    """Parameters of a case that are numbers, checked once for all expressions; others are reported where they stand."""
-    found = data.get("parameters")
-    values = found.items() if isinstance(found, dict) else ()
-    numbers = {str(name): value for name, value in values if type(value) in (int, float)}
-    with suppress(CaseError):  # of a name, which is reported where it stands
-        return checked_parameters(numbers)
-    return numbers
 
 
 def _check_names(case: Case, places: _Places) -> None:
