@@ -11,7 +11,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
-from bubblemesh.messages import ring_name
+from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.shapes import followed, pieces_of, rings_of, selection_of
@@ -22,6 +22,7 @@ DOMAIN = Key(["domain"])
 
 def case_domain(case: Case) -> Domain:
     """The domain of a case's rings, with its regions and what is embedded; errors have the place and what to do."""
+    tell_places_of(None)
     with about(DOMAIN), own_files(case.domain, case.root):
         outer, *holes = domain_rings(case.domain)
         return Domain.of(outer, holes, _inner_parts(case.domain))
