@@ -30,7 +30,7 @@ MAX_NODES = Limits().max_nodes
 
 
 def mesh(
-    geometry: shapely.Polygon | Domain,
+    geometry: shapely.Polygon | shapely.MultiPolygon | Domain,
     spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any],
     *,
     labels: Sequence[str] | None = None,
@@ -44,14 +44,15 @@ def mesh(
 
     Parameters
     ----------
-    geometry : shapely.Polygon or Domain
-        The holes of a polygon are kept, and each of its vertices becomes a node.
+    geometry : shapely.Polygon, shapely.MultiPolygon or Domain
+        The holes of a polygon are kept, and each of its vertices becomes a node. Several polygons become separate
+        pieces of one mesh.
     spacing : float, str, mapping or callable
         Wanted edge length in the unit of the geometry: a number, an expression in x and y, a mapping of terms as in a
         case file (whose files are relative to the working directory), or a function of the coordinates x (n,) and
         y (n,) of many points that returns the (n,) values there.
     labels : sequence of str, optional
-        Names of the polygon's rings, the outer one first; else ``outer``, ``hole-1`` and so on.
+        Names of the rings, those of all outer ones first; else ``outer``, ``outer-2``, ``hole-1`` and so on.
     method, packing, schedule
         As in a case file.
     max_nodes : int
@@ -65,7 +66,7 @@ def mesh(
     FileError
         If a file that the spacing names cannot be read.
     GeometryError
-        If the polygon is empty, invalid or several polygons.
+        If the polygons are empty or invalid, or overlap.
     LimitError
         If the mesh would need more than ``max_nodes`` nodes, or ``nodes`` are too few for the polygon.
     """

@@ -41,9 +41,10 @@ def meant(word: str, known: Iterable[str]) -> str:
     return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
 
 
-def ring_name(number: int, origin: str | None = None) -> str:
-    """Name of a ring in messages, with the place in a file that it comes from."""
-    name = "the outer ring" if number == 0 else f"hole {number}"
+def ring_name(number: int, origin: str | None = None, areas: int = 1) -> str:
+    """Name of a ring in messages, with the place in a file it comes from; the outer rings of all areas go first."""
+    outer = "the outer ring" if areas == 1 else f"outer ring {number + 1}"
+    name = outer if number < areas else f"hole {number - areas + 1}"
     return name if origin is None else f"{name} ({origin})"
 
 

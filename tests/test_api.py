@@ -97,7 +97,7 @@ def test_a_domain_keeps_its_curves(disc):
 @pytest.mark.parametrize(
     ("geometry", "error", "text"),
     [
-        (shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)]), GeometryError, "2 polygons"),
+        (shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 0, 3, 1)]), GeometryError, "share an edge"),
         (shapely.Polygon(), GeometryError, "empty"),
         (shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), GeometryError, r"\(0.5, 0.5\)"),
         (BROKEN, CaseError, "no number"),
@@ -115,6 +115,20 @@ def test_what_is_no_domain(geometry, error, text):
 def test_a_collection_of_one_polygon_is_that_polygon():
     one, same = (bubblemesh.mesh(shape, 0.3) for shape in (PLATE, shapely.MultiPolygon([PLATE])))
     np.testing.assert_array_equal(one.points, same.points)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["multilevel", "accelerated", "bpm", "fnpbs"])
+def test_several_polygons_are_pieces_of_one_mesh(method):
+    island = shapely.box(0.6, 0.4, 0.9, 0.6)
+    shape = shapely.MultiPolygon([PLATE, island, shapely.box(2.5, 0, 3, 1)])
+    mesh = bubblemesh.mesh(shape, 0.15, method=method, labels=["plate", "island", "strip", "window"])
+    check_mesh(mesh)
+    assert mesh.labels == ("plate", "island", "strip", "window")
+    edges = {tuple(sorted(pair)) for t in mesh.triangles.tolist() for pair in zip(t, t[1:] + t[:1], strict=True)}
+    assert len(mesh.points) - len(edges) + len(mesh.triangles) == 3 - 1
+    areas = np.linalg.det(np.diff(mesh.points[mesh.triangles], axis=1)) / 2
+    assert areas.sum() == pytest.approx(shape.area, rel=1e-12)
 
 
 @pytest.mark.parametrize("labels", ["ab", ["a", 1], ["a", 'b"'], ["a", ""], ["a", "b" * 128]])

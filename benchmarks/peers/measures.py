@@ -47,10 +47,10 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     Raises
     ------
     FlawError
-        If triangles are inverted or flat, or do not join to a surface with the domain's number of holes.
+        If triangles are inverted or flat, or do not join to a surface with the domain's numbers of pieces and holes.
     """
     sides, count = unique_edges(triangles)
-    _require_surface(points, triangles, sides, count, problem.domain.hole_count)
+    _require_surface(points, triangles, sides, count, problem.domain.euler_characteristic)
     shape = shape_quality(points, triangles)
     fit = spacing_fit(points, sides, problem.spacing.between(points[sides]))
     rim = points[np.unique(sides[count == 1])]
@@ -67,12 +67,12 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     )
 
 
-def _require_surface(points: Floats, triangles: Integers, sides: Integers, count: Integers, holes: int) -> None:
+def _require_surface(points: Floats, triangles: Integers, sides: Integers, count: Integers, euler: int) -> None:
     areas = signed_areas(points, triangles)
     wrong = int((areas * np.sign(areas.sum()) <= 0).sum())
     if wrong:
         raise FlawError(f"{wrong} inverted or flat triangles")
     if count.max() > 2:
         raise FlawError("more than two triangles at an edge")
-    if len(points) - len(sides) + len(triangles) != 1 - holes:  # Euler's formula
-        raise FlawError("not a surface with the domain's number of holes")
+    if len(points) - len(sides) + len(triangles) != euler:
+        raise FlawError("not a surface with the domain's numbers of pieces and holes")

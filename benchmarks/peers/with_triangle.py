@@ -1,6 +1,7 @@
 """Triangle (J. R. Shewchuk): boundary nodes by equidistribution, then refined until no triangle is too large."""
 
 import numpy as np
+import shapely
 
 from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
@@ -43,12 +44,14 @@ def _refined(problem: Problem, largest_area: float) -> tuple[Floats, Integers]:
 
 def _outline(problem: Problem) -> dict[str, Floats | Integers]:
     points, edges = boundary_nodes(problem.domain.boundary, problem.spacing, problem.survey.extremes.minimum)
-    holes = [hole.representative_point().coords[0] for hole in _holes(problem)]
+    holes = [point.coords[0] for point in _points_in_holes(problem.domain.polygon)]
     return {"vertices": points, "segments": edges} | ({"holes": np.array(holes)} if holes else {})
 
 
-def _holes(problem: Problem) -> list:
-    return [type(problem.domain.polygon)(ring) for ring in problem.domain.polygon.interiors]
+def _points_in_holes(domain: shapely.Polygon | shapely.MultiPolygon) -> list[shapely.Point]:
+    """A point in each part of the holes that no piece of the domain covers."""
+    holes = [shapely.Polygon(ring) for piece in shapely.get_parts(domain) for ring in piece.interiors]
+    return [part.representative_point() for hole in holes for part in shapely.get_parts(hole - domain)]
 
 
 def boundary_nodes(boundary: Boundary, spacing: Spacing, minimum: float) -> tuple[Floats, Integers]:

@@ -24,9 +24,10 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
     scale = f", with the spacing times {figures['budget']['scale']:.4g}" if "budget" in figures else ""
+    pieces = f"{counted(figures['pieces'], 'piece')}, " if figures["pieces"] > 1 else ""
     rows = {
         "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {figures['area']:.6g}, "
-        f"{counted(figures['holes'], 'hole')}",
+        f"{pieces}{counted(figures['holes'], 'hole')}",
         "labels": ", ".join(figures["labels"]),
         "spacing": _extremes(figures["spacing"], size),
         **{name: _change(figures[name], than, size) for name, than in CHANGES.items() if name in figures},

@@ -42,19 +42,26 @@ class Boundary:
     start: Integers  # (p,), corner, or -1 for a closed curve without any
     end: Integers  # (p,), likewise
     label: Integers  # (p,), index into ``labels``
-    ring: Integers  # (p,), 0 is the outer one; inner pieces have a negative one
+    ring: Integers  # (p,), outer rings first, from 0; inner pieces have a negative one
     left: Integers  # (p,), number of the region on that side, -1 outside the domain
     right: Integers  # (p,), likewise
     corners: Floats  # (k, 2), fixed nodes; one that is no piece's end is an embedded point
     labels: tuple[str, ...]
+    area_of_ring: tuple[int, ...] = ()  # number of the area that each ring bounds
 
     @classmethod
-    def of(cls, rings: Sequence[Ring]) -> "Boundary":
-        """Boundary of rings that have the domain on their left; vertices with equal coordinates are one corner."""
+    def of(cls, rings: Sequence[Ring], area_of_ring: Sequence[int] | None = None) -> "Boundary":
+        """Boundary of rings that have the domain on their left; vertices with equal coordinates are one corner.
+
+        The outer rings of all areas come first, in the order of these; ``area_of_ring`` has the area of each ring, by
+        default the same one.
+        """
+        owner = tuple(area_of_ring or [0] * len(rings))
         none = np.zeros(0, np.int64)
         empty = cls((), none, none, np.zeros(0), np.zeros(0), none, none, none, none, none, none, np.zeros((0, 2)), ())
-        paths = [OpenPath.around(ring, default_label(number)) for number, ring in enumerate(rings)]
-        return empty._extended(paths, range(len(paths)), right=-1)
+        areas = 1 + max(owner)
+        paths = [OpenPath.around(ring, default_label(number, areas)) for number, ring in enumerate(rings)]
+        return replace(empty._extended(paths, range(len(paths)), right=-1), area_of_ring=owner)
 
     def with_inner(self, paths: Sequence[OpenPath], points: Sequence[Point] = ()) -> "Boundary":
         """The boundary with inner pieces along paths, whose vertices may be corners already, and embedded points.
@@ -87,13 +94,14 @@ class Boundary:
         columns["lengths"] = np.zeros(len(rows))
         for k in range(len(self.families), len(families)):
             columns["lengths"][columns["kind"] == k] = families[k].lengths
-        both = {name: np.concatenate([getattr(self, name), column]) for name, column in columns.items()}
+        both: dict[str, Any] = {name: np.concatenate([getattr(self, name), column]) for name, column in columns.items()}
         vertices = np.array(list(corners), float).reshape(-1, 2)
         return replace(self, **both, families=families, corners=vertices, labels=tuple(labels))
 
     def select(self, pieces: Integers) -> "Boundary":
         """The boundary with these pieces (k,) only; corners and labels stay."""
-        return replace(self, **{name: getattr(self, name)[pieces] for name in COLUMNS})
+        columns: dict[str, Any] = {name: getattr(self, name)[pieces] for name in COLUMNS}
+        return replace(self, **columns)
 
     @cached_property
     def inner(self) -> Booleans:
@@ -303,6 +311,6 @@ class Boundary:
         return replace(self, **columns)
 
 
-def default_label(ring: int) -> str:
-    """Label of the sides that the case does not name."""
-    return "outer" if ring == 0 else f"hole-{ring}"
+def default_label(ring: int, areas: int) -> str:
+    """Label of the sides of a ring, of so many areas, that the case does not name: outer, outer-2, hole-1 and so on."""
+    return (f"outer-{ring + 1}" if ring else "outer") if ring < areas else f"hole-{ring - areas + 1}"

@@ -1,4 +1,4 @@
-"""A plane domain with holes: what is inside, and how far the boundary is."""
+"""A plane domain of one or several areas with holes: what is inside, and how far the boundary is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
-from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import require_domain, simple_polygon
@@ -26,7 +26,7 @@ FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal 
 
 @dataclass(frozen=True)
 class Domain:
-    """The region inside the outer ring and outside the holes.
+    """One area or several, each inside its outer ring and outside its holes.
 
     Attributes
     ----------
@@ -47,20 +47,35 @@ class Domain:
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
-        """The domain that the rings bound, whichever way they turn, with its inner parts.
+        """The domain of one area, which the rings bound, whichever way they turn, with its inner parts.
 
         Raises
         ------
         GeometryError
             If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
         """
-        rings = [_turned(outer, +1), *(_turned(hole, -1) for hole in holes)]
-        names = [ring_name(number, ring.origin) for number, ring in enumerate(rings)]
+        return cls.of_areas([Area(outer, tuple(holes))], parts)
+
+    @classmethod
+    def of_areas(cls, areas: Sequence[Area], parts: Parts | None = None) -> "Domain":
+        """The domain of separate areas, which may touch in points and lie in each other's holes, with its inner parts.
+
+        Its rings are numbered from the outer ones, in the order of the areas, to the holes.
+
+        Raises
+        ------
+        GeometryError
+            If rings cross, a hole is not inside, or areas overlap; the text names the ring and the coordinates.
+        """
+        rings = [_turned(area.outer, +1) for area in areas]
+        rings += [_turned(hole, -1) for area in areas for hole in area.holes]
+        owner = [*range(len(areas)), *(number for number, area in enumerate(areas) for _ in area.holes)]
+        names = [ring_name(number, ring.origin, len(areas)) for number, ring in enumerate(rings)]
         for ring, name in zip(rings, names, strict=True):
             with about(ring.key):
                 simple_polygon(outline(ring), name)
-        boundary = split_at_contacts(Boundary.of(rings))
-        require_domain(PolygonalCopy.of(boundary).rings(), names, [ring.key for ring in rings])
+        boundary = split_at_contacts(Boundary.of(rings, owner))
+        require_domain(PolygonalCopy.of(boundary), names, [ring.key for ring in rings])
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
@@ -92,7 +107,7 @@ class Domain:
         return PolygonalCopy.of(self.boundary)
 
     @cached_property
-    def polygon(self) -> shapely.Polygon:
+    def polygon(self) -> shapely.Polygon | shapely.MultiPolygon:
         """The domain bounded by that copy."""
         return self.polygonal_copy.polygon()
 
@@ -109,9 +124,22 @@ class Domain:
         return max(x1 - x0, y1 - y0)
 
     @property
+    def piece_count(self) -> int:
+        """Number of separate areas."""
+        return 1 + max(self.boundary.area_of_ring)
+
+    @property
     def hole_count(self) -> int:
         """Number of holes."""
-        return len(self.polygon.interiors)
+        return len(self.boundary.area_of_ring) - self.piece_count
+
+    @cached_property
+    def euler_characteristic(self) -> int:
+        """Nodes minus edges plus triangles of any mesh: areas minus holes, and one less where two areas have a node."""
+        corner, ring = self.boundary.ring_corners()
+        area = np.array(self.boundary.area_of_ring)[ring]
+        shared = len(np.unique(np.column_stack([corner, area]), axis=0)) - len(np.unique(corner))
+        return self.piece_count - self.hole_count - shared
 
     def nearest(self, points: Floats) -> Nearest:
         """Nearest boundary points of ``points`` (m, 2), on the true curves."""
@@ -158,7 +186,7 @@ class Domain:
         return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
 
     @cached_property
-    def _mirrored(self) -> shapely.Polygon | None:
+    def _mirrored(self) -> shapely.Polygon | shapely.MultiPolygon | None:
         """The domain with x and y exchanged, if points are found faster so, with the same result.
 
         GEOS looks at all edges that a horizontal line through a point meets: of a zigzag along x these may be all.

@@ -27,6 +27,7 @@ class PolygonalCopy:
     step: Floats  # (m,), arc length of the chord that starts there
     successor: Integers  # (m,), index of the next point of the same ring
     ring: Integers  # (m,)
+    area_of_ring: tuple[int, ...]  # number of the area that each ring bounds; outer rings come first
 
     @classmethod
     def of(cls, boundary: Boundary) -> "PolygonalCopy":
@@ -42,17 +43,20 @@ class PolygonalCopy:
         successor = np.arange(1, len(piece) + 1)
         ends = np.flatnonzero(np.diff(ring, append=-1))
         successor[ends] = np.concatenate([[0], ends[:-1] + 1])
-        return cls(points, piece, s, step, successor, ring)
+        return cls(points, piece, s, step, successor, ring, boundary.area_of_ring)
 
     def rings(self) -> list[Floats]:
-        """Points (k, 2) of each ring, the outer one first."""
+        """Points (k, 2) of each ring, outer ones first."""
         order = np.argsort(self.ring, kind="stable")
         return np.split(self.points[order], np.cumsum(np.bincount(self.ring))[:-1])
 
-    def polygon(self) -> shapely.Polygon:
-        """The domain that the rings bound."""
-        outer, *holes = self.rings()
-        polygon = shapely.Polygon(outer, holes)
+    def polygon(self) -> shapely.Polygon | shapely.MultiPolygon:
+        """The domain that the rings bound, as several polygons if it has several areas."""
+        rings_of: dict[int, list[Floats]] = {}
+        for points, area in zip(self.rings(), self.area_of_ring, strict=True):
+            rings_of.setdefault(area, []).append(points)
+        polygons = [shapely.Polygon(outer, holes) for outer, *holes in rings_of.values()]
+        polygon = polygons[0] if len(polygons) == 1 else shapely.MultiPolygon(polygons)
         shapely.prepare(polygon)
         return polygon
 

@@ -1,6 +1,8 @@
 """Do the rings bound a domain? If not, which one does not, where, and what is to be done."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -8,6 +10,7 @@ from shapely.validation import explain_validity
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError, Key, about
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.messages import place
 
 SMALLEST = 1e-70  # extent whose fourth power is still a number
@@ -15,28 +18,55 @@ SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend o
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
-def require_domain(outlines: Sequence[Floats], names: Sequence[str], keys: Sequence[Key]) -> None:
-    """Check the polygonal copies (m, 2) of the rings, the outer one first, which messages call by their ``names``.
+def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key]) -> None:
+    """Check the rings of a polygonal copy, which messages call by their ``names``.
 
     GeometryError, about the key of the ring in the case, with its name and the coordinates of the first fault.
     """
-    polygons: list[shapely.Polygon] = []
-    for outline, name, key in zip(outlines, names, keys, strict=True):
-        with about(key):
-            polygons.append(simple_polygon(outline, name))
-    for hole, name, key in zip(polygons[1:], names[1:], keys[1:], strict=True):
-        with about(key):
-            _require_inside(hole, polygons[0], name)
-    holes = np.array(polygons[1:], dtype=object)
-    tree = shapely.STRtree(holes)
-    for i, j in zip(*tree.query(holes, predicate="intersects"), strict=True):
+    checked = [_Checked(*ring) for ring in zip(copy.rings(), names, keys, strict=True)]
+    owner = np.array(copy.area_of_ring)
+    areas = [[checked[ring] for ring in np.flatnonzero(owner == area)] for area in range(1 + max(owner))]
+    only = len(areas) == 1
+    shapes = np.array([_area(*rings, around="the outer ring" if only else rings[0].name) for rings in areas])
+    for i, j in zip(*shapely.STRtree(shapes).query(shapes, predicate="intersects"), strict=True):
         if i < j:
-            with about(keys[1 + j]):
-                _require_apart(polygons[1 + i], polygons[1 + j], names[1 + i], names[1 + j])
-    whole = shapely.Polygon(outlines[0], outlines[1:])
+            with about(areas[j][0].key):
+                _require_separate(shapes[i], shapes[j], areas[i][0].name, areas[j][0].name)
+
+
+@dataclass(frozen=True)
+class _Checked:
+    """A ring that may bound a domain: its polygonal copy (m, 2), what messages call it, its key in the case."""
+
+    outline: Floats
+    name: str
+    key: Key
+
+    @cached_property
+    def polygon(self) -> shapely.Polygon:
+        """What it encloses."""
+        with about(self.key):
+            return simple_polygon(self.outline, self.name)
+
+
+def _area(outer: _Checked, *holes: _Checked, around: str) -> shapely.Polygon:
+    """The area between an outer ring, which messages on holes call ``around``, and its holes."""
+    for ring in (outer, *holes):
+        _ = ring.polygon  # a ring that is none is told before where it lies
+    for hole in holes:
+        with about(hole.key):
+            _require_inside(hole.polygon, outer.polygon, hole.name, around)
+    polygons = np.array([hole.polygon for hole in holes], dtype=object)
+    tree = shapely.STRtree(polygons)
+    for i, j in zip(*tree.query(polygons, predicate="intersects"), strict=True):
+        if i < j:
+            with about(holes[j].key):
+                _require_apart(polygons[i], polygons[j], holes[i].name, holes[j].name)
+    whole = shapely.Polygon(outer.outline, [hole.outline for hole in holes])
     if not whole.is_valid:
         fault, where = _explained(whole)
-        raise GeometryError(f"the rings cut the domain in two at {where} ({fault}): give one case for each part")
+        raise GeometryError(f"the rings cut the domain in two at {where} ({fault}): give each part an outer ring")
+    return whole
 
 
 def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
@@ -63,22 +93,22 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
     return polygon
 
 
-def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str) -> None:
+def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str, around: str) -> None:
     if outer.contains(hole):
         shared = shapely.intersection(outer.exterior, hole.exterior)
         if shared.length > 0:
             raise GeometryError(
-                f"{name} shares an edge with the outer ring at {first_place(shared)}: draw the outer ring around it"
+                f"{name} shares an edge with {around} at {first_place(shared)}: draw {around} around it"
             )
         return
     if not outer.intersects(hole):
-        raise GeometryError(f"{name} at {first_place(hole.exterior)} lies outside the outer ring: move or remove it")
+        raise GeometryError(f"{name} at {first_place(hole.exterior)} lies outside {around}: move or remove it")
     crossing = shapely.intersection(outer.exterior, hole.exterior)
     if crossing.is_empty:
         where = first_place(hole.exterior)
-        raise GeometryError(f"{name} at {where} encloses the outer ring: make it smaller, or exchange the two")
+        raise GeometryError(f"{name} at {where} encloses {around}: make it smaller, or exchange the two")
     where = first_place(crossing)
-    raise GeometryError(f"{name} crosses the outer ring at {where}: move it, or draw the outer ring around it")
+    raise GeometryError(f"{name} crosses {around} at {where}: move it, or draw {around} around it")
 
 
 def _require_apart(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: str) -> None:
@@ -90,6 +120,19 @@ def _require_apart(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: 
         raise GeometryError(f"{name_a} and {name_b} overlap at {where}: join them into one hole")
     if shapely.intersection(a.exterior, b.exterior).length > 0:
         raise GeometryError(f"{name_a} and {name_b} share an edge at {where}: join them into one hole")
+
+
+def _require_separate(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_b: str) -> None:
+    """Check that areas that meet do so in points only."""
+    common = shapely.intersection(a, b)
+    if common.area > 0:
+        where = first_place(shapely.point_on_surface(common))
+        raise GeometryError(f"{name_a} and {name_b} overlap at {where}: join them into one area, or remove one of them")
+    if common.length > 0:
+        raise GeometryError(
+            f"{name_a} and {name_b} share an edge at {first_place(common)}: join them into one area, or give them as "
+            "regions"
+        )
 
 
 def _explained(polygon: shapely.Polygon) -> tuple[str, str]:

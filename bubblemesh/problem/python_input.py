@@ -14,45 +14,53 @@ from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly
 
 
-def polygon_domain(geometry: shapely.Polygon | Domain, labels: Sequence[str] | None) -> Domain:
-    """The domain that a polygon with names for its rings is.
+def polygon_domain(geometry: shapely.Polygon | shapely.MultiPolygon | Domain, labels: Sequence[str] | None) -> Domain:
+    """The domain that polygons are, with names for their rings: first for the outer ones, then for the holes.
 
-    It is a CaseError if the geometry is none or the labels do not fit its rings, a GeometryError if the polygon is
-    empty, invalid or several polygons.
+    It is a CaseError if the geometry is none or the labels do not fit its rings, a GeometryError if the polygons are
+    empty or invalid.
     """
     if isinstance(geometry, Domain):
         if labels is not None:
             raise CaseError("labels: a Domain has labels of its own: name its rings where they are made")
         return geometry
-    polygon = _polygon(geometry)
-    outlines = [polygon.exterior, *polygon.interiors]
-    names = _names(labels, len(outlines))
-    corners = [shapely.get_coordinates(outline) for outline in outlines]
-    if not all(np.isfinite(points).all() for points in corners):
+    polygons = _polygons(geometry)
+    if not np.isfinite(shapely.get_coordinates(polygons)).all():
         raise CaseError("geometry: has a coordinate that is no number")
-    outer, *holes = (rings.polygon(points.tolist(), label=name) for points, name in zip(corners, names, strict=True))
-    return Domain.of(outer, holes)
+    holes = [len(polygon.interiors) for polygon in polygons]
+    names = _names(labels, len(polygons) + sum(holes))
+    hole_names = iter(names[len(polygons) :])
+    return Domain.of_areas(
+        [
+            Area(_ring(polygon.exterior, name), tuple(_ring(hole, next(hole_names)) for hole in polygon.interiors))
+            for polygon, name in zip(polygons, names[: len(polygons)], strict=True)
+        ]
+    )
 
 
-def _polygon(geometry: Any) -> shapely.Polygon:
-    """Polygon that a shape consists of."""
-    if isinstance(geometry, shapely.MultiPolygon) and len(geometry.geoms) > 1:
-        raise GeometryError(f"{len(geometry.geoms)} polygons: mesh one of them, or join them to one first")
-    polygon = geometry.geoms[0] if isinstance(geometry, shapely.MultiPolygon) and geometry.geoms else geometry
-    if not isinstance(polygon, shapely.Polygon | shapely.MultiPolygon):
+def _ring(loop: shapely.LinearRing, label: str | None) -> Ring:
+    return rings.polygon(shapely.get_coordinates(loop).tolist(), label=label)
+
+
+def _polygons(geometry: Any) -> list[shapely.Polygon]:
+    """Polygons that a shape consists of."""
+    if not isinstance(geometry, shapely.Polygon | shapely.MultiPolygon):
         kind = type(geometry).__name__
         raise CaseError(
-            f"geometry: must be a shapely.Polygon or a Domain (found {kind}): shapely.Polygon(points) makes one"
+            "geometry: must be a shapely.Polygon, a MultiPolygon or a Domain "
+            f"(found {kind}): shapely.Polygon(points) makes one"
         )
-    if polygon.is_empty:
+    polygons = [polygon for polygon in shapely.get_parts(geometry).tolist() if not polygon.is_empty]
+    if not polygons:
         raise GeometryError("the polygon is empty")
-    return polygon
+    return polygons
 
 
 def _names(labels: Sequence[str] | None, count: int) -> Sequence[str | None]:

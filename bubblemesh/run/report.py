@@ -170,6 +170,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "parameters": problem.task.parameters,
         "bounds": domain.bounds,
         "area": domain.polygon.area,
+        "pieces": domain.piece_count,
         "holes": domain.hole_count,
         "labels": domain.labels,
         "spacing": survey.extremes._asdict(),

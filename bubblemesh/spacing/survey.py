@@ -73,14 +73,14 @@ def ideal_nodes(
 ) -> float:
     """Number of nodes of a perfect packing.
 
-    It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus 1,
-    minus the number of holes; ``tolerance`` is the relative accuracy of the integrals. The one over the area is taken
-    on ``triangles`` (t, 3, 2), which cover the domain. LimitError if it is more than ``max_nodes``.
+    It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus the
+    number of separate areas, minus that of holes; ``tolerance`` is the relative accuracy of the integrals. The one over
+    the area is taken on ``triangles`` (t, 3, 2), which cover the domain. LimitError if it is more than ``max_nodes``.
     """
     triangles, limits = _resolved(domain) if triangles is None else triangles, (tolerance, max_nodes)
     over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
     along = _integral(_intervals(domain), lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
-    ideal = max(over_area + along + 1 - domain.hole_count, FEWEST)
+    ideal = max(over_area + along + domain.piece_count - domain.hole_count, FEWEST)
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
     return ideal
@@ -96,7 +96,7 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     def count(spacing: Spacing) -> float:
         inverse = 1 / spacing(np.vstack([middles, sides]))
         over_area, along = weight @ inverse[: len(weight)] ** 2, lengths @ inverse[len(weight) :] / 2
-        return max(float(over_area + along) + 1 - domain.hole_count, FEWEST)
+        return max(float(over_area + along) + domain.piece_count - domain.hole_count, FEWEST)
 
     return count
 

@@ -112,7 +112,7 @@ HOLES = {
         r"hole 1 and hole 2 share an edge at \(0\.4, 0\.\d\): join",
     ),
     "being the outer ring": ([UNIT], r"hole 1 shares an edge with the outer ring at \(0, 0\)"),
-    "cutting the domain": ([circle(0.5, 0.5, 0.5)], r"cut the domain in two at .*: give one case for each part"),
+    "cutting the domain": ([circle(0.5, 0.5, 0.5)], r"cut the domain in two at .*: give each part an outer ring"),
 }
 
 

@@ -99,7 +99,7 @@ FAULTS = {
     "domain cut by a hole": (
         SQUARE,
         [polygon([(0, -1), (0.2, -0.5), (0, 1)])],
-        "cut the domain in two at .* one case for each part",
+        "cut the domain in two at .* give each part an outer ring",
         (0, 1),
     ),
     "domain cut by a chain of holes": (
