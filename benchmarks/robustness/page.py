@@ -1,7 +1,7 @@
 """The page of what the trials found: ``python -m benchmarks.robustness page --rows FILE``.
 
-It writes ``docs/robustness.md``, with the rows of the trial of meshes and the outcomes that the other trials have noted, and
-a picture of the worst meshes.
+It writes ``docs/robustness.md``, from the rows of the trial of meshes and what the other trials have noted, and a
+picture of the worst meshes.
 """
 
 import argparse
