@@ -12,6 +12,7 @@ from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.messages import ring_name
+from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.shapes import followed, pieces_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_area
@@ -48,29 +49,39 @@ def domain_rings(keys: DomainKeys) -> list[Ring]:
 def _rings_of_file(keys: FileDomain) -> list[Ring]:
     """Outer ring and holes of the area in a file."""
     outer, *holes = read_area(Path(keys.file), selection_of(keys))
-    labelled = [outer.labelled(keys.label), *(hole.labelled(keys.hole_label) for hole in holes)]
+    labelled = drawn([outer.labelled(keys.label), *(hole.labelled(keys.hole_label) for hole in holes)], keys)
     return [followed(ring, keys) for ring in labelled]
 
 
 def _inner_parts(keys: InnerKeys) -> Parts:
     """Regions and what is embedded; errors tell which one it is."""
-    lines: list[OpenPath] = []
-    for number, line in enumerate(keys.lines, start=1):
-        key = Key((*DOMAIN, "lines", number - 1))
-        with prefixed(f"line {number}"), about(key):
-            path = rings.open_path(*pieces_of(line), line.label or f"line-{number}")
-        lines.append(replace(path, key=key))
-    points = (
-        InnerPoint(point.at, point.label or f"point-{number}", Key((*DOMAIN, "points", number - 1)))
-        for number, point in enumerate(keys.points, start=1)
-    )
-    return Parts(tuple(_regions(keys)), keys.region, tuple(lines), tuple(points), keys.periodic)
+    return Parts(tuple(_regions(keys)), keys.region, tuple(_lines(keys)), tuple(_points(keys)), keys.periodic)
+
+
+def _lines(keys: InnerKeys) -> Iterator[OpenPath]:
+    made = 0
+    for number, line in enumerate(keys.lines):
+        key = Key((*DOMAIN, "lines", number))
+        with prefixed(f"line {made + 1}"), about(key):
+            for path in drawn([rings.open_path(*pieces_of(line), line.label or "")], line):
+                made += 1
+                yield replace(path, label=path.label or f"line-{made}", key=key)
+
+
+def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
+    made = 0
+    for number, point in enumerate(keys.points):
+        key = Key((*DOMAIN, "points", number))
+        with about(key):
+            for copy in drawn([InnerPoint(point.at, point.label or "", key)], point):
+                made += 1
+                yield replace(copy, label=copy.label or f"point-{made}")
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
     for number, model in enumerate(keys.regions):
         key = Key((*DOMAIN, "regions", number))
         with prefixed(f"region {model.name!r}"), about(key):
-            found = [replace(ring, key=key) for ring in rings_of(model.ring)]
+            found = [replace(ring, key=key) for ring in drawn(rings_of(model.ring), model)]
         rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
         yield from (Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in found)

@@ -22,15 +22,22 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.followed import Following
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.problem.drawing import drawn
 from bubblemesh.readers.formats import read_rings
 from bubblemesh.readers.selection import Selection
 
 
 def rings_of(keys: RingKeys) -> list[Ring]:
-    """Ring that some keys describe, or all rings of the file that they name."""
+    """Ring that some keys describe, or all rings of the file that they name, with all copies."""
+    found = drawn(_rings(keys), keys)
+    return [followed(ring, keys) for ring in found] if isinstance(keys, FollowedKeys) else found
+
+
+def _rings(keys: RingKeys) -> list[Ring]:
+    """Rings before they are moved."""
     match keys:
         case PolygonRing():
-            return [followed(rings.polygon(keys.polygon, keys.labels, keys.label), keys)]
+            return [rings.polygon(keys.polygon, keys.labels, keys.label)]
         case RectangleRing():
             return [rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)]
         case CircleRing():
@@ -40,8 +47,7 @@ def rings_of(keys: RingKeys) -> list[Ring]:
         case PathRing():
             return [rings.path(*pieces_of(keys), keys.label)]
         case FileRing():
-            found = read_rings(Path(keys.file), selection_of(keys))
-            return [followed(ring.labelled(keys.label), keys) for ring in found]
+            return [ring.labelled(keys.label) for ring in read_rings(Path(keys.file), selection_of(keys))]
 
 
 def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:

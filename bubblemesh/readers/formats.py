@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.readers.bounding import bounding
 from bubblemesh.readers.features import FeatureCollection
 from bubblemesh.readers.rings import outer_and_holes
@@ -131,6 +132,6 @@ def _finished(path: Path, selection: Selection, rings: Sequence[Ring], notes: It
     for ring in rings:
         named = tuple(f"{path.name}: {note}" for note in (*notes, *ring.notes))
         origin = f"{path.name}: {ring.origin}{factor}"
-        finished.append(replace(ring.scaled(selection.factor), notes=named, origin=origin))
+        finished.append(replace(ring.moved(Similarity.of(scale=selection.factor)), notes=named, origin=origin))
         notes = ()
     return finished
