@@ -14,7 +14,7 @@ TOLD_APART = 1e-6  # of a domain's size: places farther from each other are writ
 UNKNOWN = 1e-9  # of a place's own coordinates: likewise where the size is not known
 FINEST_FIXED, LARGEST_FIXED = 1e-9, 1e15  # steps and numbers that are written without an exponent
 MOST_NAMES = 20  # that one message lists
-NUMBERS = re.compile(r"[-+]?\d[\d.,]*(e[-+]?\d+)?")
+NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
 

@@ -14,7 +14,7 @@ from bubblemesh.messages import once_each, place
         ((0.3564241234, -0.576405912), 2.0, "(0.356424, -0.576406)"),
         ((500123.456, 4649776.22471), 5e5, "(500123.5, 4649776.2)"),
         ((1.5e-7, 2.00001e-7), 1e-6, "(1.5e-07, 2.00001e-07)"),
-        ((123456789.0, 0), 1e10, "(123457000, 0)"),
+        ((123456789.0, 0), 1e10, "(123460000, 0)"),
         ((3e20, -2e20), 1e20, "(3e+20, -2e+20)"),
         ((float("nan"), float("inf")), 1.0, "(nan, inf)"),
     ],
@@ -37,4 +37,8 @@ def test_without_a_size_a_place_is_told_by_its_own_numbers():
 
 def test_warnings_that_differ_in_numbers_only_are_one_with_a_count():
     told = ["a.svg: duplicate point (1, 2) merged", "b", "a.svg: duplicate point (-3.5e-7, 2.5) merged", "b", "c 1"]
-    assert once_each(told) == ("a.svg: duplicate point (1, 2) merged (and 1 more like it)", "b (and 1 more like it)", "c 1")
+    assert once_each(told) == (
+        "a.svg: duplicate point (1, 2) merged (and 1 more like it)",
+        "b (and 1 more like it)",
+        "c 1",
+    )

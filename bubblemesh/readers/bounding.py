@@ -5,13 +5,9 @@ from functools import reduce
 from operator import add
 from typing import NamedTuple
 
-import numpy as np
-
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
-from bubblemesh.geometry.polygonal_copy import outline
-from bubblemesh.geometry.rings import end_of
-from bubblemesh.messages import counted, shown, tell_places_of
+from bubblemesh.messages import counted, shown
 from bubblemesh.readers.features import FILL, SPARE, Feature
 from bubblemesh.readers.rings import rings_of_curves
 from bubblemesh.readers.slips import Slips
@@ -33,7 +29,6 @@ def bounding(features: Sequence[Feature], join: float | None) -> Bounding:
     Spare features count where there are no others, and fills also where the others do not close. CaseError if there is
     nothing that bounds an area; GeometryError if lines do not close, with the layers that do.
     """
-    tell_places_of(_extent(features))
     kinds = {kind: [one for one in features if one.spare == kind and not one.is_empty] for kind in (None, *SPARE)}
     used = next((kind for kind, ones in kinds.items() if any(one.bounds for one in ones)), None)
     try:
@@ -52,16 +47,6 @@ def bounding(features: Sequence[Feature], join: float | None) -> Bounding:
         raise _nothing(features, slips, told)
     notes = [*notes, *dict.fromkeys(note for one in kinds[used] for note in one.notes), *found.notes, *slips.notes]
     return Bounding(found.areas, found.rings, [*notes, f"left out: {told}"] if told else notes)
-
-
-def _extent(features: Sequence[Feature]) -> float:
-    """Longer side of the box around all vertices, and around the knots of curves."""
-    rings = [ring for one in features for ring in (*(ring for area in one.areas for ring in area), *one.rings)]
-    stops = [ring.vertices for ring in rings if ring.vertices]
-    stops += [(curve.start, *map(end_of, curve.pieces)) for one in features for curve in one.curves]
-    round_ = [outline(ring) for ring in rings if not ring.vertices]
-    points = [np.array(some, float) for some in (*stops, *round_)]
-    return float(np.ptp(np.concatenate(points), axis=0).max()) if points else 0.0
 
 
 class _Found(NamedTuple):

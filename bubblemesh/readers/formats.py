@@ -9,12 +9,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.similarity import Similarity
+from bubblemesh.messages import tell_places_of
 from bubblemesh.readers.bounding import bounding
-from bubblemesh.readers.features import FeatureCollection
+from bubblemesh.readers.degrees import degrees_notes
+from bubblemesh.readers.features import FeatureCollection, vertices_of
 from bubblemesh.readers.rings import outer_and_holes
 from bubblemesh.readers.selection import Selection
 
@@ -97,8 +101,10 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = _content(path, selection)
     features = selection.of(content.features)
+    points = vertices_of(features)
+    tell_places_of(float(np.ptp(points, axis=0).max()) if len(points) else None)
     found = bounding(features, selection.join)
-    notes = [*content.notes, *found.notes]
+    notes = [*content.notes, *found.notes, *degrees_notes(points, content.degrees)]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
     return Chosen(found.areas, found.loose, content.hole_points, notes)
