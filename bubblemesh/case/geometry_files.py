@@ -6,7 +6,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.fields import InputFile, OneLabel, Positive, Strict
-from bubblemesh.readers.selection import Unit
+from bubblemesh.readers.selection import Part, Unit
 
 
 class FollowedKeys(Strict):
@@ -39,6 +39,13 @@ def _feature(value: Any) -> Any:
     return value
 
 
+def _part(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    if not whole and value not in ("largest", "all", None):
+        raise PydanticCustomError("part", "must be largest, all, or a number from 0 on")
+    return value
+
+
 class GeometryFile(FollowedKeys):
     """A file with rings, and what to take of it."""
 
@@ -51,6 +58,9 @@ class GeometryFile(FollowedKeys):
     )
     units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
     scale: Positive | None = Field(default=None, description="Factor from the file's lengths to the case's.")
+    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
+        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
+    )
     join: Positive | None = Field(
         default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
     )

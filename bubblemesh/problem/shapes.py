@@ -20,9 +20,9 @@ from bubblemesh.case.shapes import (
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.followed import Following
-from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
-from bubblemesh.readers.formats import read_rings
+from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
 from bubblemesh.readers.selection import Selection
 
 
@@ -40,8 +40,28 @@ def rings_of(keys: RingKeys) -> list[Ring]:
         case PathRing():
             return [rings.path(*pieces_of(keys), keys.label)]
         case FileRing():
-            found = read_rings(Path(keys.file), selection_of(keys))
-            return [followed(ring.labelled(keys.label), keys) for ring in found]
+            return [_as_keyed(ring, keys) for ring in read_rings(Path(keys.file), selection_of(keys))]
+
+
+def outer_rings_of(keys: RingKeys) -> list[Ring]:
+    """Ring that some keys describe, or the rings around the parts of a file that they take."""
+    if not isinstance(keys, FileRing):
+        return rings_of(keys)
+    path = Path(keys.file)
+    return [_as_keyed(require_ring(path, area), keys) for area in read_areas(path, selection_of(keys))]
+
+
+def areas_of(keys: RingKeys) -> list[Area]:
+    """What the ring that some keys describe encloses, or all areas of the file that they name."""
+    if not isinstance(keys, FileRing):
+        return [Area(ring) for ring in rings_of(keys)]
+    found = read_shapes(Path(keys.file), selection_of(keys))
+    return [area.mapped(lambda ring: _as_keyed(ring, keys)) for area in found]
+
+
+def _as_keyed(ring: Ring, keys: FileRing) -> Ring:
+    """The ring of a file with the label of its keys, and followed as they say."""
+    return followed(ring.labelled(keys.label), keys)
 
 
 def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
@@ -64,7 +84,7 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
 
 def selection_of(keys: GeometryFile) -> Selection:
     """Selection of what a file holds."""
-    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.join)
+    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join)
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:

@@ -11,9 +11,11 @@ from typing import Any, NamedTuple
 
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
-from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.messages import counted
+from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.features import FeatureCollection
-from bubblemesh.readers.rings import outer_and_holes, rings_of_curves
+from bubblemesh.readers.rings import rings_of_curves
 from bubblemesh.readers.selection import Selection
 
 
@@ -46,38 +48,48 @@ FORMATS = {
 class Chosen(NamedTuple):
     """Part of a file that a case takes: areas with their holes, rings that may nest, points in holes, notes on all."""
 
-    areas: list[tuple[Ring, ...]]
+    areas: list[Area]
     loose: list[Ring]
     hole_points: Sequence[Point] | None
     notes: list[str]
 
 
+def read_areas(path: Path, selection: Selection) -> list[Area]:
+    """The area of a file, as its rings nest, or those that the selection's part takes, the largest first.
+
+    The first ring has the notes on the whole file. FileError, CaseError or GeometryError with the file and the feature,
+    point or line.
+    """
+    with prefixed(path):
+        chosen = _chosen(path, selection)
+        areas = chosen_areas(areas_of(chosen.areas, chosen.loose, chosen.hole_points), selection.part)
+    return _finished(path, selection, areas, chosen.notes)
+
+
+def read_shapes(path: Path, selection: Selection) -> list[Area]:
+    """Areas and closed rings of a file, however they nest, or those that the selection's part takes.
+
+    The first ring has the notes on the whole file; errors are those of `read_areas`.
+    """
+    with prefixed(path):
+        chosen = _chosen(path, selection)
+        areas = [*chosen.areas, *map(Area, chosen.loose)]
+        if selection.part is not None:
+            areas = chosen_areas(areas, selection.part)
+    return _finished(path, selection, areas, chosen.notes)
+
+
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
-    """Closed rings of a file, however they nest; the first has the notes on the whole file.
-
-    FileError, CaseError or GeometryError with the file and the feature, point or line.
-    """
-    with prefixed(path):
-        chosen = _chosen(path, selection)
-        holed = next((area for area in chosen.areas if len(area) > 1), None)
-        if holed is not None:
-            raise GeometryError(
-                f"an area with {len(holed) - 1} holes is no ring: give it as domain: {{file: {path.name}}}"
-            )
-    return _finished(path, selection, [*(area[0] for area in chosen.areas), *chosen.loose], chosen.notes)
+    """Closed rings of a file; errors are those of `read_shapes`, and GeometryError if an area has holes."""
+    return [require_ring(path, area) for area in read_shapes(path, selection)]
 
 
-def read_area(path: Path, selection: Selection) -> list[Ring]:
-    """Outer ring and holes of the one area of a file; the first has the notes on the whole file.
-
-    FileError, CaseError or GeometryError with the file and the feature, point or line.
-    """
-    with prefixed(path):
-        chosen = _chosen(path, selection)
-        rings = [*(ring for area in chosen.areas for ring in area), *chosen.loose]
-        if len(chosen.areas) != 1 or chosen.loose:
-            rings = outer_and_holes(rings, chosen.hole_points)
-    return _finished(path, selection, rings, chosen.notes)
+def require_ring(path: Path, area: Area) -> Ring:
+    """The outer ring of an area that has no holes; GeometryError with the name of its file if it has some."""
+    if area.holes:
+        holed = f"an area with {counted(len(area.holes), 'hole')}"
+        raise GeometryError(f"{path}: {holed} is no ring: give it as domain: {{file: {path.name}}}")
+    return area.outer
 
 
 def files_of(path: Path) -> list[Path]:
@@ -91,7 +103,7 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     content = _content(path, selection)
     features = selection.of(content.features)
     joined, gaps = rings_of_curves([curve for one in features for curve in one.curves], selection.join)
-    areas = [area for one in features for area in one.areas]
+    areas = [Area(outer, tuple(holes)) for one in features for outer, *holes in one.areas]
     loose = [*(ring for one in features for ring in one.rings), *joined]
     if not areas and not loose:
         raise CaseError("there is no ring in it: give closed curves, or lines that meet")
@@ -122,13 +134,14 @@ def _content(path: Path, selection: Selection) -> FeatureCollection:
     return read(path, next(iter(selection.layers), None))
 
 
-def _finished(path: Path, selection: Selection, rings: Sequence[Ring], notes: Iterable[str]) -> list[Ring]:
-    """The rings in the case's lengths, with the file before where they come from and before their notes."""
+def _finished(path: Path, selection: Selection, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:
+    """The areas in the case's lengths, with the file before where rings come from and before their notes."""
     factor = "" if selection.factor == 1 else f", lengths times {selection.factor:g}"
-    finished = []
-    for ring in rings:
-        named = tuple(f"{path.name}: {note}" for note in (*notes, *ring.notes))
-        origin = f"{path.name}: {ring.origin}{factor}"
-        finished.append(replace(ring.scaled(selection.factor), notes=named, origin=origin))
-        notes = ()
-    return finished
+    left = [*notes]
+
+    def finished(ring: Ring) -> Ring:
+        named = tuple(f"{path.name}: {note}" for note in (*left, *ring.notes))
+        left.clear()
+        return replace(ring.scaled(selection.factor), notes=named, origin=f"{path.name}: {ring.origin}{factor}")
+
+    return [area.mapped(finished) for area in areas]
