@@ -8,7 +8,7 @@ import threading
 from dataclasses import replace
 from functools import partial
 from itertools import count
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 import pytest
@@ -332,6 +332,23 @@ def test_a_case_that_is_slow_to_read_ends_in_time():
     with pytest.raises(LimitError, match="while reading the case"):
         load_case("case.yaml", text=text, time_limit=1)
     assert perf_counter() - begun < 4
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("form", ["{}limits: {{seconds: 1}}\n", "limits: {{seconds: 1}}\n{}"])
+def test_a_limit_in_the_case_holds_from_the_start(form):
+    text = SQUARE + "parameters:\n" + "".join(f"  p{k}: {k}\n" for k in range(300_000))
+    begun = perf_counter()
+    with pytest.raises(LimitError, match="while reading the case"):
+        load_case("case.yaml", text=form.format(text))
+    assert perf_counter() - begun < 3
+
+
+@pytest.mark.long
+def test_a_ring_of_very_many_points_is_read_soon():
+    begun = process_time()
+    load_case("case.yaml", text=polygon(np.random.default_rng(0).random((200_000, 2)).tolist()))
+    assert process_time() - begun < 5
 
 
 @pytest.mark.long

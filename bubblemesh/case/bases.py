@@ -9,6 +9,7 @@ from typing import Any
 
 from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.case.fields import is_file_name
+from bubblemesh.case.parameters import literal
 from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, prefixed
 
@@ -77,11 +78,11 @@ def _at_home(key: str, value: Any, folder: Path) -> Any:
 def _with_files_found(value: Any, folder: Path) -> Any:
     """Copy of data with the folder before the names of files in it."""
     if isinstance(value, list):
-        return [_with_files_found(entry, folder) for entry in value]
+        return [_with_files_found(entry, folder) if isinstance(entry, (dict, list)) else entry for entry in value]
     if not isinstance(value, dict):
         return value
     name = value.get("file")
-    found = {"file": str(folder / name)} if isinstance(name, str) and is_file_name(name) else {}
+    found = {"file": str(Path(literal(str(folder))) / name)} if isinstance(name, str) and is_file_name(name) else {}
     return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
 
 

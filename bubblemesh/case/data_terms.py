@@ -12,7 +12,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import InputFile, Number, Positive, Strict, filled, listed
+from bubblemesh.case.fields import InputFile, Number, Positive, Strict, Text, filled, listed
 
 Model = TypeVar("Model")
 
@@ -68,13 +68,13 @@ class DataFile(Tabulated):
 class FieldTerm(DataFile):
     """Data of a triangle mesh."""
 
-    name: str | None = Field(default=None, description="Name of the data at nodes or of cells; needed if it has more.")
+    name: Text | None = Field(default=None, description="Name of the data at nodes or of cells; needed if it has more.")
 
 
 class RasterTerm(DataFile):
     """An array over a rectangle."""
 
-    name: str | None = Field(default=None, description="Name of the array in an .npz file; needed if it has more.")
+    name: Text | None = Field(default=None, description="Name of the array in an .npz file; needed if it has more.")
     bounds: Bounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels fill; else the file's arrays x and y."
     )

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
+from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.shapes import PathLine, RingKeys
@@ -12,7 +13,7 @@ from bubblemesh.case.spacing import SpacingValue
 SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
 
 
-class RegionKeys(Strict):
+class RegionKeys(DrawnKeys):
     """A part of the domain with a name, and a spacing of its own if it is given one."""
 
     name: Label = Field(description="Name of the region in the mesh files.")
@@ -24,7 +25,7 @@ class EmbeddedLine(PathLine):
     """A line inside the domain that edges of the mesh follow: a crack, a wire."""
 
 
-class EmbeddedPoint(Strict):
+class EmbeddedPoint(DrawnKeys):
     """A point inside the domain that is a node of the mesh: a well, a sensor."""
 
     at: Point = Field(description="The point [x, y].")

@@ -7,7 +7,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from bubblemesh.case.fields import described, is_number
+from bubblemesh.case.fields import described
+from bubblemesh.case.parameters import is_number
 from bubblemesh.messages import meant
 
 MAX_PROBLEMS = 10
@@ -91,7 +92,9 @@ def _fields(model: type[BaseModel], loc: list[str | int]) -> list[str]:
             models = [one for one in models if str(part)[1:-1] in one.model_fields] or models
         elif isinstance(part, str):
             models = _models(models[0].model_fields[part].annotation)
-    return [field.alias or name for name, field in models[0].model_fields.items()]
+    fields = models[0].model_fields
+    own_first = dict.fromkeys(name for base in models[0].__mro__ for name in vars(base).get("__annotations__", ()))
+    return [fields[name].alias or name for name in own_first if name in fields]
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.arrays import LARGEST_NUMBER
+from bubblemesh.case.parameters import filled_in, is_number
 from bubblemesh.errors import CaseError
 from bubblemesh.files import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import constant
@@ -105,14 +106,6 @@ def _refusing(is_bad: Callable[[str], bool], message: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-def is_number(value: object) -> bool:
-    """Whether ``value`` is the text of a number."""
-    try:
-        return isinstance(value, str) and isinstance(float(value), float)
-    except ValueError:
-        return False
-
-
 def _evaluated(value: Any, info: ValidationInfo) -> Any:
     """The number that a text stands for, with the parameters that are the validation's context."""
     if not isinstance(value, str) or is_number(value):  # a number in quotes is a mistake that has a message of its own
@@ -125,6 +118,15 @@ def _evaluated(value: Any, info: ValidationInfo) -> Any:
         raise PydanticCustomError("expression", message, context) from None
 
 
+def _with_parameters(value: Any, info: ValidationInfo) -> Any:
+    if not isinstance(value, str) or info.context is None:
+        return value
+    try:
+        return filled_in(value, info.context)
+    except CaseError as error:
+        raise PydanticCustomError("text", "{problem}", {"problem": str(error)}) from None
+
+
 Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 # These may be expressions of the case's parameters, which are the context of the validation.
 Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str)]
@@ -133,10 +135,16 @@ Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_ty
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
+MOST_COPIES = 100_000
+_Copies = Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)]
+Copies = Annotated[_Copies, BeforeValidator(_whole), BeforeValidator(_evaluated, json_schema_input_type=_Copies | str)]
 Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]")]
 
+# A text may name parameters in braces. A case that no file gives has none: its texts are what they are.
+Text = Annotated[str, BeforeValidator(_with_parameters)]
+Filled = Annotated[Any, BeforeValidator(_with_parameters)]  # any value, texts with their parameters
 Label = Annotated[
-    str,
+    Text,
     BeforeValidator(_label),
     Field(min_length=1, max_length=LONGEST_NAME),
     _refusing(lambda text: not is_writable(text), "must be printable and short, without double quotes and backslashes"),
@@ -150,10 +158,12 @@ def is_file_name(path: str) -> bool:
 
 
 InputFile = Annotated[
-    str, Field(min_length=1), _refusing(lambda text: not is_file_name(text), "must be the name of a file, not a folder")
+    Text,
+    Field(min_length=1),
+    _refusing(lambda text: not is_file_name(text), "must be the name of a file, not a folder"),
 ]
 FileName = Annotated[
-    str,
+    Text,
     Field(min_length=1, max_length=200),
     _refusing(
         lambda text: not text.isprintable() or bool({*text} & {*"/\\"}) or text.strip(". ") == "",

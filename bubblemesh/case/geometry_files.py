@@ -5,7 +5,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import InputFile, OneLabel, Positive, Strict
+from bubblemesh.case.drawing import DrawnKeys
+from bubblemesh.case.fields import Filled, InputFile, OneLabel, Positive, Strict, Text
 from bubblemesh.readers.selection import Part, Unit
 
 
@@ -46,18 +47,17 @@ def _part(value: Any) -> Any:
     return value
 
 
-class GeometryFile(FollowedKeys):
+class GeometryFile(FollowedKeys, DrawnKeys):
     """A file with rings, and what to take of it."""
 
     file: InputFile = Field(description="Name of the file, relative to the case file.")
-    layer: Annotated[tuple[str, ...], BeforeValidator(_one_or_more)] = Field(
+    layer: Annotated[tuple[Text, ...], BeforeValidator(_one_or_more)] = Field(
         default=(), description="Layer to read, or a list of layers; all by default."
     )
-    feature: Annotated[int | dict[str, Any] | None, BeforeValidator(_feature)] = Field(
+    feature: Annotated[int | dict[str, Filled] | None, BeforeValidator(_feature)] = Field(
         default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
     )
     units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
-    scale: Positive | None = Field(default=None, description="Factor from the file's lengths to the case's.")
     part: Annotated[Part | None, BeforeValidator(_part)] = Field(
         default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
     )
@@ -66,9 +66,9 @@ class GeometryFile(FollowedKeys):
     )
     label: OneLabel = None
 
-    @field_validator("scale")
+    @field_validator("units")
     @classmethod
-    def _without_units(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and info.data.get("units") is not None:
-            raise PydanticCustomError("scale", "and units exclude each other: give one of the two")
+    def _without_scale(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("scale") is not None:
+            raise PydanticCustomError("scale", "and scale exclude each other: give one of the two")
         return value

@@ -1,7 +1,6 @@
 """From a case file and the command line's options to a checked `Case`."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from os.path import realpath
 from pathlib import Path
@@ -14,12 +13,12 @@ from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
 from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
+from bubblemesh.case.parameters import known_parameters, literal, resolved
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
-from bubblemesh.case.yaml import read_text
+from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
-from bubblemesh.spacing.expression import checked_parameters
 
 T = TypeVar("T")
 
@@ -78,8 +77,7 @@ def _loaded(
 ) -> Case:
     """The case; its reading has begun at that reading of the clock."""
     data, places = _read(path, text, changes, root, variant.files if variant else ())
-    limits = data.get("limits")
-    allow(_usable(limits.get("seconds")) if isinstance(limits, dict) else None)
+    allow(_seconds(data.get("limits")))
     sweep = data.pop("sweep", None)
     if variant is None and sweep is not None:
         raise CaseError(
@@ -89,7 +87,7 @@ def _loaded(
         change = Override(path_of(key), value, places(["sweep", key]), f"sweep.{key}")
         data, places = applied(data, change), replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
-        data["name"] = "mesh" if str(path) == "-" else path.stem
+        data["name"] = "mesh" if str(path) == "-" else literal(path.stem)
     if variant is not None and isinstance(data["name"], str):
         data["name"] += variant.label
     return _checked(data, places, root, begun)
@@ -121,7 +119,7 @@ def _root_of(path: Path, untrusted: bool) -> Path | None:
 def _in_time(path: Path, changes: Sequence[Override], root: Path | None, call: Callable[[float], T]) -> T:
     """Value of a call, which is told when it has begun, within the limits that changes of the case may set."""
     begun = perf_counter()
-    seconds, memory = (_allowed(key, changes, root) for key in ("seconds", "max_memory_mb"))
+    seconds, memory = _allowed("seconds", changes, None), _allowed("max_memory_mb", changes, root)
     return within(lambda: call(begun), seconds, memory, begun, f"{_source(path)}: ")
 
 
@@ -133,9 +131,22 @@ def _allowed(key: str, changes: Sequence[Override], root: Path | None) -> float 
     return None if root is None else UNTRUSTED[key]
 
 
+def _seconds_ahead(text: str, changes: Sequence[Override], root: Path | None) -> float | None:
+    """Time limit that holds once a case's text is there, if no change sets it: its own may stand anywhere in it."""
+    if any(change.covers(("limits", "seconds")) for change in changes):
+        return None
+    given = (_seconds(value_ahead(text, "limits")), None if root is None else UNTRUSTED["seconds"])
+    return min((limit for limit in given if limit is not None), default=None)
+
+
 def _usable(seconds: Any) -> float | None:
     """A time limit, if it is one that can be met: others are reported where they stand."""
     return seconds if type(seconds) in (int, float) and 0 < seconds < FOREVER else None
+
+
+def _seconds(limits: Any) -> float | None:
+    """Time limit among the limits that a file gives, if there is one."""
+    return _usable(limits.get("seconds")) if isinstance(limits, dict) else None
 
 
 def _source(path: Path) -> str:
@@ -155,7 +166,9 @@ def _read(
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
     if root is not None or not files:
         with confined_to(root):
-            files = source_files(path, source, read_text(path) if text is None else text)
+            text = read_text(path) if text is None else text
+            allow(_seconds_ahead(text, changes, root))
+            files = source_files(path, source, text)
     data: Any = merged(files)
     for change in changes:
         data = applied(data, change)
@@ -191,8 +204,12 @@ class _Places:
 
 def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float) -> Case:
     """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry."""
+    parameters: dict[str, Any] = {}
+    if isinstance(data.get("parameters"), dict):
+        parameters = resolved(data["parameters"], lambda name, fault: places.message(["parameters", name], fault))
+        data = data | {"parameters": parameters}
     try:
-        case = Case.model_validate(data, context=_parameters(data))
+        case = Case.model_validate(data, context=known_parameters(parameters))
     except ValidationError as error:
         raise CaseError("\n".join(problems(error, Case, places))) from None
     _check_names(case, places)
@@ -210,16 +227,6 @@ def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
     for key, entry in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
         if isinstance(value, dict) or isinstance(entry, dict):
             yield from _paths(entry, *path, key)
-
-
-def _parameters(data: dict[str, Any]) -> dict[str, float]:
-    """Parameters of a case that are numbers, checked once for all expressions; others are reported where they stand."""
-    found = data.get("parameters")
-    values = found.items() if isinstance(found, dict) else ()
-    numbers = {str(name): value for name, value in values if type(value) in (int, float)}
-    with suppress(CaseError):  # of a name, which is reported where it stands
-        return checked_parameters(numbers)
-    return numbers
 
 
 def _check_names(case: Case, places: _Places) -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
-from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict
+from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict, Text
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.limits import unlimited_memory, within
@@ -33,6 +33,10 @@ def _parameter_name(name: str) -> str:
     return name
 
 
+# Expressions have become numbers when a case is checked.
+Parameter = Annotated[Constant, BeforeValidator(lambda value: value, json_schema_input_type=Constant | str)]
+
+
 class Output(Strict):
     """Files to write, and where."""
 
@@ -49,7 +53,7 @@ class Output(Strict):
         default=1, description="Order of the triangles: 2 adds a node on each edge, on the boundary's true curve."
     )
     report: bool = Field(default=False, description="Whether to write a page to look at, NAME.html, beside the mesh.")
-    directory: Annotated[str, Field(min_length=1)] | None = Field(
+    directory: Annotated[Text, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."
     )
 
@@ -93,6 +97,18 @@ class Requirements(Strict):
     )
 
 
+class RangeKeys(Strict):
+    """Values of a swept key at equal steps."""
+
+    # `from` is no name in Python.
+    model_config = ConfigDict(serialize_by_alias=True)
+
+    start: float = Field(alias="from", description="First value.")
+    to: float = Field(description="Last value, if a step ends there.")
+    step: float | None = Field(default=None, description="Step from value to value.")
+    count: int | None = Field(default=None, description="Number of values, the last one included; in place of step.")
+
+
 class Case(Strict):
     """A meshing case: a domain, a spacing and how to mesh."""
 
@@ -100,8 +116,9 @@ class Case(Strict):
     name: FileName | None = Field(
         default=None, description="Stem of the output files, by default that of the case file."
     )
-    parameters: dict[Annotated[str, AfterValidator(_parameter_name)], Constant] = Field(
-        default={}, description="Constants that expressions may name."
+    parameters: dict[Annotated[str, AfterValidator(_parameter_name)], Parameter] = Field(
+        default={},
+        description="Constants, or expressions of others, that expressions name, and texts in braces: part-{r}.dxf.",
     )
     domain: DomainKeys = Field(description="The domain to mesh.")
     spacing: WantedSpacing = Field(
@@ -112,8 +129,9 @@ class Case(Strict):
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")
     output: Output = Field(default=Output(), description="What to write, and where.")
     limits: Limits = Field(default=Limits(), description="What stops a case that is too large.")
-    sweep: dict[str, list[Any]] | None = Field(
-        default=None, description="Values of keys such as packing.w2, for a case of each combination (batch only)."
+    sweep: dict[str, list[Any] | RangeKeys] | None = Field(
+        default=None,
+        description="Values or ranges for keys such as packing.w2, for a case of each combination (batch only).",
     )
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import (
     Choice,
     Label,
@@ -86,7 +87,7 @@ Entry = Annotated[
 ]
 
 
-class PathLine(Strict):
+class PathLine(DrawnKeys):
     """A line of straight and curved pieces."""
 
     path: Annotated[tuple[Entry, ...], BeforeValidator(_starting_at_point), BeforeValidator(filled)] = Field(
@@ -128,7 +129,7 @@ SideLabels = Annotated[
 ]
 
 
-class PolygonRing(FollowedKeys):
+class PolygonRing(FollowedKeys, DrawnKeys):
     """A polygon; each of its corners is a node, unless `corners` says otherwise."""
 
     polygon: tuple[Point, ...] = Field(description="Corners [x, y] in order, turning either way.")
@@ -136,7 +137,7 @@ class PolygonRing(FollowedKeys):
     labels: SideLabels = None
 
 
-class RectangleRing(Strict):
+class RectangleRing(DrawnKeys):
     """A rectangle with sides along the axes."""
 
     rectangle: Annotated[
@@ -153,7 +154,7 @@ class CircleKeys(Strict):
     radius: Positive = Field(description="Radius, in the domain's length unit.")
 
 
-class CircleRing(Strict):
+class CircleRing(DrawnKeys):
     """A circle."""
 
     circle: CircleKeys = Field(description="The circle's center and radius.")
@@ -170,7 +171,7 @@ class EllipseKeys(Strict):
     angle: Number = Field(default=0.0, description="Angle from the x axis to the first half axis, in degrees.")
 
 
-class EllipseRing(Strict):
+class EllipseRing(DrawnKeys):
     """An ellipse."""
 
     ellipse: EllipseKeys = Field(description="The ellipse's center, radii and angle.")

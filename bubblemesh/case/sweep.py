@@ -1,17 +1,21 @@
 """A file that stands for several cases: ``sweep: {packing.w2: [0.5, 0.6, 0.7]}``."""
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import combinations, product
 from math import prod
 from typing import Any
 
 from bubblemesh.case.bases import OWN_KEYS, SourceFile
 from bubblemesh.case.fields import described
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, prefixed
 
 MAX_CASES = 100_000
+
+RANGE = ("from", "to")
 
 SHOWABLE = re.compile(r"[A-Za-z0-9_.+-]{1,24}")
 
@@ -31,24 +35,27 @@ ALONE = Variant()
 
 
 def variants_of(sweep: Any, place: Places) -> list[Variant]:
-    """All combinations of the values that a sweep lists for its keys, those of the last key changing fastest.
+    """All combinations of the values that a sweep gives its keys, those of the last key changing fastest.
 
-    A key that has no list of values or cannot be swept, two keys that set the same thing, a value that is there twice,
-    and too many cases are a CaseError, with the file and line that ``place`` gives for a key path.
+    Values are a list, or a range: ``{from, to, step}`` or ``{from, to, count}``. A key without values or that cannot be
+    swept, two keys that set the same thing, a value that is there twice, and too many cases are a CaseError, with the
+    file and line that ``place`` gives for a key path.
     """
     if sweep is None:
         return [ALONE]
     if not isinstance(sweep, Mapping) or not sweep:
         raise CaseError(f"{place(['sweep'])}: sweep: must be a mapping of keys to lists of values: {_example(sweep)}")
+    lists: dict[str, list[Any]] = {}
     for key, values in sweep.items():
-        problem = _problem(key, values)
-        if problem:
-            raise CaseError(f"{place(['sweep', key])}: sweep.{key}: {problem}")
-    _require_apart(list(sweep), place)
-    count = prod(map(len, sweep.values()))
+        with prefixed(f"{place(['sweep', key])}: sweep.{key}"):
+            lists[key] = _listed(values)
+            if problem := _problem(key, lists[key]):
+                raise CaseError(problem)
+    _require_apart(list(lists), place)
+    count = prod(map(len, lists.values()))
     if count > MAX_CASES:
         raise CaseError(f"{place(['sweep'])}: sweep: makes {count:,} cases, more than {MAX_CASES:,}: list fewer values")
-    return list(_combinations(sweep))
+    return list(_combinations(lists))
 
 
 def path_of(key: str) -> tuple[str, ...]:
@@ -75,13 +82,45 @@ def _example(sweep: object) -> str:
     return f"write packing.w2: [0.6, 0.7] (found {described(sweep)})"
 
 
+def _listed(values: Any) -> Any:
+    """The values of a range, and others as they are; CaseError if the range is none.
+
+    Steps are taken in decimals as they are written: three of 0.1 are 0.3.
+    """
+    if not isinstance(values, Mapping) or "from" not in values:
+        return values
+    if {*values} not in ({*RANGE, "step"}, {*RANGE, "count"}):
+        raise CaseError(f"must have from, to, and either step or count (found {described(values)})")
+    for name, value in values.items():
+        if type(value) not in (int, float) or not math.isfinite(value):
+            raise CaseError(f"{name} must be a finite number (found {described(value)})")
+    start, end = (Fraction(repr(values[name])) for name in RANGE)
+    if "step" in values:
+        step = Fraction(repr(values["step"]))
+        if step == 0 or (end - start) / step < 0:
+            raise CaseError(f"step must lead from {values['from']} to {values['to']} (found {values['step']})")
+        count = (end - start) // step + 1
+    else:
+        count = values["count"]
+        if type(count) is not int or count < 2 or start == end:
+            raise CaseError(f"count must be a whole number of 2 at least, from one number to another (found {count})")
+        step = (end - start) / (count - 1)
+    if count > MAX_CASES:
+        raise CaseError(f"makes {count:,} values, more than {MAX_CASES:,}: take larger steps")
+    return [_plain(start + k * step) for k in range(count)]
+
+
+def _plain(number: Fraction) -> int | float:
+    return int(number) if number.denominator == 1 else float(number)
+
+
 def _problem(key: str, values: Any) -> str | None:
     """Fault of a key and its values, if they have one."""
     if isinstance(values, Mapping) and values:
         inner = next(iter(values))
-        return f"must be a list of values: write the key in one word, {key}.{inner}: [...]"
+        return f"must be a list of values, or a range: write the key in one word, {key}.{inner}: [...]"
     if not isinstance(values, list) or not values:
-        return f"must be a list of values (found {described(values)})"
+        return f"must be a list of values (found {described(values)}), or a range {{from: 0, to: 1, step: 0.1}}"
     if not all(path_of(key)):
         return "has an empty part: write key.key"
     if path_of(key)[0] in OWN_KEYS:

@@ -2,13 +2,16 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
+from bubblemesh.case.number_lists import MARK, NumberList, cut_out
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import case_text, opened
 
@@ -16,6 +19,8 @@ KeyPath = Sequence[str | int]
 
 MAX_VALUES = 5_000_000
 MAX_DEPTH = 100
+MAX_AHEAD = 2000  # characters of a value that is read ahead
+LONG = 100_000  # characters of a text whose reading takes a time to notice
 
 # Events, not `yaml.compose`: composing is recursive in C, and a hundred thousand brackets overflow its stack.
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -27,7 +32,7 @@ class Node(NamedTuple):
     """A value with what is needed to find places in it; aliases share it."""
 
     value: Any
-    places: "dict[str, Place] | list[Place]"
+    places: "dict[str, Place] | Sequence[Place] | _LatePlaces" = ()
     size: int = 1
     height: int = 0
 
@@ -37,6 +42,19 @@ class Place(NamedTuple):
 
     line: int
     node: Node
+
+
+@dataclass(frozen=True)
+class _LatePlaces:
+    """Places in a list of numbers, for which its text is read anew if they are asked for."""
+
+    text: str
+    line: int  # of the text in the file
+
+    @cached_property
+    def found(self) -> "dict[str, Place] | Sequence[Place] | _LatePlaces":
+        root = _Reader("\n" * (self.line - 1) + self.text, str).read()
+        return () if root is None else root.places
 
 
 @dataclass(frozen=True)
@@ -71,7 +89,9 @@ class Document:
         return found
 
 
-def _place(places: "dict[str, Place] | list[Place]", part: str | int) -> Place | None:
+def _place(places: "dict[str, Place] | Sequence[Place] | _LatePlaces", part: str | int) -> Place | None:
+    if isinstance(places, _LatePlaces):
+        return _place(places.found, part)
     if isinstance(places, dict):
         return places.get(str(part))
     return places[part] if isinstance(part, int) and 0 <= part < len(places) else None
@@ -87,8 +107,7 @@ def read_text(path: Path) -> str:
 
 def read_document(text: str, source: str) -> Document:
     """Read a case file's text; what is not one YAML 1.2 mapping of plain data is a CaseError from ``source:line:``."""
-    reader = _Reader(text, lambda line: f"{source}:{line}")
-    root = reader.read()
+    root = _root(text, lambda line: f"{source}:{line}")
     if root is None:
         raise CaseError(f"{source}:1: the file is empty: give at least domain and spacing")
     if not isinstance(root.value, dict):
@@ -98,16 +117,51 @@ def read_document(text: str, source: str) -> Document:
 
 def read_value(text: str, source: str) -> Any:
     """Value of one line of YAML, such as an option's, None if empty; errors have ``source`` alone as the place."""
-    root = _Reader(text, lambda line: source).read()
+    root = _root(text, lambda line: source)
     return None if root is None else root.value
 
 
-class _Reader:
-    """Builds the nodes of one document from the parser's events."""
+def value_ahead(text: str, key: str) -> Any:
+    """Value of a key of a long text's outermost mapping, read before all the rest; None if it is not sure to be that.
 
-    def __init__(self, text: str, place: Callable[[int], str]) -> None:
+    The text before it is parsed, without any data, to see that the key is no part of a text or of another mapping.
+    """
+    if len(text) < LONG or not hasattr(LOADER, "raw_parse"):
+        return None
+    is_flow = text.lstrip()[:1] == "{"
+    pattern = rf'(?<=[{{,])\s*"?{key}"?\s*:\s*\{{[^{{}}]*\}}' if is_flow else rf"^{key}:(.*(\n([ #].*)?)*)"
+    found = re.search(pattern, text, re.MULTILINE)
+    if found is None or len(found[0]) > MAX_AHEAD:
+        return None
+    before, end = text[: found.start()], "}" if is_flow else ""
+    if is_flow and "#" in before[before.rfind("\n") + 1 :]:  # it may be in a comment
+        return None
+    try:
+        LOADER(before + end).raw_parse()
+        return read_document("{" * is_flow + found[0] + end, "").data.get(key)
+    except (yaml.YAMLError, UnicodeEncodeError, CaseError):  # for which the whole text is yet to be read
+        return None
+
+
+def _root(text: str, place: Callable[[int], str]) -> Node | None:
+    """The outermost node of a text, None if it is empty; its lists of numbers are read at once where that can be."""
+    shorter, lists = cut_out(text, _integer)
+    if lists:
+        with suppress(CaseError):  # to be told with what stands there
+            return _Reader(shorter, place, lists).read()
+    return _Reader(text, place).read()
+
+
+class _Reader:
+    """Builds the nodes of one document from the parser's events.
+
+    ``lists`` of numbers are those that words in the text stand for; it is a CaseError if they cannot do so.
+    """
+
+    def __init__(self, text: str, place: Callable[[int], str], lists: Mapping[str, NumberList] | None = None) -> None:
         self.text = text
         self.place = place
+        self.lists = lists or {}
         self.anchors: dict[str, Node | None] = {}
 
     def read(self) -> Node | None:
@@ -142,7 +196,8 @@ class _Reader:
         if event.anchor:
             self.anchors[event.anchor] = None
         if isinstance(event, yaml.ScalarEvent):
-            node = Node(self._scalar(event), [])
+            number_list = self.lists.get(event.value)
+            node = Node(self._scalar(event)) if number_list is None else self._number_list(event, number_list, depth)
         elif isinstance(event, yaml.SequenceStartEvent):
             node = self._sequence(event, events, depth)
         else:
@@ -162,6 +217,11 @@ class _Reader:
         if depth + node.height > MAX_DEPTH:
             raise self._error(event, f"nested more than {MAX_DEPTH} deep through aliases: a case needs far less")
         return node
+
+    def _number_list(self, event: Any, found: NumberList, depth: int) -> Node:
+        if depth + found.height > MAX_DEPTH or event.tag or event.style:
+            raise self._error(event, "not to be read at once")
+        return Node(found.value, _LatePlaces(found.text, event.start_mark.line + 1), found.size, found.height)
 
     def _sequence(self, start: Any, events: Iterator[Any], depth: int) -> Node:
         self._check_tag(start, "seq")
@@ -201,6 +261,8 @@ class _Reader:
         return float(value) if tag == TAG_PREFIX + "float" else value
 
     def _check_text(self, event: Any) -> None:
+        if self.lists and MARK in event.value:
+            raise self._error(event, "a list of numbers that is none")
         if "\0" in event.value:
             raise self._error(event, "a null character in a text: remove it")
 

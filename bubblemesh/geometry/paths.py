@@ -9,6 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.geometry import curves
+from bubblemesh.geometry.similarity import Similarity
 
 Point = tuple[float, float]
 
@@ -27,8 +28,8 @@ class Line(NamedTuple):
     def reversed(self) -> "Line":
         return Line(self.end, self.start)
 
-    def scaled(self, factor: float) -> "Line":
-        return Line(_times(self.start, factor), _times(self.end, factor))
+    def moved(self, by: Similarity) -> "Line":
+        return Line(by.point(self.start), by.point(self.end))
 
 
 class Arc(NamedTuple):
@@ -42,8 +43,8 @@ class Arc(NamedTuple):
     def reversed(self) -> "Arc":
         return self._replace(angle=self.angle + self.sweep, sweep=-self.sweep)
 
-    def scaled(self, factor: float) -> "Arc":
-        return self._replace(center=_times(self.center, factor), radius=self.radius * factor)
+    def moved(self, by: Similarity) -> "Arc":
+        return Arc(by.point(self.center), self.radius * by.scale, by.angle_of(self.angle), self.sweep * by.turn)
 
 
 class Ellipse(NamedTuple):
@@ -57,8 +58,9 @@ class Ellipse(NamedTuple):
     def reversed(self) -> "Ellipse":
         return self._replace(turn=-self.turn)
 
-    def scaled(self, factor: float) -> "Ellipse":
-        return self._replace(center=_times(self.center, factor), radii=_times(self.radii, factor))
+    def moved(self, by: Similarity) -> "Ellipse":
+        radii = self.radii[0] * by.scale, self.radii[1] * by.scale
+        return Ellipse(by.point(self.center), radii, by.angle_of(self.angle), self.turn * by.turn)
 
 
 class Spline(NamedTuple):
@@ -70,8 +72,8 @@ class Spline(NamedTuple):
     def reversed(self) -> "Spline":
         return Spline(self.knots[::-1], None if self.slopes is None else -self.slopes[::-1])
 
-    def scaled(self, factor: float) -> "Spline":
-        return self._replace(knots=self.knots * factor)
+    def moved(self, by: Similarity) -> "Spline":
+        return Spline(by.points(self.knots), None if self.slopes is None else by.directions(self.slopes))
 
 
 class Polyline(NamedTuple):
@@ -82,8 +84,8 @@ class Polyline(NamedTuple):
     def reversed(self) -> "Polyline":
         return Polyline(self.points[::-1])
 
-    def scaled(self, factor: float) -> "Polyline":
-        return Polyline(self.points * factor)
+    def moved(self, by: Similarity) -> "Polyline":
+        return Polyline(by.points(self.points))
 
 
 Curve = Line | Arc | Ellipse | Spline | Polyline
@@ -130,10 +132,10 @@ class Ring:
         """The ring with the sides that are called ``old`` called ``new``."""
         return replace(self, sides=tuple(replace(s, label=new) if s.label == old else s for s in self.sides))
 
-    def scaled(self, factor: float) -> "Ring":
-        """The ring in another unit of length."""
-        sides = tuple(replace(side, curve=side.curve.scaled(factor)) for side in self.sides)
-        return replace(self, sides=sides, vertices=tuple(_times(vertex, factor) for vertex in self.vertices))
+    def moved(self, by: Similarity) -> "Ring":
+        """The ring where a similarity takes it, its labels with their sides."""
+        given = None if self.given is None else by.points(self.given)
+        return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)), given=given)
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,10 @@ class Area:
         """The area with its rings replaced by what the function makes of them."""
         return replace(self, outer=function(self.outer), holes=tuple(map(function, self.holes)))
 
+    def moved(self, by: Similarity) -> "Area":
+        """The area where a similarity takes it, its labels with their sides."""
+        return self.mapped(lambda ring: ring.moved(by))
+
 
 @dataclass(frozen=True)
 class OpenPath:
@@ -163,6 +169,10 @@ class OpenPath:
     label: str  # for sides that have none
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
     key: Key = field(default=Key(), compare=False)
+
+    def moved(self, by: Similarity) -> "OpenPath":
+        """The line where a similarity takes it, its labels with their sides."""
+        return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)))
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
@@ -178,6 +188,10 @@ class InnerPoint:
     label: str
     key: Key = field(default=Key(), compare=False)
 
+    def moved(self, by: Similarity) -> "InnerPoint":
+        """The point where a similarity takes it."""
+        return replace(self, at=by.point(self.at))
 
-def _times(point: Point, factor: float) -> Point:
-    return point[0] * factor, point[1] * factor
+
+def _moved(sides: Sequence[Side], by: Similarity) -> tuple[Side, ...]:
+    return tuple(replace(side, curve=side.curve.moved(by)) for side in sides)

@@ -13,6 +13,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
 from bubblemesh.messages import ring_name
+from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.shapes import areas_of, followed, outer_rings_of, pieces_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_areas
@@ -54,36 +55,43 @@ def _holes(keys: RingDomain) -> Iterator[Ring]:
 
 def _areas_of_file(keys: FileDomain) -> list[Area]:
     """Areas in a file that is the whole domain."""
-    return [
-        replace(
-            area,
-            outer=followed(area.outer.labelled(keys.label), keys),
-            holes=tuple(followed(hole.labelled(keys.hole_label), keys) for hole in area.holes),
-        )
+    labelled = [
+        Area(area.outer.labelled(keys.label), tuple(hole.labelled(keys.hole_label) for hole in area.holes))
         for area in read_areas(Path(keys.file), selection_of(keys))
     ]
+    return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
 def _inner_parts(keys: InnerKeys) -> Parts:
     """Regions and what is embedded; errors tell which one it is."""
-    lines: list[OpenPath] = []
-    for number, line in enumerate(keys.lines, start=1):
-        key = Key((*DOMAIN, "lines", number - 1))
-        with prefixed(f"line {number}"), about(key):
-            path = rings.open_path(*pieces_of(line), line.label or f"line-{number}")
-        lines.append(replace(path, key=key))
-    points = (
-        InnerPoint(point.at, point.label or f"point-{number}", Key((*DOMAIN, "points", number - 1)))
-        for number, point in enumerate(keys.points, start=1)
-    )
-    return Parts(tuple(_regions(keys)), keys.region, tuple(lines), tuple(points), keys.periodic)
+    return Parts(tuple(_regions(keys)), keys.region, tuple(_lines(keys)), tuple(_points(keys)), keys.periodic)
+
+
+def _lines(keys: InnerKeys) -> Iterator[OpenPath]:
+    made = 0
+    for number, line in enumerate(keys.lines):
+        key = Key((*DOMAIN, "lines", number))
+        with prefixed(f"line {made + 1}"), about(key):
+            for path in drawn([rings.open_path(*pieces_of(line), line.label or "")], line):
+                made += 1
+                yield replace(path, label=path.label or f"line-{made}", key=key)
+
+
+def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
+    made = 0
+    for number, point in enumerate(keys.points):
+        key = Key((*DOMAIN, "points", number))
+        with about(key):
+            for copy in drawn([InnerPoint(point.at, point.label or "", key)], point):
+                made += 1
+                yield replace(copy, label=copy.label or f"point-{made}")
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
     for number, model in enumerate(keys.regions):
         key = Key((*DOMAIN, "regions", number))
         with prefixed(f"region {model.name!r}"), about(key):
-            found = areas_of(model.ring)
+            found = drawn(areas_of(model.ring), model)
         yield from (_region(area, model.name, key) for area in found)
 
 

@@ -22,15 +22,22 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.followed import Following
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.problem.drawing import drawn
 from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
 from bubblemesh.readers.selection import Selection
 
 
 def rings_of(keys: RingKeys) -> list[Ring]:
-    """Ring that some keys describe, or all rings of the file that they name."""
+    """Ring that some keys describe, or all rings of the file that they name, with all copies."""
+    found = drawn(_rings(keys), keys)
+    return [followed(ring, keys) for ring in found] if isinstance(keys, FollowedKeys) else found
+
+
+def _rings(keys: RingKeys) -> list[Ring]:
+    """Rings before they are moved."""
     match keys:
         case PolygonRing():
-            return [followed(rings.polygon(keys.polygon, keys.labels, keys.label), keys)]
+            return [rings.polygon(keys.polygon, keys.labels, keys.label)]
         case RectangleRing():
             return [rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)]
         case CircleRing():
@@ -40,28 +47,25 @@ def rings_of(keys: RingKeys) -> list[Ring]:
         case PathRing():
             return [rings.path(*pieces_of(keys), keys.label)]
         case FileRing():
-            return [_as_keyed(ring, keys) for ring in read_rings(Path(keys.file), selection_of(keys))]
+            return [ring.labelled(keys.label) for ring in read_rings(Path(keys.file), selection_of(keys))]
 
 
 def outer_rings_of(keys: RingKeys) -> list[Ring]:
-    """Ring that some keys describe, or the rings around the parts of a file that they take."""
+    """Ring that some keys describe, or the rings around the parts of a file that they take, with all copies."""
     if not isinstance(keys, FileRing):
         return rings_of(keys)
     path = Path(keys.file)
-    return [_as_keyed(require_ring(path, area), keys) for area in read_areas(path, selection_of(keys))]
+    found = [require_ring(path, area).labelled(keys.label) for area in read_areas(path, selection_of(keys))]
+    return [followed(ring, keys) for ring in drawn(found, keys)]
 
 
 def areas_of(keys: RingKeys) -> list[Area]:
-    """What the ring that some keys describe encloses, or all areas of the file that they name."""
+    """What the ring that some keys describe encloses, or all areas of the file that they name, with all copies."""
     if not isinstance(keys, FileRing):
         return [Area(ring) for ring in rings_of(keys)]
     found = read_shapes(Path(keys.file), selection_of(keys))
-    return [area.mapped(lambda ring: _as_keyed(ring, keys)) for area in found]
-
-
-def _as_keyed(ring: Ring, keys: FileRing) -> Ring:
-    """The ring of a file with the label of its keys, and followed as they say."""
-    return followed(ring.labelled(keys.label), keys)
+    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
+    return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
 def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:

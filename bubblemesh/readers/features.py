@@ -1,31 +1,42 @@
 """Content of a file, as every reader gives it: features with areas, closed rings and curves that may form rings."""
 
 import math
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import LARGEST_NUMBER
-from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, prefixed
+from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
+from bubblemesh.readers.slips import Slips, clean_loop
 
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
+FILL, HIDDEN = "fill", "hidden"
+SPARE = (FILL, HIDDEN)  # kinds of features that count only where there are no others, the first before the second
 
 
 @contextmanager
 def foreign(problem: str, advice: str) -> Iterator[None]:
-    """Any error of a library that reads a file is a CaseError with the problem, but for one of too little memory."""
+    """Any error of a library that reads a file is a CaseError with the problem, but for one of too little memory.
+
+    What it warns of is not said to the terminal.
+    """
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
     except (BubblemeshError, MemoryError):
         raise
     except Exception as error:  # readers of foreign formats fail in any way
@@ -55,6 +66,19 @@ class Feature:
     rings: tuple[Ring, ...] = ()  # closed curves; how they nest tells which are holes
     curves: tuple[CompoundCurve, ...] = ()  # that form rings together
     notes: tuple[str, ...] = ()  # on what was left out of it
+    points: tuple[Point, ...] = ()
+    slips: Slips = field(default_factory=Slips)  # dropped from it
+    spare: str | None = None  # one of `SPARE`, if it counts only where the choice has nothing else
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is left of it that could be used."""
+        return not (self.bounds or self.points)
+
+    @property
+    def bounds(self) -> bool:
+        """Whether anything in it may bound an area."""
+        return bool(self.areas or self.rings or self.curves)
 
 
 @dataclass(frozen=True)
@@ -80,15 +104,23 @@ def finite_points(points: Sequence[Sequence[float]], name: str) -> list[Point]:
     return [(x, y) for x, y in array.tolist()]
 
 
-def polygon_ring(points: Sequence[Point], name: str, label: str | None = None) -> Ring:
-    """Polygon that comes from the place ``name`` of a file; fewer than three different points are a GeometryError."""
-    with prefixed(name):
-        return replace(rings.polygon(points, label=label), origin=name)
+def polygon_ring(points: Sequence[Point], name: str, label: str | None = None) -> tuple[Ring | None, Slips]:
+    """Polygon that comes from the place ``name`` of a file, and what was dropped from it; None if it has no area."""
+    if len(points) == 0:
+        return None, Slips()
+    first, *others = points
+    pieces: list[Piece] = [LineTo(point) for point in others]
+    if points[-1] != first or not pieces:
+        pieces.append(LineTo(first))
+    start, pieces, slips = clean_loop(first, pieces)
+    if not pieces:
+        return None, slips
+    return replace(rings.path(start, pieces, label), origin=name), slips
 
 
 def feature_name(number: int, properties: Mapping[str, Any], *keys: str) -> str:
     """Name of a feature in messages: its number, and the first of the keys that has a short printable value."""
-    shown = _text(properties, *keys)
+    shown = text_of(properties, *keys)
     short = shown is not None and shown.isprintable() and len(shown) <= LONGEST_NAME
     return f"feature {number} ({shown})" if short else f"feature {number}"
 
@@ -100,48 +132,88 @@ def writable_label(label: str | None, name: str) -> tuple[str | None, tuple[str,
     return None, (f"{name}: {label[:40]!r} is no label, since it is too long or has {FORBIDDEN} in it",)
 
 
-def feature_of(
-    shape: shapely.Geometry, name: str, layer: str | None = None, properties: Mapping[str, Any] | None = None
-) -> Feature:
-    """Feature of one of shapely's shapes: polygons are areas, lines join into rings.
+class Parts(NamedTuple):
+    """Simple parts of a geometry, as lists of positions (x, y, and more that is not used)."""
 
-    Its property ``label``, else ``name``, names outer rings and lines, ``hole_label`` the holes. CaseError if it has
-    points, which bound nothing, or coordinates that are no finite numbers; GeometryError if a ring has fewer than three
-    different points.
-    """
-    label, notes = writable_label(_text(properties or {}, "label", "name"), name)
-    hole_label, more = writable_label(_text(properties or {}, "hole_label"), name)
-    areas: list[tuple[Ring, ...]] = []
-    curves: list[CompoundCurve] = []
+    polygons: list[list[Sequence[Any]]]  # outer ring and holes of each
+    lines: list[Sequence[Any]]
+    points: list[Any]
+
+
+NO_PARTS = Parts([], [], [])
+
+
+def parts_of(shape: shapely.Geometry) -> Parts:
+    """Parts of one of shapely's shapes, which may be a collection of collections."""
+    parts = Parts([], [], [])
     for part in _simple_parts(shape):
         if part.geom_type == "Polygon":
-            holes = [_ring(hole, f"{name}, hole {k}", hole_label) for k, hole in enumerate(part.interiors, start=1)]
-            areas.append((_ring(part.exterior, name, label), *holes))
-        elif part.geom_type in ("LineString", "LinearRing"):
-            start, *others = points = finite_points(shapely.get_coordinates(part), name)
-            if len(set(points)) < 2:
-                raise GeometryError(f"{name}: the line has fewer than two different points")
-            curves.append(CompoundCurve(start, tuple(LineTo(point, label) for point in others), name))
+            parts.polygons.append([shapely.get_coordinates(loop) for loop in (part.exterior, *part.interiors)])
+        elif part.geom_type == "Point":
+            parts.points.extend(shapely.get_coordinates(part))
         else:
-            raise CaseError(f"{name}: a {part.geom_type} bounds no area: give polygons or lines, or choose a feature")
-    if not areas and not curves:
-        raise CaseError(f"{name}: it is empty: remove it, or choose another feature")
-    return Feature(name, layer, properties or {}, tuple(areas), (), tuple(curves), (*notes, *more))
-
-
-def _ring(loop: shapely.LinearRing, name: str, label: str | None) -> Ring:
-    return polygon_ring(finite_points(shapely.get_coordinates(loop), name), name, label)
+            parts.lines.append(shapely.get_coordinates(part))
+    return parts
 
 
 def _simple_parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
-    """Points, lines and polygons of a shape that may be a collection of collections."""
+    if shape.is_empty:
+        return []
     parts = shapely.get_parts(shape).tolist()
     if len(parts) == 1 and parts[0].geom_type == shape.geom_type:
-        return [shape] if not shape.is_empty else []
+        return [shape]
     return [simple for part in parts for simple in _simple_parts(part)]
 
 
-def _text(properties: Mapping[str, Any], *keys: str) -> str | None:
+def feature_of(
+    parts: Parts, name: str, layer: str | None = None, properties: Mapping[str, Any] | None = None
+) -> Feature:
+    """Feature of the parts of a geometry: polygons are areas, lines are curves; without parts it is empty.
+
+    Its property ``label``, else ``name``, names outer rings and lines, ``hole_label`` the holes. CaseError if
+    coordinates are no finite numbers.
+    """
+    label, notes = writable_label(text_of(properties or {}, "label", "name"), name)
+    hole_label, more = writable_label(text_of(properties or {}, "hole_label"), name)
+    areas = [_area(loops, name, label, hole_label) for loops in parts.polygons]
+    curves = [line_curve(finite_points(line, name), name, label) for line in parts.lines]
+    return Feature(
+        name,
+        layer,
+        properties or {},
+        areas=tuple(area for area, _ in areas if area),
+        curves=tuple(curve for curve, _ in curves if curve is not None),
+        points=tuple(finite_points(parts.points, name)),
+        notes=(*notes, *more),
+        slips=reduce(add, (slips for _, slips in (*areas, *curves)), Slips()),
+    )
+
+
+def line_curve(points: Sequence[Point], name: str, label: str | None = None) -> tuple[CompoundCurve | None, Slips]:
+    """The polyline through the points, and what was dropped from it; None if it has no length."""
+    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+    slips = Slips(doubles=len(points) - len(kept), first=points[0]) if len(kept) < len(points) else Slips()
+    if len(kept) < 2:
+        return None, slips
+    return CompoundCurve(kept[0], tuple(LineTo(point, label) for point in kept[1:]), name), slips
+
+
+def _area(
+    loops: Sequence[Sequence[Any]], name: str, label: str | None, hole_label: str | None
+) -> tuple[tuple[Ring, ...], Slips]:
+    """Outer ring and holes without those that have no area, and what was dropped; no ring if the outer one has none."""
+    made, slips = list[Ring](), Slips()
+    for number, loop in enumerate(loops):
+        called = f"{name}, hole {number}" if number else name
+        ring, dropped = polygon_ring(finite_points(loop, called), called, hole_label if number else label)
+        slips += dropped
+        made += [] if ring is None else [ring]
+        if not made:
+            break
+    return tuple(made), slips
+
+
+def text_of(properties: Mapping[str, Any], *keys: str) -> str | None:
     """The text or number of the first of the keys, in any case, that has one."""
     values = {str(key).lower(): value for key, value in properties.items()}
     return next(filter(None, (_as_text(values.get(key)) for key in keys)), None)

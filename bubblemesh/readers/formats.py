@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted
 from bubblemesh.readers.areas import areas_of, chosen_areas
+from bubblemesh.readers.bounding import bounding
 from bubblemesh.readers.features import FeatureCollection
-from bubblemesh.readers.rings import rings_of_curves
 from bubblemesh.readers.selection import Selection
 
 
@@ -31,12 +32,17 @@ class Format(NamedTuple):
 FORMATS = {
     ".geojson": Format("simple_features.read_geojson"),
     ".json": Format("simple_features.read_geojson"),
+    ".topojson": Format("simple_features.read_geojson"),
+    ".geojsonl": Format("simple_features.read_geojson_lines"),
+    ".geojsons": Format("simple_features.read_geojson_lines"),
+    ".ndjson": Format("simple_features.read_geojson_lines"),
     ".wkt": Format("simple_features.read_wkt"),
-    ".csv": Format("tables.read_table"),
-    ".dat": Format("tables.read_table"),
-    ".tsv": Format("tables.read_table"),
-    ".txt": Format("tables.read_table"),
-    ".xy": Format("tables.read_table"),
+    ".wkb": Format("simple_features.read_wkb"),
+    ".csv": Format("point_lists.read_rings"),
+    ".dat": Format("point_lists.read_rings"),
+    ".tsv": Format("point_lists.read_rings"),
+    ".txt": Format("point_lists.read_rings"),
+    ".xy": Format("point_lists.read_rings"),
     ".poly": Format("triangle.read_poly", beside=(".node",)),
     ".dxf": Format("dxf.read_dxf", "dxf"),
     ".svg": Format("svg.read_svg", "svg"),
@@ -102,15 +108,12 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = _content(path, selection)
     features = selection.of(content.features)
-    joined, gaps = rings_of_curves([curve for one in features for curve in one.curves], selection.join)
-    areas = [Area(outer, tuple(holes)) for one in features for outer, *holes in one.areas]
-    loose = [*(ring for one in features for ring in one.rings), *joined]
-    if not areas and not loose:
-        raise CaseError("there is no ring in it: give closed curves, or lines that meet")
-    notes = [*content.notes, *dict.fromkeys(note for one in features for note in one.notes), *gaps]
+    found = bounding(features, selection.join)
+    notes = [*content.notes, *found.notes]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
-    return Chosen(areas, loose, content.hole_points, notes)
+    areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
+    return Chosen(areas, found.loose, content.hole_points, notes)
 
 
 def _content(path: Path, selection: Selection) -> FeatureCollection:
@@ -142,6 +145,7 @@ def _finished(path: Path, selection: Selection, areas: Sequence[Area], notes: It
     def finished(ring: Ring) -> Ring:
         named = tuple(f"{path.name}: {note}" for note in (*left, *ring.notes))
         left.clear()
-        return replace(ring.scaled(selection.factor), notes=named, origin=f"{path.name}: {ring.origin}{factor}")
+        origin = f"{path.name}: {ring.origin}{factor}"
+        return replace(ring.moved(Similarity.of(scale=selection.factor)), notes=named, origin=origin)
 
     return [area.mapped(finished) for area in areas]

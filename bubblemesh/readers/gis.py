@@ -13,14 +13,13 @@ from io import BytesIO
 from pathlib import Path
 from zipfile import ZipFile
 
-import numpy as np
 import pyogrio
-import shapely
 
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import beside, read_bytes
 from bubblemesh.messages import meant, shown
-from bubblemesh.readers.features import NO_HEIGHTS, FeatureCollection, feature_name, feature_of
+from bubblemesh.readers.features import NO_HEIGHTS, NO_PARTS, FeatureCollection, feature_name, feature_of, parts_of
+from bubblemesh.readers.simple_features import shape_of_wkb
 
 SHAPEFILE = (9994).to_bytes(4, "big")
 SHAPEFILE_PARTS = (".shx", ".dbf", ".prj", ".cpg")
@@ -128,9 +127,8 @@ def _features(content: bytes, inside: str, layer: str, kind: str, driver: str) -
         values = {str(key): column[k] for key, column in zip(meta["fields"], columns, strict=True)}
         properties = {key: value.item() if hasattr(value, "item") else value for key, value in values.items()}
         name = feature_name(k, properties, "name")
-        if wkb is None:
-            raise CaseError(f"{name}: it has no geometry: the file may be cut off, or choose another feature")
-        features.append(feature_of(_shape(wkb, name), name, layer, {"fid": number} | properties))
+        parts = NO_PARTS if wkb is None else parts_of(shape_of_wkb(wkb, name))
+        features.append(feature_of(parts, name, layer, {"fid": number} | properties))
     if not features:
         raise CaseError("there are no features in it: give polygons, or lines that meet")
     degrees = meta["crs"] is not None and str(meta["crs"]).upper() in ("EPSG:4326", "OGC:CRS84", "EPSG:4269")
@@ -150,12 +148,3 @@ def _chosen(layer: str | None, layers: list[str]) -> str:
     if layer is not None and layer not in layers:
         raise CaseError(f"it has no layer {layer!r}: {meant(layer, layers)}")
     return layers[0] if layer is None else layer
-
-
-def _shape(wkb: bytes, name: str) -> shapely.Geometry:
-    try:
-        with np.errstate(invalid="ignore"):  # numbers that are none are told by `feature_of`, with their place
-            return shapely.from_wkb(wkb)
-    except (shapely.errors.GEOSException, NotImplementedError) as error:
-        advice = "give polygons or lines of straight parts"
-        raise CaseError(f"{name}: not a valid geometry: {shown(error)}: {advice}") from None

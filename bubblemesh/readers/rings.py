@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
+from operator import add
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +14,9 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import place
+from bubblemesh.readers.copies import without_copies
 from bubblemesh.readers.features import CompoundCurve
+from bubblemesh.readers.slips import Slips, clean_loop
 
 JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
 MOST_NAMED = 5
@@ -27,13 +31,30 @@ class Link(NamedTuple):
     end: int
 
 
-def rings_of_curves(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[Ring], list[str]]:
-    """Rings of the curves, and notes on gaps that were closed.
+class Joined(NamedTuple):
+    """Rings of curves, notes on gaps that were closed, and what was dropped."""
+
+    rings: list[Ring]
+    notes: list[str]
+    slips: Slips
+
+
+def rings_of_curves(curves: Sequence[CompoundCurve], join: float | None) -> Joined:
+    """Rings of the curves; what is given twice counts once.
 
     Ends nearer to each other than ``join`` meet in their common mean; by default they may differ by rounding only.
     GeometryError if an end meets no other one, or more than one.
     """
-    closed = [_ring([curve]) for curve in curves if curve.start == curve.end]
+    curves, slips = without_copies(curves)
+    loops, notes = _closed(curves, join)
+    made = [_ring(loop) for loop in loops]
+    dropped = (some for _, some in made)
+    return Joined([ring for ring, _ in made if ring is not None], notes, reduce(add, dropped, slips))
+
+
+def _closed(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[list[CompoundCurve]], list[str]]:
+    """Curves that close each other, and notes on gaps."""
+    closed = [[curve] for curve in curves if curve.start == curve.end]
     curves = [curve for curve in curves if curve.start != curve.end]
     if not curves:
         return closed, []
@@ -50,8 +71,8 @@ def rings_of_curves(curves: Sequence[CompoundCurve], join: float | None) -> tupl
         widest = int(gap.argmax())
         gaps = len(np.unique(node[2 * gap > rounding]))
         notes.append(f"{gaps} gaps joined, the widest ({2 * gap[widest]:.3g}) at {place(ends[widest])}")
-    made = [_ring([_moved(curves[link.curve], link, meet) for link in loop]) for loop in _loops(node.reshape(-1, 2))]
-    return closed + made, notes
+    open_ = [[_moved(curves[link.curve], link, meet) for link in loop] for loop in _loops(node.reshape(-1, 2))]
+    return closed + open_, notes
 
 
 def _clustered(ends: Floats, reach: float) -> Integers:
@@ -151,13 +172,17 @@ def _reversed(curve: CompoundCurve) -> CompoundCurve:
     return CompoundCurve(curve.end, tuple(pieces), curve.name)
 
 
-def _ring(curves: Sequence[CompoundCurve]) -> Ring:
-    """The ring along curves that follow each other; arcs of one circle become the whole circle."""
+def _ring(curves: Sequence[CompoundCurve]) -> tuple[Ring | None, Slips]:
+    """The ring along curves that follow each other, if it has an area; arcs of one circle become the whole circle."""
     pieces = [piece for curve in curves for piece in curve.pieces]
     names = list(dict.fromkeys(curve.name for curve in curves))
     origin = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
     with prefixed(origin):
-        return replace(_whole_circle(pieces) or rings.path(curves[0].start, pieces), origin=origin)
+        circle = _whole_circle(pieces)
+        if circle is not None:
+            return replace(circle, origin=origin), Slips()
+        start, pieces, slips = clean_loop(curves[0].start, pieces)
+        return (replace(rings.path(start, pieces), origin=origin) if pieces else None), slips
 
 
 def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:

@@ -1,41 +1,46 @@
-"""Lists of points and tables as text: numbers in a line, separated by commas, semicolons or blanks.
+"""Tables as text: numbers in a line, separated by commas, semicolons or blanks, or columns with names.
 
 In a line with semicolons a comma is a decimal point.
 """
 
+import csv
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
-from bubblemesh.geometry.paths import Point
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, polygon_ring
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
 # Of no text can one part be a match in two ways: a line of a thousand digits would be tried in a million.
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
+DECIMAL_COMMA = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
+DELIMITERS = ";\t,"  # the first that a header has
+X = ("x", "lon", "long", "lng", "longitude", "easting", "east", "xcoord", "xcoordinate", "pointx", "coordx")
+Y = ("y", "lat", "latitude", "northing", "north", "ycoord", "ycoordinate", "pointy", "coordy")
 
 
-def read_table(path: Path) -> FeatureCollection:
-    """A ring for each block of points; blank lines part blocks, and lines of words before a block are its header.
+class Line(NamedTuple):
+    """A line of a table; ``values`` is None for words, and empty where there is nothing but a comment."""
 
-    FileError, CaseError or GeometryError with the line.
-    """
-    features: list[Feature] = []
-    notes: dict[str, None] = {}
-    for first, points in _blocks(path, notes):
-        name = f"ring {len(features)} (line {first})"
-        features.append(Feature(name, rings=(polygon_ring(finite_points(points, name), name),)))
-    if not features:
-        raise CaseError("there are no points in it: give two numbers in a line")
-    return FeatureCollection(tuple(features), tuple(notes))
+    number: int
+    text: str
+    values: list[float] | None
+
+
+class Named(NamedTuple):
+    """Rows of a table whose columns have names: place, if there is one, and all cells by the names."""
+
+    number: int
+    place: tuple[float, float] | None
+    cells: dict[str, str]
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Floats:
@@ -44,7 +49,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
     FileError or CaseError with the line.
     """
     rows: list[list[float]] = []
-    for number, text, values in _lines(path):
+    for number, text, values in lines_of(read_text(path)):
         if values is None and not rows:
             continue
         if values is None or len(values) not in (0, len(names)):
@@ -57,12 +62,12 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
     return np.array(rows)
 
 
-def _lines(path: Path) -> Iterator[tuple[int, str, list[float] | None]]:
-    """Number, text and values of each line; None for a line of words.
+def lines_of(content: str) -> Iterator[Line]:
+    """The lines of a text, and an empty one at its end.
 
     CaseError if a line starts as numbers do, but is none, or a column is empty.
     """
-    for number, text in enumerate([*read_text(path).splitlines(), ""], start=1):
+    for number, text in enumerate([*content.splitlines(), ""], start=1):
         plain = COMMENT.sub("", text).replace('"', "").strip()
         words = SEPARATOR.split(plain.replace(",", ".") if ";" in plain else plain)
         if len(words) > 1 and words[-1] == "":  # a separator at the end of the line
@@ -70,43 +75,71 @@ def _lines(path: Path) -> Iterator[tuple[int, str, list[float] | None]]:
         if len(words) > 1 and "" in words:
             raise CaseError(f"line {number}: an empty column: {shown(text, 40)!r}: give a number in each")
         words = [word for word in words if word]
-        values = _numbers(words)
+        values = numbers_in(words)
         if values is None and STARTS_AS_NUMBER.match(words[0]):
             raise CaseError(f"line {number}: no numbers: {shown(text, 40)!r}: correct it, or mark it as a comment by #")
-        yield number, text, values
+        yield Line(number, text, values)
 
 
-def _blocks(path: Path, notes: dict[str, None]) -> Iterator[tuple[int, list[Point]]]:
-    """First line and points of each block; what is left out is added to the notes."""
-    points: list[Point] = []
-    first = 0
-    for number, text, values in _lines(path):
-        if not values:
-            if points and values is None:
-                raise CaseError(f"line {number}: not a point: {shown(text, 40)!r}: give two numbers in a line")
-            if values is None and _is_slip(text):
-                notes[f"line {number} is taken as a header: {shown(text, 40)!r}"] = None
-            if points:
-                yield first, points
-            points = []
-            continue
-        if len(values) < 2:
-            raise CaseError(f"line {number}: one number alone: a point has two")
-        if len(values) > 2:
-            notes["columns after the second are not used"] = None
-        first = number if not points else first
-        points.append((values[0], values[1]))
-
-
-def _is_slip(text: str) -> bool:
-    """Whether a line of words may be a mistyped point such as ``O 0``, rather than a header such as ``NACA 0012``."""
-    words = [word for word in SEPARATOR.split(text.strip()) if word]
-    others = [word for word in words if _numbers([word]) is None]
-    return len(others) < len(words) and any(len(word) == 1 or any(c.isdigit() for c in word) for word in others)
-
-
-def _numbers(words: list[str]) -> list[float] | None:
+def numbers_in(words: list[str]) -> list[float] | None:
     """The words as numbers; None if one is none."""
     if not all(NUMBER.fullmatch(word) for word in words):
         return None
     return [float(word) for word in words]
+
+
+def has_decimal_commas(content: str) -> bool:
+    """Whether the commas of a table are its decimal points: in each line of numbers between blanks alone."""
+    found = False
+    for text in content.splitlines():
+        words = COMMENT.sub("", text).split()
+        if ";" in text:
+            return False
+        if not words or not STARTS_AS_NUMBER.match(words[0]):
+            continue
+        if len(words) < 2 or not all(DECIMAL_COMMA.fullmatch(word) for word in words):
+            return False
+        found = found or "," in text
+    return found
+
+
+def named_rows(content: str) -> tuple[list[Named], str] | None:
+    """Rows of a table whose first line names columns for x and y, and the names of these; None if it does not.
+
+    A row has no place if it is blank or its x and y are no numbers (nan). CaseError with the line.
+    """
+    lines = content.splitlines()
+    first = next((k for k, text in enumerate(lines) if COMMENT.sub("", text).strip()), 0)
+    header = lines[first] if lines else ""
+    delimiter = next((letter for letter in DELIMITERS if letter in header), None)
+    names = _cells(header, delimiter)
+    plain = [re.sub(r"[\W_]", "", name.partition("(")[0].partition("[")[0].lower()) for name in names]
+    columns = [next((plain.index(name) for name in known if name in plain), None) for known in (X, Y)]
+    if columns[0] is None or columns[1] is None:
+        return None
+    rows = []
+    for number, text in enumerate(lines[first + 1 :], start=first + 2):
+        cells = _cells(text, delimiter) if COMMENT.sub("", text).strip() else []
+        here = [cells[column] if column < len(cells) else "" for column in columns if column is not None]
+        rows.append(Named(number, _place(here, number, text, delimiter), dict(zip(names, cells, strict=False))))
+    return rows, f"{names[columns[0]]!r} and {names[columns[1]]!r}"
+
+
+def _cells(text: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return [word.strip('"') for word in text.split()]
+    try:
+        return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])]
+    except csv.Error:
+        return [cell.strip() for cell in text.split(delimiter)]
+
+
+def _place(cells: list[str], number: int, text: str, delimiter: str | None) -> tuple[float, float] | None:
+    """Place of the cells for x and y; None where both are empty or nan."""
+    words = [cell if delimiter == "," else cell.replace(",", ".") for cell in cells]
+    if all(word.lower() in ("", "nan") for word in words):
+        return None
+    values = numbers_in(words)
+    if values is None:
+        raise CaseError(f"line {number}: x and y are no numbers: {shown(text, 40)!r}: correct it, or remove the line")
+    return values[0], values[1]

@@ -45,7 +45,10 @@ def check_parameter_name(name: str) -> None:
 
 @dataclass(frozen=True)
 class Expression:
-    """A real function of x and y given as text; made by `Expression.parse`."""
+    """A real function of two numbers, x and y unless they have other names, given as text.
+
+    Made by `Expression.parse`.
+    """
 
     text: str  # without the space around it
     parameters: "Parameters" = field(hash=False)  # constants that it may name
@@ -54,10 +57,15 @@ class Expression:
     _tree: ast.expr = field(repr=False, compare=False)
     _evaluate: Evaluate = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
+    names: tuple[str, str] = ("x", "y")  # of the two numbers
 
     @classmethod
     def parse(
-        cls, text: str, parameters: Mapping[str, float] | None = None, distance_to: DistanceTo | None = None
+        cls,
+        text: str,
+        parameters: Mapping[str, float] | None = None,
+        distance_to: DistanceTo | None = None,
+        names: tuple[str, str] = ("x", "y"),
     ) -> "Expression":
         """Check ``text`` and bind its parameters.
 
@@ -68,17 +76,25 @@ class Expression:
         ``distance_to`` gives the distance from some labels for calls such as ``distance("bore")``, or raises a
         CaseError if a label is unknown. Without it, such calls are checked, but have no values.
         """
-        return cls._of(text, checked_parameters(parameters or {}), parsed(text.strip()), distance_to)
+        return cls._of(text, checked_parameters(parameters or {}), parsed(text.strip()), distance_to, names)
 
     @classmethod
-    def _of(cls, given: str, parameters: "Parameters", tree: ast.expr, distance_to: DistanceTo | None) -> "Expression":
-        builder = _Builder(given.strip(), COORDINATES, parameters, distance_to)
+    def _of(
+        cls,
+        given: str,
+        parameters: "Parameters",
+        tree: ast.expr,
+        distance_to: DistanceTo | None,
+        names: tuple[str, str],
+    ) -> "Expression":
+        coordinates = dict(zip(names, COORDINATES.values(), strict=True))
+        builder = _Builder(given.strip(), coordinates, parameters, distance_to)
         evaluate = builder.built(tree, 0)
-        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to)
+        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names)
 
     def measuring(self, distance_to: DistanceTo) -> "Expression":
         """Expression with values for its calls of the distance; CaseError as of `parse`."""
-        return self._of(self.given, self.parameters, self._tree, distance_to)
+        return self._of(self.given, self.parameters, self._tree, distance_to, self.names)
 
     def __str__(self) -> str:
         return self.text
@@ -92,7 +108,7 @@ class Expression:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.
-        return Expression.parse, (self.given, self.parameters, self._distance_to)
+        return Expression.parse, (self.given, self.parameters, self._distance_to, self.names)
 
 
 def constant(text: str, parameters: Mapping[str, float]) -> float:
@@ -105,6 +121,11 @@ def constant(text: str, parameters: Mapping[str, float]) -> float:
     nowhere = np.zeros(0)
     with np.errstate(all="ignore"):
         return float(evaluate(nowhere, nowhere))
+
+
+def names_in(text: str) -> set[str]:
+    """Names that stand in an expression, also those of functions; CaseError as of `Expression.parse`."""
+    return {node.id for node in ast.walk(parsed(text.strip())) if isinstance(node, ast.Name)}
 
 
 class Parameters(dict[str, float]):
@@ -120,7 +141,12 @@ def checked_parameters(parameters: Mapping[str, float]) -> Parameters:
         return parameters
     for name in parameters:
         check_parameter_name(name)
-    return Parameters({unicodedata.normalize("NFKC", name): float(value) for name, value in parameters.items()})
+    return Parameters({normal(name): float(value) for name, value in parameters.items()})
+
+
+def normal(name: str) -> str:
+    """The form of a name in which Python compares identifiers."""
+    return unicodedata.normalize("NFKC", name)
 
 
 class _Builder:

@@ -17,6 +17,7 @@ HINTS: dict[type[ast.AST], str] = {
 }
 
 FORBIDDEN: dict[type[ast.AST], str] = {
+    ast.Set: "a name in braces, which are for texts such as part-{r}.dxf,",
     ast.Attribute: "a dot between names",
     ast.Subscript: "an index in brackets",
     ast.Starred: "unpacking with *",

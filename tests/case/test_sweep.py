@@ -72,6 +72,11 @@ def test_a_file_without_a_sweep_is_one_case(tmp_path):
         ("{a: [true, null, 1]}", ["-a=true", "-a=null", "-a=1"]),
         ("{a.0.r: [1], a.1.r: [2], b.c: [3]}", ["-0.r=1-1.r=2-b.c=3"]),
         ("{a: [1], b.a: [2]}", ["-a=1-b.a=2"]),
+        ("{a: {from: -10, to: -7, step: 1}}", ["-a=-10", "-a=-9", "-a=-8", "-a=-7"]),
+        ("{a: {from: 0, to: 0.3, step: 0.1}}", ["-a=0", "-a=0.1", "-a=0.2", "-a=0.3"]),
+        ("{a: {from: 1, to: 0, step: -0.4}}", ["-a=1", "-a=0.6", "-a=0.2"]),
+        ("{a: {from: 0.1, to: 0.7, count: 3}}", ["-a=0.1", "-a=0.4", "-a=0.7"]),
+        ("{a: {from: 5, to: 5, step: 1}}", ["-a=5"]),
         ("null", [""]),
     ],
 )
@@ -104,6 +109,14 @@ def test_the_name_of_the_case_comes_before_the_values(case):
         ("{packing.w2: [1], packing . w2: [2]}", "sweep: packing.w2 and packing . w2 set the same thing"),
         ("{a.0.r: [1], a.00.r: [2]}", "sweep: a.0.r and a.00.r set the same thing"),
         ("{name: [a, b]}", "sweep.name: cannot be swept"),
+        ("{a: {from: 0, to: 1}}", "sweep.a: must have from, to, and either step or count (found the keys from, to)"),
+        ("{a: {from: 0, to: 1, step: 1, count: 2}}", "sweep.a: must have from, to, and either step or count"),
+        ("{a: {from: 0, to: 1, step: 0}}", "sweep.a: step must lead from 0 to 1 (found 0)"),
+        ("{a: {from: 0, to: 1, step: -0.5}}", "sweep.a: step must lead from 0 to 1 (found -0.5)"),
+        ("{a: {from: 0, to: .inf, step: 1}}", "sweep.a: to must be a finite number (found inf)"),
+        ("{a: {from: 0, to: 1, count: 1}}", "sweep.a: count must be a whole number of 2 at least"),
+        ("{a: {from: 0, to: 1e300, step: 1e-300}}", "values, more than 100,000: take larger steps"),
+        ("{a: {from: 0, to: 1, count: 1000000000000}}", "sweep.a: makes 1,000,000,000,000 values, more than 100,000"),
         ("{sweep.a: [1]}", "sweep.sweep.a: cannot be swept"),
         (f"{{a: {list(range(400))}, b: {list(range(400))}}}", "makes 160,000 cases, more than 100,000"),
     ],
@@ -173,4 +186,5 @@ def test_a_single_run_of_a_sweep_points_to_batch(subcommand, case):
 
 def test_the_schema_knows_the_sweep():
     sweep = case_schema()["properties"]["sweep"]
-    assert {"type": "object", "additionalProperties": {"type": "array", "items": {}}} in sweep["anyOf"]
+    values = {"anyOf": [{"type": "array", "items": {}}, {"$ref": "#/$defs/RangeKeys"}]}
+    assert {"type": "object", "additionalProperties": values} in sweep["anyOf"]

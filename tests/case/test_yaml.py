@@ -3,7 +3,9 @@
 import pytest
 from case_data import SQUARE
 
-from bubblemesh.case.yaml import read_document, read_text, read_value
+from bubblemesh.case import yaml as reading
+from bubblemesh.case.number_lists import MARK
+from bubblemesh.case.yaml import read_document, read_text, read_value, value_ahead
 from bubblemesh.errors import CaseError, FileError
 
 
@@ -144,3 +146,102 @@ class TestFile:
         path = tmp_path / "mark.yaml"
         path.write_bytes(b"\xef\xbb\xbfname: a")
         assert read_text(path) == "name: a"
+
+
+# Lists of numbers wherever they can stand, and what only looks like them.
+WITH_LISTS = (
+    "a: [[0, 0.5], [1, 2e-3],\n  [-3.5, 4]]\nb: 1",
+    "{a: [[0, 0], [1, 1], [2, 2]], b: {c: [1.5, 2.5, 3.5, 4.5]}}",
+    '{"a":[[0, 0], [1, 1], [2, 2]], "b":[1.5, 2.5, 3.5, 4.5]}',
+    "a: &one [[0, 0], [1, 1], [2, 2]]\nb: [*one, *one]",
+    "a:\n- [1000000, 2000000]\n- [3000000, 4000000] # comment [5000000, 6000000]\n- b: [1.25, 2.25, 3.25]\n",
+    "a:\r\n  b: [[0, 0], [1, 1],\r\n    [2, 2]]\r\n  c: 3\r\nd: 4",
+    "a: [1, 2, 3, 4, 5, 6, 7, " + "9" * 400 + "]",
+    "a: [[0, 0], [1, 1], [[2, 2], [3, 3]]]\nb: [[], [], [], [], [], []]\nc: [01, 02, 03, 04, 05]",
+    "a: [[1, 2, 3, 4], 5, 6, 7, 8]\nb: [1:30, 2, 3, 4, 5, 6, 7]\nc: [1e5, 2E+5, +3, .5, 4., -0, -0.0]",
+    "a: text [1, 2, 3, 4, 5, 6]\nb: 1",
+    "a: '[1, 2, 3, 4, 5, 6]'\nb: \"[1, 2, 3, 4, 5, 6]\"\nc: |\n  [1, 2, 3,\n  4, 5, 6]\nd: >\n  [1, 2, 3, 4, 5]\n",
+    "a:[1, 2, 3, 4, 5, 6]: 3",
+    "a: !!seq [1, 2, 3, 4, 5, 6]\nb: !!str [1, 2, 3, 4, 5, 6]",
+    "a: !!seq [1, 2, 3, 4, 5, 6]",
+    "[1, 2, 3, 4, 5, 6]: 1",
+    "? [1, 2, 3, 4, 5, 6]\n: 1",
+    "{[1, 2, 3, 4, 5, 6]}",
+    "a: [1, 2, 3, 4, 5, 6]more",
+    "a: [1, 2, 3, 4, 5, 6]\n  more",
+    "a: [1, 2, 3, 4, 5, 6]# comment\nb: 1",
+    "a: [[1, 2, 3, 4, 5, 6] [7, 8]]",
+    "a: [1, 2, 3, 4, 5, 6]]\n",
+    "a: [1, 2, 3, 4, 5,\n6]\na: 2",
+    "a: [1, 2, 3, 4,\n5, 6]\nb: *c",
+    f"a: [1, 2, 3, 4, 5, 6]\nb: {MARK}0\nc: '{MARK}0'",
+    "a: " + "[" * 99 + "1, 2, 3, 4, 5, 6" + "]" * 99,
+    "a: " + "[a, " * 99 + "[1, 2, 3, 4, 5, 6]" + "]" * 99,
+    "a: " + "[a, " * 98 + "[1, 2, 3, 4, 5, 6]" + "]" * 98,
+    "a: " + "[" * 100_000,
+)
+
+
+def shown(node):
+    """A node with the lines of all that is in it."""
+    places = node.places.found if isinstance(node.places, reading._LatePlaces) else node.places
+    pairs = places.items() if isinstance(places, dict) else enumerate(places)
+    return repr(node.value), node.size, node.height, {key: (place.line, shown(place.node)) for key, place in pairs}
+
+
+class TestListsOfNumbers:
+    @pytest.mark.parametrize("text", WITH_LISTS, ids=lambda text: text[:30])
+    def test_they_are_what_the_parser_makes_of_them(self, text):
+        def outcome(read):
+            try:
+                return shown(read())
+            except CaseError as error:
+                return str(error)
+
+        place = "line {}".format
+        assert outcome(lambda: reading._root(text, place)) == outcome(lambda: reading._Reader(text, place).read())
+
+    def test_they_are_read_at_once(self, monkeypatch):
+        monkeypatch.setattr(reading, "plain", lambda text: pytest.fail("read one by one"))
+        assert data_of("a: [[0, 0.5], [1, 1], [2, 2]]")["a"] == [[0, 0.5], [1, 1], [2, 2]]
+
+    def test_brackets_take_no_time(self):
+        with pytest.raises(CaseError, match="nested more than 100 deep"):
+            data_of("a: " + "[" * 1_000_000)
+
+
+FILLED = "# ...\n" * 20_000
+
+
+class TestValueAhead:
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "a: {b: 'it\"s', c: [1, {}]}\n" + FILLED + "limits: {seconds: 2}",
+            FILLED + "limits:\n  # a comment\n\n  seconds: 2\nb: 3",
+            '{"a": "{' + "x" * 100_000 + '", "limits": {"seconds": 2}, "b": 1}',
+            "{\n" + FILLED + "a: {b: 1},\n limits: {seconds: 2}}",
+        ],
+    )
+    def test_it_is_that_of_the_whole(self, text):
+        assert value_ahead(text, "limits") == data_of(text)["limits"] == {"seconds": 2}
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "limits: {seconds: 2}",  # a short text is read as it is
+            FILLED + "a: 'b\nlimits: {seconds: 2}\n'",
+            FILLED + "a: {b: c,\nlimits: {seconds: 2}}",
+            FILLED + "a: {limits: {seconds: 2}}",
+            FILLED + "a: |\n  limits: {seconds: 2}",
+            FILLED + "# limits: {seconds: 2}\na: 1",
+            FILLED + "limits: {seconds: 2\n}",
+            FILLED + "limits: *a",
+            "{a: {limits: {seconds: 2}}}" + FILLED,
+            "{a: 'b, limits: {seconds: 2}'}" + FILLED,
+            '{a: "b, \\"limits": {seconds: 2}"}' + FILLED,
+            "{a: 1} # {limits: {seconds: 2}}" + FILLED,
+        ],
+    )
+    def test_what_is_not_surely_it_is_not_taken(self, text):
+        assert value_ahead(text, "limits") is None

@@ -89,7 +89,7 @@ class TestCases:
             ("{file: a.csv, feature: -1}", "domain.feature: must be a number from 0 on, or a property"),
             ("{file: a.csv, feature: {}}", "domain.feature: must be a number from 0 on, or a property"),
             ("{file: a.csv, units: parsec}", "domain.units: must be 'm', 'km'"),
-            ("{file: a.csv, units: mm, scale: 2}", "domain.scale: and units exclude each other"),
+            ("{file: a.csv, units: mm, scale: 2}", "domain.units: and scale exclude each other"),
             ("{file: a.csv, scale: 0}", "domain.scale: must be greater than 0"),
             ("{file: ''}", "domain.file: must not be empty"),
             ("{file: a.csv, fature: 1}", "domain.fature: unknown key; did you mean 'feature'"),

@@ -102,9 +102,9 @@ def test_header_lines_and_further_columns_of_a_list_are_left_out_with_a_note(wri
     assert ring.notes == ("foil.dat: columns after the second are not used",)
 
 
-def test_duplicate_points_of_a_file_are_merged_with_a_note(written):
+def test_duplicate_points_of_a_file_are_dropped_with_a_note(written):
     (ring,) = read_rings(written("d.csv", "0 0\n1 0\n1 0\n0 1\n"), Selection())
-    assert ring.notes == ("d.csv: duplicate point (1, 0) merged",)
+    assert ring.notes == ("d.csv: 1 duplicate point dropped, the first at (1, 0)",)
 
 
 def test_markers_of_triangle_become_labels(written):
@@ -159,12 +159,31 @@ FAULTS = {
     "deep json": ("a.geojson", "[" * 100_000, CaseError, "nested too deep"),
     "no geojson": ("a.geojson", "[1]", CaseError, "feature 0: not a GeoJSON object|no geometry"),
     "no features": ("a.geojson", collection(), CaseError, "no features"),
-    "null geometry": ("a.geojson", collection(PLATE, None), CaseError, r"feature 1 \(far\): no geometry"),
+    "null geometry": ("a.geojson", collection(None), CaseError, r"feature 0 \(plate\): it is empty.* choose another"),
     "point": (
         "a.geojson",
-        collection(PLATE, {"type": "Point", "coordinates": [1, 2]}),
+        collection({"type": "Point", "coordinates": [1, 2]}, None),
         CaseError,
-        r"feature 1 \(far\): a Point bounds no area",
+        r"there is no ring in it \(but 1 point, 1 empty feature\): give closed curves",
+    ),
+    "curved wkt": (
+        "a.wkt",
+        "CIRCULARSTRING (0 0, 1 1, 2 0)",
+        CaseError,
+        r"feature 0 \(line 1\): its curves .* lines first",
+    ),
+    "cut wkb": ("a.wkb", "0103000000010000", CaseError, "feature 0: not a valid geometry"),
+    "broken record": (
+        "a.ndjson",
+        '{"type": "Point", "coordinates": [1, 2]}\n{',
+        CaseError,
+        "record 2: line 1: not valid JSON",
+    ),
+    "broken topology": (
+        "a.topojson",
+        '{"type": "Topology", "arcs": [], "objects": {"a": {"type": "Polygon", "arcs": [[0]]}}}',
+        CaseError,
+        r"not valid TopoJSON \(IndexError in its objects or arcs\): write it anew",
     ),
     "text coordinate": (
         "a.geojson",

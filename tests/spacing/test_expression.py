@@ -86,7 +86,7 @@ REJECTED = [
     ("[x, y]", "a list"),
     ("x, y", "a comma outside a call"),
     ("0,5*x", "a comma outside a call"),
-    ("{x}", "this is not allowed"),
+    ("{x}", "a name in braces, which are for texts"),
     ("[i for i in x]", "this is not allowed"),
     ("(z := x)", "column 2: an assignment"),
     ("await x", "this is not allowed"),

@@ -1,0 +1,73 @@
+"""Curves that a file gives twice, as drawings often do: one of them counts."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
+from bubblemesh.readers.features import CompoundCurve
+from bubblemesh.readers.slips import Slips
+
+SAME = 1e-9  # of the drawing's size: points that differ by rounding
+
+
+def without_copies(curves: Sequence[CompoundCurve]) -> tuple[list[CompoundCurve], Slips]:
+    """The curves without those that run along an earlier one, in either direction, and the number of these."""
+    if len(curves) < 2:
+        return list(curves), Slips()
+    stops = np.array([point for curve in curves for point in (curve.start, *map(end_of, curve.pieces))], float)
+    tolerance = SAME * float(np.ptp(stops, axis=0).max())
+    known: dict[tuple[int, ...], list[CompoundCurve]] = {}
+    kept, slips = list[CompoundCurve](), Slips()
+    for curve in curves:
+        near = known.setdefault(_key(curve, tolerance), [])
+        if any(_same(curve, other, tolerance) for other in near):
+            slips += Slips(copies=1, first=curve.start)
+        else:
+            near.append(curve)
+            kept.append(curve)
+    return kept, slips
+
+
+def _key(curve: CompoundCurve, tolerance: float) -> tuple[int, ...]:
+    """What copies have in common: the number of pieces, and both ends to a few digits."""
+    grid = 1000 * tolerance or 1.0
+    ends = sorted((round(x / grid), round(y / grid)) for x, y in (curve.start, curve.end))
+    return len(curve.pieces), *ends[0], *ends[1]
+
+
+def _same(one: CompoundCurve, other: CompoundCurve, tolerance: float) -> bool:
+    """Whether two curves with as many pieces run along each other."""
+    (a, middles_of_one), (b, middles_of_other) = _shape(one), _shape(other)
+    return any(
+        np.allclose(a, stops, rtol=0, atol=tolerance)
+        and all(_near(p, q, tolerance) for p, q in zip(middles_of_one, middles, strict=True))
+        for stops, middles in ((b, middles_of_other), (b[::-1], middles_of_other[::-1]))
+    )
+
+
+def _near(one: Floats, other: Floats, tolerance: float) -> bool:
+    return len(one) == len(other) and any(np.allclose(one, way, rtol=0, atol=tolerance) for way in (other, other[::-1]))
+
+
+def _shape(curve: CompoundCurve) -> tuple[Floats, list[Floats]]:
+    """Ends (k + 1, 2) of the pieces of a curve, and points (m, 2) by which pieces between the same ends differ."""
+    stops = np.array([curve.start, *map(end_of, curve.pieces)], float)
+    return stops, [_middle(start, piece) for start, piece in zip(stops[:-1], curve.pieces, strict=True)]
+
+
+def _middle(start: Floats, piece: Piece) -> Floats:
+    match piece:
+        case LineTo():
+            return np.zeros((0, 2))
+        case SplineTo():
+            return np.array([*piece.through[:-1]], float).reshape(-1, 2)
+        case ArcTo():
+            # The middle of an arc tells its centre and on which side it lies.
+            center, half = np.array(piece.center), (np.array(piece.to) - start) / 2
+            radius = np.hypot(*(start - center))
+            x, y = half if piece.left else -half
+            length = np.hypot(x, y)
+            aside = np.array([y, -x]) / length if length > 0 else np.array([1.0, 0.0])
+            return (center + radius * aside)[None]

@@ -1,0 +1,160 @@
+"""Lists of points as text: rings, open lines, or single points."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+from bubblemesh.errors import CaseError
+from bubblemesh.files import read_text
+from bubblemesh.messages import shown
+from bubblemesh.readers.airfoils import Block, outlines, points_of
+from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, line_curve, polygon_ring
+from bubblemesh.readers.tables import (
+    COMMENT,
+    NUMBER,
+    SEPARATOR,
+    Line,
+    has_decimal_commas,
+    lines_of,
+    named_rows,
+    numbers_in,
+)
+
+FEWEST = 3  # points of a ring, after which words may part it from the next
+
+
+def read_rings(path: Path) -> FeatureCollection:
+    """A ring for each block of points; blank lines and rows of nan part blocks, words before a block are its header.
+
+    Columns are taken by their names x and y, where the first line has such. Airfoils are read as the programs for them
+    list them. FileError, or CaseError with the line.
+    """
+    found = _blocks(path)
+    features: list[Feature] = []
+    for block in found.blocks:
+        name = f"ring {len(features)} (line {block.line})"
+        ring, slips = polygon_ring(finite_points(points_of(block), name), name)
+        features.append(Feature(name, rings=() if ring is None else (ring,), slips=slips))
+    return FeatureCollection(tuple(features), found.notes)
+
+
+def read_lines(path: Path) -> FeatureCollection:
+    """An open line for each block of points, as `read_rings` reads them."""
+    found = _blocks(path)
+    features: list[Feature] = []
+    for block in found.blocks:
+        name = f"line {len(features)} (line {block.line})"
+        curve, slips = line_curve(finite_points(points_of(block), name), name)
+        features.append(Feature(name, curves=() if curve is None else (curve,), slips=slips))
+    return FeatureCollection(tuple(features), found.notes)
+
+
+def read_points(path: Path) -> FeatureCollection:
+    """A point for each row, with its cells by the names of the columns as properties.
+
+    Without names the first two numbers of each row are x and y. FileError, or CaseError with the line.
+    """
+    text = read_text(path)
+    named = named_rows(text)
+    if named is not None:
+        rows = [(row.number, row.place, row.cells) for row in named[0] if row.place is not None]
+        notes: tuple[str, ...] = (f"columns {named[1]} are taken as x and y",)
+    else:
+        rows, notes = _first_two(text)
+    features: list[Feature] = []
+    for number, place, cells in rows:
+        name = f"point in line {number}"
+        features.append(Feature(name, properties=cells, points=tuple(finite_points([place], name))))
+    if not features:
+        raise CaseError("there are no points in it: give two numbers in a line")
+    return FeatureCollection(tuple(features), notes)
+
+
+def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str, str]]], tuple[str, ...]]:
+    """Line, place and no properties of each row with two numbers or more; words beside them are left out."""
+    decimal = has_decimal_commas(text)
+    rows, widest = [], 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        plain = COMMENT.sub("", line).replace('"', "").strip()
+        plain = plain.replace(",", ".") if ";" in plain or decimal else plain
+        words = [word for word in SEPARATOR.split(plain) if NUMBER.fullmatch(word)]
+        if len(words) >= 2:
+            rows.append((number, (float(words[0]), float(words[1])), dict[str, str]()))
+            widest = max(widest, len(words))
+        elif plain and rows:
+            raise CaseError(f"line {number}: not a point: {shown(line, 40)!r}: give two numbers in a line")
+    more = "the first two numbers of each line are taken as x and y: name columns x and y in the first line to choose"
+    return rows, (more,) if widest > 2 else ()
+
+
+class _Blocks(NamedTuple):
+    """Blocks of points, and notes on what was left out or taken as what."""
+
+    blocks: list[Block]
+    notes: tuple[str, ...]
+
+
+def _blocks(path: Path) -> _Blocks:
+    text = read_text(path)
+    notes: dict[str, None] = {}
+    named = named_rows(text)
+    if named is not None and any(len(row.cells) > 2 for row in named[0]):
+        lines = [Line(row.number, "", list(row.place) if row.place else []) for row in named[0]]
+        notes[f"columns {named[1]} are taken as x and y, others are not used"] = None
+        found = list(_parted(iter([*lines, Line(0, "", [])]), notes))
+    else:
+        if has_decimal_commas(text):
+            notes["commas are taken as decimal points"] = None
+            text = text.replace(",", ".")
+        found = list(_parted(lines_of(text), notes))
+    blocks, more = outlines(found)
+    if not blocks:
+        raise CaseError("there are no points in it: give two numbers in a line")
+    if any(len(row) > 2 for block in blocks for row in block.rows):
+        notes["columns after the second are not used" + _index(blocks)] = None
+    return _Blocks(blocks, (*notes, *more))
+
+
+def _index(blocks: list[Block]) -> str:
+    """Advice where the first column may be an index."""
+    first = [row[0] for block in blocks for row in block.rows]
+    counts = len(first) > FEWEST and first[0] in (0, 1) and all(b - a == 1 for a, b in pairwise(first))
+    return ", and the first, which counts the rows, is x: name columns x and y in the first line" if counts else ""
+
+
+def _parted(lines: Iterator[Line], notes: dict[str, None]) -> Iterator[Block]:
+    """The blocks of rows; what is left out is added to the notes."""
+    rows: list[list[float]] = []
+    first = 0
+    for number, text, values in lines:
+        if values is None:
+            if _is_slip(text):
+                if rows:
+                    raise _no_point(number, text)
+                notes[f"line {number} is taken as a header: {shown(text, 40)!r}"] = None
+            elif 0 < len(rows) < FEWEST:
+                raise _no_point(number, text)
+            elif rows:
+                notes[f"line {number} is taken as text after a ring: {shown(text, 40)!r}"] = None
+        if not values or all(math.isnan(value) for value in values[:2]):
+            if rows:
+                yield Block(first, rows)
+            rows = []
+            continue
+        if len(values) < 2:
+            raise CaseError(f"line {number}: one number alone: a point has two")
+        first = first if rows else number
+        rows.append(values)
+
+
+def _no_point(number: int, text: str) -> CaseError:
+    return CaseError(f"line {number}: not a point: {shown(text, 40)!r}: give two numbers in a line")
+
+
+def _is_slip(text: str) -> bool:
+    """Whether a line of words may be a mistyped point such as ``O 0``, rather than a header such as ``NACA 0012``."""
+    words = [word for word in SEPARATOR.split(text.strip()) if word]
+    others = [word for word in words if numbers_in([word]) is None]
+    return len(others) < len(words) and any(len(word) == 1 or any(c.isdigit() for c in word) for word in others)

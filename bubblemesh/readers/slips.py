@@ -1,0 +1,129 @@
+"""Slips that every file may have, dropped as it is read: points given twice, spikes, rings that bound no area."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.geometry.paths import Point
+from bubblemesh.geometry.rings import LineTo, Piece, end_of
+from bubblemesh.messages import counted, place
+
+SAME = 1e-13  # of a ring's extent: points that are one, as for rings of a case
+ROUNDINGS = 4  # of the coordinates: how far the end of a spike's shorter side may be from the longer one
+
+
+@dataclass(frozen=True)
+class Slips:
+    """Numbers of what was dropped, by kind, and the place of the first."""
+
+    doubles: int = 0  # points given twice in a row, which are lines of no length
+    spikes: int = 0  # points at which a ring turns back on itself
+    flat: int = 0  # rings that bound no area
+    copies: int = 0  # curves given twice
+    first: Point | None = None
+
+    def __add__(self, other: "Slips") -> "Slips":
+        first = other.first if self.first is None else self.first
+        doubles, spikes, flat = self.doubles + other.doubles, self.spikes + other.spikes, self.flat + other.flat
+        return Slips(doubles, spikes, flat, self.copies + other.copies, first)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """One note on all of them; none if there are none."""
+        kinds = {
+            "duplicate point": self.doubles,
+            "spike": self.spikes,
+            "double line": self.copies,
+            "flat ring": self.flat,
+        }
+        parts = [counted(number, noun) for noun, number in kinds.items() if number]
+        if not parts or self.first is None:
+            return ()
+        return (f"{', '.join(parts)} dropped, the first at {place(self.first)}",)
+
+
+def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece], Slips]:
+    """A loop of pieces that ends at its start, without lines of no length and spikes, from where it then starts.
+
+    A spike is a point between two straight lines of which the second runs back on the first. Of a loop of straight
+    lines that has no area no piece is left.
+    """
+    ends = np.array([start, *(end_of(piece) for piece in pieces)], float)
+    straight = np.array([isinstance(piece, LineTo) for piece in pieces])
+    tolerance = SAME * float(np.ptp(ends, axis=0).max())
+    rounding = ROUNDINGS * float(np.spacing(np.abs(ends).max()))
+    if not _has_slips(np.diff(ends, axis=0), straight, tolerance, rounding):
+        return start, list(pieces), Slips()
+    loop = _Loop(tolerance, rounding)
+    here = start
+    for piece in pieces:
+        loop.append(here, piece)
+        here = end_of(piece)
+    loop.close()
+    kept = [piece for _, piece in loop.pieces]
+    if len(kept) < 3 and all(isinstance(piece, LineTo) for piece in kept):
+        return start, [], Slips(flat=1, first=start)
+    return loop.pieces[0][0], kept, loop.slips
+
+
+def _has_slips(steps: Floats, straight: Booleans, tolerance: float, rounding: float) -> bool:
+    """Whether a loop with the ``steps`` (n, 2) from vertex to vertex has anything to drop."""
+    short = straight & (np.abs(steps).max(axis=1) <= tolerance)
+    (ux, uy), (wx, wy) = steps.T, np.roll(steps, -1, axis=0).T
+    longer = np.maximum(np.hypot(ux, uy), np.hypot(wx, wy))
+    back = (ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= rounding * longer)
+    return bool(short.any() or (back & straight & np.roll(straight, -1)).any())
+
+
+@dataclass
+class _Loop:
+    """Pieces of a loop with their starts, as far as they are looked through."""
+
+    tolerance: float
+    rounding: float
+    pieces: deque[tuple[Point, Piece]] = field(default_factory=deque)
+    slips: Slips = field(default_factory=Slips)
+
+    def append(self, start: Point, piece: Piece) -> None:
+        """Append a piece, or drop it, or shorten the last one by it."""
+        if isinstance(piece, LineTo) and self._same(start, piece.to):
+            self.slips += Slips(doubles=1, first=start)
+            return
+        while self.pieces and self._is_spike(self.pieces[-1], (start, piece)):
+            self.slips += Slips(spikes=1, first=start)
+            start, piece = _merged(self.pieces.pop(), (start, piece))
+            if self._same(start, piece.to):
+                return
+        self.pieces.append((start, piece))
+
+    def close(self) -> None:
+        """Drop the spikes at the start of the loop."""
+        while len(self.pieces) > 1 and self._is_spike(self.pieces[-1], self.pieces[0]):
+            first, last = self.pieces.popleft(), self.pieces.pop()
+            self.slips += Slips(spikes=1, first=first[0])
+            start, merged = _merged(last, first)
+            if not self._same(start, merged.to):
+                self.append(start, merged)
+
+    def _same(self, a: Point, b: Point) -> bool:
+        return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= self.tolerance
+
+    def _is_spike(self, one: tuple[Point, Piece], other: tuple[Point, Piece]) -> bool:
+        """Whether the ``other`` of two straight pieces runs back on the one."""
+        (a, to), (b, away) = one, other
+        if not (isinstance(to, LineTo) and isinstance(away, LineTo)):
+            return False
+        ux, uy, wx, wy = b[0] - a[0], b[1] - a[1], away.to[0] - b[0], away.to[1] - b[1]
+        longer = max(np.hypot(ux, uy), np.hypot(wx, wy))
+        return ux * wx + uy * wy < 0 and abs(ux * wy - uy * wx) <= self.rounding * longer
+
+
+def _merged(one: tuple[Point, Piece], other: tuple[Point, Piece]) -> tuple[Point, LineTo]:
+    """The straight line along two others of which the second runs back on the first; the longer one's label stays."""
+    (a, to), (b, away) = one, other
+    end = end_of(away)
+    longer = to if np.hypot(b[0] - a[0], b[1] - a[1]) >= np.hypot(end[0] - b[0], end[1] - b[1]) else away
+    return a, LineTo(end, longer.label)

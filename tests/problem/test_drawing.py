@@ -1,0 +1,128 @@
+"""What a case moves and repeats."""
+
+import re
+
+import numpy as np
+import pytest
+import shapely
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.problem.domain import case_domain
+
+BOARD = "{rectangle: [0, 0, 12, 8], label: edge}"
+
+
+def domain_of(text, folder="."):
+    return case_domain(load_case(f"{folder}/case.yaml", text=f"spacing: 0.5\n{text}"))
+
+
+def holes_of(entry, extra=""):
+    domain = domain_of(f"domain: {{outer: {BOARD}, holes: [{entry}]}}\n{extra}")
+    return sorted(tuple(np.round(hole.centroid.coords[0], 9)) for hole in map(_polygon, domain.polygon.interiors))
+
+
+def _polygon(ring):
+    return shapely.Polygon(ring)
+
+
+@pytest.mark.parametrize(
+    ("keys", "centers"),
+    [
+        ("move: [2, 3]", [(3, 4)]),
+        ("scale: 2", [(2, 2)]),
+        ("rotate: 90, move: [6, 0]", [(5, 1)]),
+        ("rotate: {by: 180, about: [3, 3]}", [(5, 5)]),
+        ("mirror: x, move: [6, 0]", [(5, 1)]),
+        ("mirror: y, move: [0, 6]", [(1, 5)]),
+        ("repeat: {grid: [3, 2], step: [2, 3]}", [(1, 1), (1, 4), (3, 1), (3, 4), (5, 1), (5, 4)]),
+        ("repeat: {grid: [2*n, 1], step: [2, 0]}", [(1, 1), (3, 1), (5, 1), (7, 1)]),
+        ("repeat: {around: [4, 4], times: 4}", [(1, 1), (1, 7), (7, 1), (7, 7)]),
+        ("move: [1, 1], repeat: {around: [4, 4], times: n}", [(2, 2), (6, 6)]),
+        ("repeat: {grid: [4, 3], step: [2, 2], where: i == 3 and j != 1}", [(7, 1), (7, 5)]),
+        ("repeat: {around: [4, 4], times: 4, where: i % n}", [(1, 7), (7, 1)]),
+    ],
+)
+def test_holes_are_where_the_keys_take_them(keys, centers):
+    entry = f"{{circle: {{center: [1, 1], radius: 0.3}}, {keys}}}"
+    assert holes_of(entry, "parameters: {n: 2}") == centers
+
+
+def test_the_first_copies_are_the_first_column():
+    domain = domain_of(
+        f"domain: {{outer: {BOARD}, holes: [{{rectangle: [1, 1, 2, 2], repeat: {{grid: [2, 2], step: [3, 4]}}}}]}}"
+    )
+    first = [tuple(np.array(hole.coords).min(axis=0)) for hole in domain.polygon.interiors]
+    assert first == [(1, 1), (1, 5), (4, 1), (4, 5)]
+    assert domain.labels == ("edge", "hole-1", "hole-2", "hole-3", "hole-4")
+
+
+def test_lines_points_and_regions_are_repeated_too():
+    domain = domain_of(f"""
+domain:
+  outer: {BOARD}
+  lines:
+    - {{path: [[1, 1], [2, 1]], repeat: {{grid: [1, 3], step: [0, 2]}}}}
+    - {{path: [[1, 7], [2, 7]], label: last}}
+    - {{path: [[3, 7], [4, 7]]}}
+  points:
+    - {{at: [11, 1], repeat: {{grid: [1, 2], step: [0, 1]}}}}
+    - {{at: [1, 1], rotate: {{by: 90, about: [6, 1]}}, move: [-1, 8], label: well}}
+    - {{at: [1, 2], move: [10, 4]}}
+  regions:
+    - {{name: coil, ring: {{circle: {{center: [0, 0], radius: 0.5}}, move: [5, 0]}}, move: [0, 2],
+       repeat: {{grid: [2, 1], step: [2, 0]}}}}
+""")
+    assert [line.label for line in domain.parts.lines] == ["line-1", "line-2", "line-3", "last", "line-5"]
+    points = {point.label: point.at for point in domain.parts.points}
+    assert points == {"point-1": (11, 1), "point-2": (11, 2), "well": (5, 4), "point-4": (11, 6)}
+    assert [region.name for region in domain.parts.regions] == ["coil", "coil"]
+    assert [tuple(np.round(r.polygon.centroid.coords[0], 9)) for r in domain.parts.regions] == [(5, 2), (7, 2)]
+
+
+def test_files_are_scaled_when_they_are_read_and_moved_then(tmp_path):
+    (tmp_path / "slot.csv").write_text("0,0\n100,0\n100,50\n0,50\n")
+    text = f"domain: {{outer: {BOARD}, holes: [{{file: slot.csv, units: cm, mirror: x, move: [3, 1]}}]}}"
+    domain = domain_of(text, tmp_path)
+    assert domain.polygon.interiors[0].bounds == (2, 1, 3, 1.5)
+    domain = domain_of("domain: {file: slot.csv, scale: 0.1, rotate: 90}", tmp_path)
+    assert domain.bounds == (-5, 0, 0, 10)
+
+
+def test_a_ring_is_followed_after_it_has_been_moved(tmp_path):
+    angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    np.savetxt(tmp_path / "disc.csv", np.column_stack([np.cos(angle), np.sin(angle)]), delimiter=",")
+    text = f"domain: {{outer: {BOARD}, holes: [{{file: disc.csv, scale: 2, corners: 30, move: [5, 4]}}]}}"
+    domain = domain_of(text, tmp_path)
+    assert domain.given_outlines[1].mean(axis=0) == pytest.approx([5, 4])
+    assert np.hypot(*(domain.given_outlines[1] - [5, 4]).T) == pytest.approx(2)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("scale: -1", "scale: must be greater than 0"),
+        ("mirror: z", "mirror: must be 'x' or 'y'"),
+        ("rotate: {about: [0, 0]}", "rotate.by: is missing"),
+        ("repeat: {grid: [2, 2]}", "repeat.step: is missing"),
+        ("repeat: {grid: [0, 2], step: [1, 1]}", "repeat.grid.0: must be at least 1"),
+        ("repeat: {grid: [2.5, 2], step: [1, 1]}", "repeat.grid.0: must be a whole number"),
+        ("repeat: {grid: [1e4, 1e4], step: [1, 1]}", "repeat: makes 100,000,000 copies, more than 100,000"),
+        ("repeat: {around: [0, 0], times: 1e9}", "repeat.times: must be at most 100000"),
+        ("repeat: {times: 3}", "repeat: must be a mapping with exactly one of the keys grid, around"),
+        ("repeat: {around: [0, 0], times: 3, where: k}", "repeat.where: column 1: unknown name 'k'"),
+        ("repeat: {around: [0, 0], times: 3, where: i > 5}", "no copy has i > 5"),
+        ("repeat: {around: [0, 0], times: 3}", "hole 2 at (-1.51603, 0.625833) lies outside"),
+    ],
+)
+def test_wrong_keys_are_told(keys, message):
+    with pytest.raises(BubblemeshError, match=re.escape(message)):
+        holes_of(f"{{circle: {{center: [1, 1], radius: 0.3}}, {keys}}}")
+
+
+def test_a_parameter_with_the_name_of_a_copys_number_is_told():
+    with pytest.raises(BubblemeshError, match="'i' is the number of a copy here, and a parameter too: rename"):
+        holes_of(
+            "{circle: {center: [1, 1], radius: 0.3}, repeat: {around: [4, 4], times: 4, where: i}}",
+            "parameters: {i: 2}",
+        )

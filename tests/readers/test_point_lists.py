@@ -1,0 +1,108 @@
+"""Lists of points and tables as programs write them: airfoils, columns with names, decimal commas."""
+
+import numpy as np
+import pytest
+from geometry_files import area, domain
+
+from bubblemesh.errors import CaseError
+from bubblemesh.readers.formats import read_rings
+from bubblemesh.readers.selection import Selection
+
+TURN = np.linspace(0, np.pi, 31)
+EDGE = (1 + np.cos(TURN)) / 2  # x from the trailing edge to the leading one
+THICKNESS = 0.3 * np.sqrt(EDGE) * (1 - EDGE) + 0.002 * EDGE  # open at the trailing edge
+UPPER = np.column_stack([EDGE, THICKNESS])
+LOWER = UPPER[::-1] * [1, -1]
+LOOP = np.vstack([UPPER, LOWER[1:]])
+
+
+def rows(points, form="{:9.6f} {:9.6f}"):
+    return "".join(form.format(*point) + "\n" for point in points)
+
+
+def exact(points):
+    x, y = np.asarray(points).T
+    return abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
+
+
+FOIL = exact(LOOP)
+AIRFOILS = {
+    "selig": "SYM 30 (made up)\n" + rows(LOOP),
+    "lednicer": f"SYM 30\n {len(UPPER):.1f}   {len(LOWER):.1f}\n\n{rows(UPPER[::-1])}\n{rows(LOWER)}",
+    "lednicer in one": f"SYM 30\n {len(UPPER)}.  {len(LOWER)}.\n{rows(UPPER[::-1])}{rows(LOWER)}",
+    "surfaces": f"SYM 30\n{rows(UPPER[::-1])}\n{rows(LOWER)}",
+    "mses": f"SYM 30\n -2.0  3.0  -2.5  2.5\n{rows(LOOP)}",
+    "text at the end": f"{rows(LOOP)}Made up for a test\nsee nowhere 1999\n",
+    "commas": "SYM\n" + rows(LOOP).replace(".", ","),
+    "leading point twice": rows(np.vstack([UPPER, LOWER])),
+}
+
+
+class TestAirfoils:
+    """As Selig, Lednicer, XFOIL and MSES list them."""
+
+    @pytest.mark.parametrize("name", AIRFOILS)
+    def test_one_outline(self, written, name):
+        path = written("foil.dat", AIRFOILS[name])
+        (ring,) = read_rings(path, Selection())
+        assert len(ring.vertices) == len(LOOP)
+        assert area(path) == pytest.approx(FOIL, rel=1e-4)
+
+    def test_what_is_taken_as_what_is_noted(self, written):
+        expected = {
+            "lednicer": "line 2 is taken as the numbers of points of the upper and the lower surface",
+            "mses": "line 2 is taken as the box of MSES around the flow, and not used",
+            "text at the end": "line 62 is taken as text after a ring: 'Made up for a test'",
+            "commas": "commas are taken as decimal points",
+        }
+        for name, note in expected.items():
+            (ring,) = read_rings(written("foil.dat", AIRFOILS[name]), Selection())
+            assert ring.notes[0] == f"foil.dat: {note}"
+
+    @pytest.mark.parametrize("between", ["999.9 999.9\n", "  999.0   999.0\n", "\n", "Flap\n", "NaN NaN\n"])
+    def test_several_elements(self, written, between):
+        path = written("high-lift.dat", f"SLAT AND MAIN\n{rows(LOOP)}{between}{rows(LOOP * 0.3 + [1.1, -0.2])}")
+        first, second = read_rings(path, Selection())
+        assert len(first.vertices) == len(second.vertices) == len(LOOP)
+        assert area(path, feature=1) == pytest.approx(0.09 * FOIL, rel=1e-3)
+
+    def test_numbers_of_points_that_do_not_fit(self, written):
+        text = AIRFOILS["lednicer"].replace(" 31.0 ", " 35.0 ", 1)
+        with pytest.raises(CaseError, match=r"line 2 gives 35 and 31 points .* but there are 62: correct the numbers"):
+            domain(written("foil.dat", text))
+
+    def test_a_corner_at_999_is_a_corner_of_a_large_domain(self, written):
+        (ring,) = read_rings(written("a.txt", "0 0\n1000 0\n999 999\n0 500\n"), Selection())
+        assert len(ring.vertices) == 4
+
+
+class TestColumns:
+    """Columns that are taken by their names."""
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "id,x,y,z\n1,0,0,5\n2,4,0,5\n3,4,4,5\n4,0,4,5\n",
+            'name;Y;X\n"a; b";0,0;0,0\nb;0;4,0\nc;4,0;4\nd;4;0\n',
+            "site\tEasting (m)\tNorthing (m)\nA\t0\t0\nB\t4\t0\nC\t4\t4\nD\t0\t4\n",
+            'fid,lon,lat,remark\n1,0,0,"a, b"\n2,4,0,\n3,4,4,c\n4,0,4,d\n',
+            "x y z\n0 0 1\n4 0 1\n4 4 1\n0 4 1\n",
+        ],
+    )
+    def test_columns_of_x_and_y(self, written, text):
+        assert area(written("a.csv", text)) == pytest.approx(16)
+
+    def test_what_is_taken_is_told(self, written):
+        (ring,) = read_rings(written("a.csv", "id,X,Y\n1,0,0\n2,4,0\n3,4,4\n"), Selection())
+        assert ring.notes == ("a.csv: columns 'X' and 'Y' are taken as x and y, others are not used",)
+        (ring,) = read_rings(written("b.csv", "1,0,0\n2,4,0\n3,4,4\n4,0,4\n"), Selection())
+        (note,) = ring.notes
+        assert note.endswith("and the first, which counts the rows, is x: name columns x and y in the first line")
+
+    def test_rows_of_nan_and_blank_lines_part_rings(self, written):
+        text = "x,y,k\n0,0,1\n4,0,1\n4,4,1\nnan,nan,0\n1,1,2\n2,1,2\n2,2,2\n\n7,7,3\n8,7,3\n8,8,3\n"
+        assert len(read_rings(written("a.csv", text), Selection())) == 3
+
+    def test_a_cell_that_is_no_number_is_an_error_with_its_line(self, written):
+        with pytest.raises(CaseError, match="line 3: x and y are no numbers: '2,4,O': correct it"):
+            domain(written("a.csv", "id,x,y\n1,0,0\n2,4,O\n3,4,4\n"))
