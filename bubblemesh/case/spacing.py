@@ -136,8 +136,10 @@ class SpacingTerms(DataTerms, PlaceTerms):
     per_circle: Annotated[Positive, Field(ge=3)] | None = Field(
         default=None, description="Nodes that a full turn of the boundary's curves gets at least."
     )
-    across: Annotated[Positive, Field(le=100)] | None = Field(
-        default=None, description="Spacings that fit across the narrowest parts of the domain at least."
+    across: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=100)] | None = Field(
+        default=None,
+        description="Spacings that fit across the narrowest parts of the domain at least: by default 1, where that "
+        "does not take many times the nodes; 0 for none.",
     )
     scale: Positive = Field(default=1.0, description="Factor of the smallest term.")
     minimum: Positive | None = Field(default=None, description="The spacing is nowhere finer, but where it has to be.")

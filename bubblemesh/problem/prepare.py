@@ -1,23 +1,26 @@
 """From a case to a problem: the domain, the spacing request and the method, bound and checked."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError, Key, about
+from bubblemesh.errors import CaseError, Key, LimitError, about
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import enter, timed
 from bubblemesh.packing.configure import options
 from bubblemesh.problem import warnings
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
+from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
-from bubblemesh.spacing.survey import ideal_nodes, surveyed
+from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes, surveyed
 
 NODES = Key(["spacing", "nodes"])
-ESTIMATE = 0.05  # relative tolerance of an estimate that only limits and announces the number of nodes
+CLOSE = 0.01  # to a wanted number of nodes
 
 
 def prepare(case: Case) -> Problem:
@@ -33,14 +36,28 @@ def prepare_in(
     domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], key: Key = NODES
 ) -> Problem:
     """Make a problem of a domain and a spacing request; ``key`` is that of its number of nodes."""
+    nodes = request.nodes
+    if nodes is None:
+        return check_spacing(domain, request, task, seconds)
+    if request.rules.across is None:
+        with suppress(CaseError, LimitError):
+            problem = _fitted(domain, request, nodes, task, seconds, key)
+            if abs(problem.expected_nodes - nodes) <= CLOSE * nodes:
+                return problem
+        # What narrow parts take by themselves must not put the number out of reach.
+        request = replace(request, rules=replace(request.rules, across=0.0))
+    return _fitted(domain, request, nodes, task, seconds, key)
 
-    def check(limited: Task, scale: float | None = None) -> Problem:
+
+def _fitted(
+    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], key: Key
+) -> Problem:
+    """The problem at the scale at which so many nodes are expected."""
+
+    def check(limited: Task, scale: float) -> Problem:
         return check_spacing(domain, request, limited, seconds, scale)
 
-    if request.nodes is None:
-        return check(task)
-    scales = Scales.of(domain, request.at)
-    return fit_node_target(ScaleSearch(request.nodes, scales, check, task, seconds, key))
+    return fit_node_target(ScaleSearch(nodes, Scales.of(domain, request.at), check, task, seconds, key))
 
 
 def check_spacing(
@@ -69,16 +86,29 @@ def check_spacing(
         expected = survey.ideal_nodes
         if for_packing.spacing is not spacing:
             expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE)
+        filled = with_narrow_parts_filled(
+            domain, rules, Unfilled(after_periodic, short.joined(coarse), for_packing, expected), max_nodes
+        )
+        detail = Detail(short, coarse, filled.gaps, filled.spacing, survey.ideal_nodes, filled.expected_nodes)
         told = (
             *domain.notes,
             *request.warnings,
             *warnings.sharp_angles(domain),
-            *warnings.refined_boundary(short, coarse),
+            *warnings.detail(detail),
             *warnings.limited_growth(for_packing, rules.growth, scale),
-            *warnings.narrow_parts(domain, for_packing.spacing),
+            *warnings.narrow_parts(domain, filled.spacing.spacing, filled.left_out),
         )
     return Problem(
-        task, domain, spacing, for_packing.spacing, survey, expected, after_rules, after_periodic, told, seconds
+        task,
+        domain,
+        spacing,
+        filled.spacing.spacing,
+        survey,
+        filled.expected_nodes,
+        after_rules,
+        after_periodic,
+        told,
+        seconds,
     )
 
 

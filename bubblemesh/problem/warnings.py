@@ -1,7 +1,7 @@
 """Warnings of what a case asks for and cannot have, each with its place."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,20 +9,23 @@ from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
-from bubblemesh.messages import place
+from bubblemesh.messages import counted, place
+from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
-ROUNDING = 1e-6
+NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that are told one by one
 POOR_QUALITY = 0.2
 NODE_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
+MANY_TIMES = 2.0  # the nodes of a spacing: what takes more of them is told
+SEVERAL = 24  # short edges that may follow a curve
 
 
 def sharp_angles(domain: Domain) -> list[str]:
@@ -35,35 +38,41 @@ def sharp_angles(domain: Domain) -> list[str]:
     sharp = np.flatnonzero(within & (angle < SHARPEST))
     sharp = sharp[np.argsort(angle[sharp], kind="stable")]
     sharp = sharp[np.sort(np.unique(ends.corner[sharp], return_index=True)[1])]
-    warnings = [
-        f"the angle at {place(boundary.corners[ends.corner[k]])} is {abs(round(angle[k], 3)):.2g} degrees: "
-        "triangles there are as sharp"
-        for k in sharp[:MOST_ANGLES]
+    if len(sharp) == 0:
+        return []
+    at = [place(boundary.corners[ends.corner[k]]) for k in sharp[:MOST_ANGLES]]
+    size = [f"{abs(round(angle[k], 3)):.2g} degrees" for k in sharp[:MOST_ANGLES]]
+    if len(sharp) == 1:
+        return [f"the angle at {at[0]} is {size[0]}: triangles there are as sharp, and no mesh can do better"]
+    which = "they are" if len(sharp) <= MOST_ANGLES else "the sharpest are"
+    told = ", ".join(f"{degrees} at {spot}" for degrees, spot in zip(size, at, strict=True))
+    return [
+        f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {told}: triangles there are as "
+        "sharp, and no mesh can do better"
     ]
-    if len(sharp) > MOST_ANGLES:
-        warnings.append(f"{len(sharp) - MOST_ANGLES} more angles are below {SHARPEST:g} degrees")
-    return warnings
 
 
-def narrow_parts(domain: Domain, spacing: Spacing) -> list[str]:
-    """The place where the domain is narrowest in terms of the spacing, if narrower than that.
+def narrow_parts(domain: Domain, spacing: Spacing, left_out: NarrowPlace | None = None) -> list[str]:
+    """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
-    Likewise where a line or point inside the domain is nearest to another one, or to a wall.
+    Likewise where a line or point inside the domain is nearest to another one, or to a wall. If narrow parts are left
+    as they are since they would take too many nodes, the key that fills them is named.
     """
     boundary, walls, corner = domain.boundary, Walls(domain), reentrant_corners(domain)
     piece, s = _samples(domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
     warnings = []
+    force = "" if left_out is None else "; more would take many times the nodes: across: 1 in the spacing forces them"
     for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), spacing):
         warnings.append(
             f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d_there:.3g}): only "
-            "boundary nodes fit"
+            f"boundary nodes fit{force}"
         )
     for at, width, d_there in _narrowest(select(gaps, gaps.inner), spacing):
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
-            f"({d_there:.3g}): no nodes fit into it"
+            f"({d_there:.3g}): no nodes fit into it{force}"
         )
     return warnings
 
@@ -74,7 +83,7 @@ def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]
         return []
     there = spacing(gaps.places)
     worst = int(np.argmin(gaps.widths / there))
-    narrow = gaps.widths[worst] < (1 - ROUNDING) * there[worst]
+    narrow = gaps.widths[worst] < NARROW * there[worst]
     return [(gaps.places[worst], gaps.widths[worst], there[worst])] if narrow else []
 
 
@@ -86,6 +95,37 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     parts = np.ceil(step / (SAMPLING * domain.size)).astype(int)
     chord, part = members(parts)
     return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
+
+
+class Detail(NamedTuple):
+    """What makes the spacing of a packing finer than the one that a case asks for, and the nodes with it."""
+
+    short: Sources  # edges of the boundary
+    coarse: Sources  # places on tight curves
+    gaps: Sources  # across narrow parts
+    spacing: LimitedSpacing  # of the packing
+    ideal_nodes: float  # of the spacing that the case asks for
+    expected_nodes: float
+
+
+def detail(found: Detail) -> list[str]:
+    """Warnings of short edges and tight curves that made the spacing finer; one if all detail takes many nodes."""
+    at, steep = found.spacing.ratio_at, found.spacing.steepest is not None  # which takes nodes as well, and is told
+    edges = f"{counted(len(found.short) // 2, 'boundary edge')} shorter than the spacing"
+    causes = {edges: found.short, "tight curves": found.coarse, "narrow parts": found.gaps}
+    few = max(found.expected_nodes, FEW_NODES) < MANY_TIMES * found.ideal_nodes
+    if few or at is None or steep or not any(map(len, causes.values())):
+        return refined_boundary(found.short, found.coarse)
+    keys = {
+        "corners: 30 in the ring or file takes short edges for curves": len(found.short) >= 2 * SEVERAL,
+        "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
+    }
+    advice = ", ".join(key for key, helps in keys.items() if helps)
+    return [
+        f"the mesh needs about {found.expected_nodes:.0f} nodes, {found.expected_nodes / found.ideal_nodes:.2g} times "
+        f"those of the spacing, for {' and '.join(cause for cause, sources in causes.items() if len(sources))}: the "
+        f"spacing is {found.spacing.ratio:.3g} times finer at {place(at)}{f' ({advice})' if advice else ''}"
+    ]
 
 
 def refined_boundary(short: Sources, coarse: Sources) -> list[str]:

@@ -16,6 +16,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_PART = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral
+ESTIMATE = 0.05  # the same where it only limits and announces the number of nodes
 SHARE = 1e-3  # of that: change on halving below which a part of the integral stands
 SETTLING = 0.1  # relative change of a part on halving below which its size is believed
 HALVINGS = 60

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,13 @@ HALVINGS = 40
 NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, bool))
 
 
+class NarrowPlace(NamedTuple):
+    """Place (x, y) where a domain is narrow, and its width there."""
+
+    at: tuple[float, float]
+    width: float
+
+
 @dataclass(frozen=True)
 class GapSources:
     """Sources that fill the narrow parts of a domain."""
@@ -40,17 +48,32 @@ class GapSources:
 
         LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
+        return self._found(domain, spacing, self._refused)[0]
+
+    def affordable(self, domain: Domain, spacing: Spacing) -> tuple[Sources, NarrowPlace | None]:
+        """Sources but for the narrowest parts, as far as ``max_nodes`` nodes are enough; the narrowest one left out."""
+        return self._found(domain, spacing, _narrowest_affordable)
+
+    def _found(
+        self, domain: Domain, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
+    ) -> tuple[Sources, NarrowPlace | None]:
+        """Sources of at least the size at which ``cut`` cuts off those that need too many nodes."""
         walls, corner = Walls(domain), reentrant_corners(domain)
         d = spacing(domain.boundary.corners[corner.corner])
         found, size = self._narrow(walls.facing_corners(corner, self.across * d), d)
-        done = [self._sources(found, size, 1.0)]
+        done, finest, left_out = [self._sources(found, size, 1.0)], 0.0, None
         piece, begin, length = _probes(domain, spacing)
         waiting, sizes = NO_GAPS, np.zeros(0)
         for _ in range(HALVINGS):
             s = begin + length / 2
             d = spacing(domain.boundary.points(piece, s))
             found, size = self._narrow(walls.facing(piece, s, self.across * d, d), d)
-            self._require_few(found, size, length[found.number])
+            nodes = self._nodes(found, size, length[found.number])
+            if nodes.sum() > self.max_nodes:
+                finest, worst = max(finest, cut(found, size, nodes, self.max_nodes)), size.argmin()
+                x, y = found.places[worst].tolist()
+                left_out = NarrowPlace((x, y), float(found.widths[worst]))
+            found, size = select(found, size > finest), size[size > finest]
             # Where both halves of a part have passed by the gap that its middle has.
             lost = ~np.isin(waiting.number, found.number % max(len(piece) // 2, 1))
             done.append(self._sources(select(waiting, lost), sizes[lost], HALFWAY))
@@ -62,7 +85,8 @@ class GapSources:
                 break
             waiting = waiting._replace(number=number)
             piece, begin, length = halved(piece[long], begin[long], length[long])
-        return Sources.all_of(done)
+        sources = Sources.all_of(done)
+        return (sources if left_out is None else sources.select(sources.sizes > finest)), left_out
 
     def _narrow(self, found: Gaps, d: Floats) -> tuple[Gaps, Floats]:
         """The gaps that are too narrow for the spacing d (m,) at the places, and the sizes (k,) that they need."""
@@ -83,19 +107,29 @@ class GapSources:
         points = found.places[way] + share[:, None] * (found.feet - found.places)[way]
         return Sources(points, size[way], CELLS * apart[way])
 
-    def _require_few(self, found: Gaps, size: Floats, length: Floats) -> None:
-        """Refuse gaps that need too many nodes, on parts of walls of that length (k,).
+    def _nodes(self, found: Gaps, size: Floats, length: Floats) -> Floats:
+        """Nodes (k,) that gaps need at least, on parts of walls of that length (k,).
 
         Away from the middle of a part the spacing may grow. Both walls of a gap find it, and two gaps may cross.
         """
-        nodes = found.widths * length / (size * (size + self.growth * length / 2)) / np.sqrt(3) / 2
-        if nodes.sum() > self.max_nodes:
-            worst = size.argmin()
-            raise LimitError(
-                f"limits.max_nodes: spacing.across asks for more than the limit of {self.max_nodes} nodes: the part at "
-                f"{place(found.places[worst])} is only {found.widths[worst]:.3g} wide: set spacing.minimum or raise "
-                "the limit"
-            )
+        nodes: Floats = found.widths * length / (size * (size + self.growth * length / 2)) / np.sqrt(3) / 2
+        return nodes
+
+    @staticmethod
+    def _refused(found: Gaps, size: Floats, nodes: Floats, max_nodes: float) -> float:
+        """Refuse gaps that need too many nodes (k,), with the narrowest one."""
+        worst = size.argmin()
+        raise LimitError(
+            f"limits.max_nodes: spacing.across asks for more than the limit of {max_nodes} nodes: the part at "
+            f"{place(found.places[worst])} is only {found.widths[worst]:.3g} wide: set spacing.minimum or raise "
+            "the limit"
+        )
+
+
+def _narrowest_affordable(found: Gaps, size: Floats, nodes: Floats, max_nodes: float) -> float:
+    """The largest size of gaps that are left out, so that the nodes (k,) of the wider ones are few enough."""
+    order = np.argsort(-size)
+    return float(size[order][np.argmax(np.cumsum(nodes[order]) > max_nodes)])
 
 
 def _probes(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:

@@ -79,14 +79,16 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     return LimitedSpacing(limited, steepest(samples, domain, growth), *_change(samples, given, values), growth)
 
 
-def limited_for_packing(domain: Domain, before: LimitedSpacing, sources: Sources) -> LimitedSpacing:
-    """The spacing, made to grow slowly enough for a packing, from the sources on as well."""
+def limited_for_packing(
+    domain: Domain, before: LimitedSpacing, sources: Sources, growth: float = STEEPEST_GROWTH
+) -> LimitedSpacing:
+    """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most."""
     if before.growth is None or before.growth > STEEPEST_GROWTH:
         return gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources)
     if len(sources) == 0:
         return before
     # It grows slowly but for the cells in which it is interpolated.
-    return replace(gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources), steepest=before.steepest)
+    return replace(gradient_limited(domain, before.spacing, growth, sources), steepest=before.steepest)
 
 
 def _spots(domain: Domain, spacing: Spacing) -> Sources:

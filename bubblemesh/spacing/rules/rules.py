@@ -12,12 +12,13 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.spacing.rules.gap_sources import GapSources
+from bubblemesh.spacing.rules.gap_sources import GapSources, NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_intervals, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 ALIKE = 0.1  # relative difference of the spacings of both sides that is none: grading is no more exact
+ACROSS = 1.0  # spacings across narrow parts where no other number is asked for
 PASSES = 10  # across the sides: what comes in through one of them may leave through another one
 
 
@@ -27,7 +28,7 @@ class Rules:
 
     growth: float | None = None  # largest one per length, from short pieces and tight curves of the boundary as well
     per_circle: float | None = None  # nodes on a full turn of curves
-    across: float | None = None  # spacings across the narrowest parts of the domain
+    across: float | None = None  # spacings across the narrowest parts of the domain; 0 leaves them as they are
     minimum: float = 0.0  # per_circle and across make the spacing nowhere finer
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> LimitedSpacing:
@@ -35,7 +36,7 @@ class Rules:
 
         LimitError if curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
         """
-        if self == Rules(minimum=self.minimum):
+        if self.growth is None and self.per_circle is None and not self.across:
             return LimitedSpacing(spacing)
         growth, sources = STEEPEST_GROWTH if self.growth is None else self.growth, Sources.none()
         if self.growth is not None:
@@ -45,10 +46,20 @@ class Rules:
             curves = curvature_sources(domain, spacing, self.per_circle, growth, self.minimum, max_nodes)
             sources = sources.joined(curves)
         sources = sources.not_below(self.minimum)
-        if self.across is not None:
+        if self.across:
             gaps = GapSources(self.across, min(growth, STEEPEST_GROWTH), self._least, max_nodes)
             sources = sources.joined(gaps(domain, spacing))
         return gradient_limited(domain, spacing, growth, sources)
+
+    def affordable_gaps(self, domain: Domain, spacing: Spacing, max_nodes: float) -> tuple[Sources, NarrowPlace | None]:
+        """Sources by which one spacing fits across narrow parts, unless the rules have an ``across`` of their own.
+
+        Parts are left out, the narrowest first, that take more than ``max_nodes`` nodes; the narrowest one comes out.
+        """
+        if self.across is not None:
+            return Sources.none(), None
+        growth = STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
+        return GapSources(ACROSS, growth, self._least, max_nodes).affordable(domain, spacing)
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)
@@ -75,9 +86,11 @@ def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> Limited
     return found if after_rules.growth is None else replace(found, steepest=after_rules.steepest)
 
 
-def limited_for_packing_across_sides(domain: Domain, before: LimitedSpacing, sources: Sources) -> LimitedSpacing:
+def limited_for_packing_across_sides(
+    domain: Domain, before: LimitedSpacing, sources: Sources, growth: float = STEEPEST_GROWTH
+) -> LimitedSpacing:
     """The spacing, `limited_for_packing` also across periodic sides."""
-    return _settled(domain, before, sources, partial(limited_for_packing, domain))
+    return _settled(domain, before, sources, partial(limited_for_packing, domain, growth=growth))
 
 
 def _settled(

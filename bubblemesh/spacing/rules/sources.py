@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
@@ -54,6 +54,10 @@ class Sources:
         return cls(
             *(np.concatenate(column) for column in zip(*((s.points, s.sizes, s.cells) for s in some), strict=True))
         )
+
+    def select(self, which: Integers | Booleans) -> "Sources":
+        """Those sources."""
+        return Sources(self.points[which], self.sizes[which], self.cells[which])
 
     def not_below(self, minimum: float) -> "Sources":
         """Sources at the same places, with sizes of at least ``minimum``."""
