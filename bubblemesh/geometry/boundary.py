@@ -179,8 +179,10 @@ class Boundary:
             piece_of[self.index[mine[uncut]]] = mine[uncut]
             whole = piece_of[curve] >= 0
             parts.append((piece_of[curve[whole]], s[whole]))
+            first = np.searchsorted(curve, np.arange(len(f.lengths) + 1))
             for piece in mine[~uncut].tolist():
-                local = self._stations_within(piece, s[curve == self.index[piece]])
+                begin, end = first[self.index[piece]], first[self.index[piece] + 1]
+                local = self._stations_within(piece, s[begin:end])
                 parts.append((np.full(len(local), piece), local))
         return self.in_order(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
