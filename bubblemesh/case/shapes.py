@@ -215,6 +215,9 @@ RINGS = Choice(
     "a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file", "union", "minus", "intersection")
 )
 
+# Rings that are not made of others.
+PlainKeys = PolygonRing | RectangleRing | CircleRing | EllipseRing | PathRing | FileRing
+
 RingKeys = Annotated[
     Annotated[PolygonRing, Tag("<polygon>")]
     | Annotated[RectangleRing, Tag("<rectangle>")]

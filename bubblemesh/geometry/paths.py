@@ -177,6 +177,14 @@ class Area:
         """The area with its rings replaced by what the function makes of them."""
         return replace(self, outer=function(self.outer), holes=tuple(map(function, self.holes)))
 
+    def about(self, key: Key) -> "Area":
+        """The area with the key of the case that gives its rings."""
+        return self.mapped(lambda ring: replace(ring, key=key))
+
+    def moved(self, by: Similarity) -> "Area":
+        """The area where a similarity takes it, its labels with their sides."""
+        return self.mapped(lambda ring: ring.moved(by))
+
 
 @dataclass(frozen=True)
 class OpenPath:

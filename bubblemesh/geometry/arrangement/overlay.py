@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import shapely
@@ -29,7 +29,8 @@ BESIDE_CORNER = 0.01  # of the shortest piece at a corner: so far from it pieces
 JOINED = 1e-9  # of a curve's length: pieces nearer to each other were one
 
 # What belongs to the result, for points (m,) that are within the operands (k, m) or not.
-RULES: Mapping[str, Callable[[Booleans], Booleans]] = {
+Rule = Literal["union", "minus", "intersection"]
+RULES: Mapping[Rule, Callable[[Booleans], Booleans]] = {
     "union": lambda inside: np.logical_or.reduce(inside),
     "minus": lambda inside: inside[0] & ~np.logical_or.reduce(inside[1:]),
     "intersection": lambda inside: np.logical_and.reduce(inside),
@@ -43,7 +44,7 @@ class Run(NamedTuple):
     backward: bool
 
 
-def overlaid(rule: str, operands: Sequence[Sequence[Area]]) -> list[Area]:
+def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
     """Areas of the operands' union, of the first one minus the others, or of their intersection; there may be none.
 
     An operand is what any of its areas holds. Sides keep their labels; where sides of several operands are one, that
