@@ -81,7 +81,11 @@ INVALID = [
         "plate.yaml:2: domain.outer: must be a mapping with exactly one of the keys polygon, rectangle, circle, "
         "ellipse, path, file, union, minus, intersection (found the keys polygon, rectangle, labels)",
     ),
-    ("{circle:", "{circel:", "ellipse, path, file, union, minus, intersection; did you mean 'circle'? (found the keys circel, label)"),
+    (
+        "{circle:",
+        "{circel:",
+        "minus, intersection; did you mean 'circle'? (found the keys circel, label)",
+    ),
     (
         "- {circle: {center: [0.5, 0.5], radius: 0.2}, label: hole}",
         "- 3",
