@@ -15,7 +15,7 @@ from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
 from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.shapes import areas_of, followed, outer_rings_of, pieces_of, rings_of, selection_of
+from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, pieces_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_areas
 
 DOMAIN = Key(["domain"])
@@ -32,16 +32,16 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
     """The areas of a domain; errors of geometry, keys and files name the ring."""
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
-    return with_holes([Area(ring) for ring in _outer_rings(keys)], list(_holes(keys)))
+    return with_holes(list(_outer_areas(keys)), list(_holes(keys)))
 
 
-def _outer_rings(keys: RingDomain) -> Iterator[Ring]:
+def _outer_areas(keys: RingDomain) -> Iterator[Area]:
     several = isinstance(keys.outer, tuple)
     for number, ring in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
         key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
         with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
-            found = [replace(one, key=key) for one in outer_rings_of(ring)]
-        yield from found
+            found = outer_areas_of(ring)
+        yield from (area.about(key) for area in found)
 
 
 def _holes(keys: RingDomain) -> Iterator[Ring]:
