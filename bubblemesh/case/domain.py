@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, listed
+from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.shapes import PathLine, RingKeys
 from bubblemesh.case.spacing import SpacingValue
@@ -42,11 +42,17 @@ class InnerKeys(Strict):
     points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
-class RingDomain(InnerKeys):
-    """The domain: one outer ring with holes, regions, and what is embedded."""
+Outer = Annotated[
+    Annotated[RingKeys, Tag("<ring>")] | Annotated[tuple[RingKeys, ...], BeforeValidator(filled), Tag("<rings>")],
+    Discriminator(lambda value: "<rings>" if isinstance(value, list | tuple) else "<ring>"),
+]
 
-    outer: RingKeys = Field(description="The ring around the domain.")
-    holes: tuple[RingKeys, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
+
+class RingDomain(InnerKeys):
+    """The domain: an outer ring or several with holes, regions, and what is embedded."""
+
+    outer: Outer = Field(description="The ring around the domain, or a list of rings around separate pieces of it.")
+    holes: tuple[RingKeys, ...] = Field(default=(), description="Rings inside an outer one, not meshed within.")
 
 
 class FileDomain(GeometryFile, InnerKeys):
