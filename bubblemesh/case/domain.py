@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
+from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import PathLine, RingKeys
 from bubblemesh.case.spacing import SpacingValue
 
@@ -48,7 +49,7 @@ Outer = Annotated[
 ]
 
 
-class RingDomain(InnerKeys):
+class RingDomain(RepairKeys, InnerKeys):
     """The domain: an outer ring or several with holes, regions, and what is embedded."""
 
     outer: Outer = Field(description="The ring around the domain, or a list of rings around separate pieces of it.")

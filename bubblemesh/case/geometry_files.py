@@ -7,6 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Filled, InputFile, OneLabel, Positive, Strict, Text
+from bubblemesh.case.repair import RepairKeys
 from bubblemesh.readers.selection import Part, Unit
 
 
@@ -47,7 +48,7 @@ def _part(value: Any) -> Any:
     return value
 
 
-class GeometryFile(FollowedKeys, DrawnKeys):
+class GeometryFile(FollowedKeys, RepairKeys, DrawnKeys):
     """A file with rings, and what to take of it."""
 
     file: InputFile = Field(description="Name of the file, relative to the case file.")

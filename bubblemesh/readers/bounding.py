@@ -9,6 +9,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import counted, shown
 from bubblemesh.readers.features import FILL, SPARE, Feature
+from bubblemesh.readers.linework import rings_of_linework
 from bubblemesh.readers.rings import rings_of_curves
 from bubblemesh.readers.slips import Slips
 
@@ -23,7 +24,7 @@ class Bounding(NamedTuple):
     notes: list[str]
 
 
-def bounding(features: Sequence[Feature], join: float | None) -> Bounding:
+def bounding(features: Sequence[Feature], join: float | None, mend: bool = False) -> Bounding:
     """What bounds areas: polygons alone where there are some, else closed curves and lines that meet.
 
     Spare features count where there are no others, and fills also where the others do not close. CaseError if there is
@@ -32,11 +33,11 @@ def bounding(features: Sequence[Feature], join: float | None) -> Bounding:
     kinds = {kind: [one for one in features if one.spare == kind and not one.is_empty] for kind in (None, *SPARE)}
     used = next((kind for kind, ones in kinds.items() if any(one.bounds for one in ones)), None)
     try:
-        found, notes = _bounding(kinds[used], join), []
+        found, notes = _bounding(kinds[used], join, mend), []
     except GeometryError as error:
         if used is not None or not kinds[FILL]:
             raise GeometryError(f"{error}{_layers_that_close(features, join)}") from None
-        used, found = FILL, _bounding(kinds[FILL], join)
+        used, found = FILL, _bounding(kinds[FILL], join, mend)
         notes = [f"lines beside fills do not close and are left out ({error})"]
     unused = {f"{kind} element": len(ones) for kind, ones in kinds.items() if kind not in (None, used)}
     empty = [one for one in features if one.is_empty]
@@ -57,7 +58,7 @@ class _Found(NamedTuple):
     slips: Slips
 
 
-def _bounding(features: Sequence[Feature], join: float | None) -> _Found:
+def _bounding(features: Sequence[Feature], join: float | None, mend: bool = False) -> _Found:
     """What bounds areas of features that all count; GeometryError if lines do not close."""
     areas = [area for one in features for area in one.areas]
     rings = [ring for one in features for ring in one.rings]
@@ -66,7 +67,7 @@ def _bounding(features: Sequence[Feature], join: float | None) -> _Found:
     left_out = {"line": len(curves) if areas else 0, "point": sum(len(one.points) for one in features)}
     if areas:
         return _Found(areas, rings, left_out, (), slips)
-    joined = rings_of_curves(curves, join)
+    joined = rings_of_linework(curves, join) if mend else rings_of_curves(curves, join)
     return _Found(areas, rings + joined.rings, left_out, joined.notes, slips + joined.slips)
 
 

@@ -71,7 +71,10 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     """
     with prefixed(path):
         chosen = _chosen(path, selection)
-        areas = chosen_areas(areas_of(chosen.areas, chosen.loose, chosen.hole_points), selection.part)
+        areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
+        if selection.repair is not None:
+            areas = selection.repair(areas)
+        areas = chosen_areas(areas, selection.part)
     return _finished(path, selection, areas, chosen.notes)
 
 
@@ -83,6 +86,8 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = [*chosen.areas, *map(Area, chosen.loose)]
+        if selection.repair is not None:
+            areas = selection.repair(areas, united=False)
         if selection.part is not None:
             areas = chosen_areas(areas, selection.part)
     return _finished(path, selection, areas, chosen.notes)
@@ -112,8 +117,11 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     content = _content(path, selection)
     features = selection.of(content.features)
     points = vertices_of(features)
-    tell_places_of(float(np.ptp(points, axis=0).max()) if len(points) else None)
-    found = bounding(features, selection.join)
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    tell_places_of(size)
+    mending = selection.repair if selection.repair is not None and selection.repair.mend else None
+    join = mending.gap_of(size) if mending is not None and selection.join is None else selection.join
+    found = bounding(features, join, mending is not None)
     notes = [*content.notes, *found.notes, *degrees_notes(points, content.degrees)]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")

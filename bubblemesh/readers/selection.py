@@ -8,6 +8,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 
 if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
+    from bubblemesh.geometry.repair import Repair
     from bubblemesh.readers.features import Feature
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
@@ -36,6 +37,7 @@ class Selection:
     unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case's is the metre
     part: Part | None = None  # of its areas: one, from 0, the largest first, or all of them
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
+    repair: "Repair | None" = None  # what to change of its areas
 
     @property
     def factor(self) -> float:

@@ -23,7 +23,15 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.assembly import mesh_of
-from bubblemesh.run.report import NodeTargetRow, Report, RoundRow, StartRow, spacing_changes, triangle_fields
+from bubblemesh.run.report import (
+    NodeTargetRow,
+    Report,
+    RoundRow,
+    StartRow,
+    repair_rows,
+    spacing_changes,
+    triangle_fields,
+)
 from bubblemesh.spacing.grid.table import tabulated
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -218,6 +226,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
         ),
+        repairs=repair_rows(domain),
         budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
         adaptation=adaptation,
     )
