@@ -24,6 +24,8 @@ MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
 NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
 READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
 FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_NOFOLLOW"))
+TOO_MANY_FILES = errno.EMFILE, errno.ENFILE
+MORE_FILES = "let this process open more (ulimit -n 4096), or give a batch fewer --jobs, each of which takes three"
 OWNER = ".bubblemesh-owner"  # file in a temporary folder whose lock its process holds
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
 MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
@@ -198,6 +200,13 @@ def unwritten(what: object, error: OSError) -> FileError:
     return FileError(f"cannot write {what}: {reason(error)}{'' if error.strerror else ' (is the disk full?)'}")
 
 
+def no_place(error: OSError) -> FileError:
+    """The error of temporary files that the system does not give."""
+    if error.errno in TOO_MANY_FILES:
+        return FileError(f"{reason(error)}: {MORE_FILES}")
+    return FileError(f"no place for temporary files: {reason(error)}")
+
+
 def reason(error: Exception) -> str:
     """Say in a few words why a file operation failed."""
     return getattr(error, "strerror", None) or str(error)
@@ -252,7 +261,7 @@ def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
         try:
             copies = _written(contents, stack.enter_context(temporary_folder()))
         except OSError as error:
-            raise FileError(f"no place for temporary files: {reason(error)}") from error
+            raise no_place(error) from error
         token = _copies.set(copies)
         try:
             yield

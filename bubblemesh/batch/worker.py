@@ -13,7 +13,7 @@ from bubblemesh import __version__
 from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
 from bubblemesh.errors import FileError, located
-from bubblemesh.files import local_copies, reason, temporary_folder
+from bubblemesh.files import local_copies, no_place, temporary_folder
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import Destination
@@ -84,8 +84,7 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
     try:
         return _mesh(job, tell)
     except OSError as error:
-        problem = f"{row.source}: no place for temporary files: {reason(error)}"
-        return Outcome(row.failed(FileError.exit_code, problem), full=is_full(error))
+        return Outcome(row.failed(FileError.exit_code, f"{row.source}: {no_place(error)}"), full=is_full(error))
     except Exception as error:
         return Outcome(row.ended_by(error), full=is_full(error))
 

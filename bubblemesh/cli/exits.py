@@ -1,6 +1,5 @@
 """Errors and signals that end a command become a message and an exit code."""
 
-import errno
 import os
 import signal
 import sys
@@ -14,12 +13,10 @@ import typer
 from typer.core import TyperGroup
 
 from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
-from bubblemesh.files import reason
+from bubblemesh.files import MORE_FILES, TOO_MANY_FILES, reason
 from bubblemesh.messages import printable
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
-TOO_MANY_FILES = errno.EMFILE, errno.ENFILE
-MORE_FILES = "let this process open more (ulimit -n 4096), or give a batch fewer --jobs, each of which takes three"
 
 USAGE_ERRORS = typer.BadParameter.__bases__  # options and arguments that do not fit, which Typer tells of
 

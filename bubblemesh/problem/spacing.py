@@ -1,6 +1,6 @@
 """The spacing request: the terms of a case's spacing, bound to its domain."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -12,7 +12,13 @@ from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
-from bubblemesh.geometry.distance.distances import Distance, distance_to_labels, distance_to_line
+from bubblemesh.geometry.distance.distances import (
+    MOST_FORMULAS,
+    Distance,
+    FromPoints,
+    distance_to_labels,
+    distance_to_line,
+)
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.data_terms import data_functions, elsewhere
@@ -27,6 +33,7 @@ from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUni
 UNLIMITED = (0.0, np.inf)
 NO_RULES = Rules()
 OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
+MOST_TERMS = 64  # near something: of more of them, only those in question are evaluated
 APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 
@@ -104,7 +111,11 @@ def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """Spacings that are fine near something, and grow from there: one term for all whose distance takes long."""
     found = tuple(_growing(terms, domain))
-    yield from (Spacing(near) for near in found if not near.costly)
+    fast = tuple(near for near in found if not near.costly)
+    if len(fast) > MOST_TERMS:
+        yield Spacing(Proximities(fast))
+    else:
+        yield from map(Spacing, fast)
     slow = tuple(near for near in found if near.costly)
     if slow:
         yield Spacing(slow[0] if len(slow) == 1 else Proximities(slow), costly=True)
@@ -113,7 +124,13 @@ def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
     growth = NEAR_GROWTH if terms.growth is None else terms.growth
     models: tuple[NearTerm, ...] = several(terms.near)
+    points = _alike(models)
+    for size, own, until in points:
+        nearest = FromPoints(np.array(points[size, own, until]))
+        yield Proximity(nearest, size, growth if own is None else own, until)
     for number, near in enumerate(models):
+        if isinstance(near, NearPoint) and (near.size, near.growth, near.until) in points:
+            continue
         with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
             distance = _distance(near, domain)
         yield Proximity(distance, near.size, growth if near.growth is None else near.growth, near.until)
@@ -121,6 +138,15 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
         with at_key("spacing", "labels", label):
             distance = distance_to_labels(domain, [label])
         yield Proximity(distance, size, growth)
+
+
+def _alike(models: Sequence[NearTerm]) -> dict[tuple[float, float | None, float], list[tuple[float, float]]]:
+    """Points with the same size, growth and reach, by these, where they are so many that the nearest is looked for."""
+    found: dict[tuple[float, float | None, float], list[tuple[float, float]]] = {}
+    for near in models:
+        if isinstance(near, NearPoint):
+            found.setdefault((near.size, near.growth, near.until), []).append(near.point)
+    return {key: points for key, points in found.items() if len(points) > MOST_FORMULAS}
 
 
 def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:

@@ -1,21 +1,23 @@
-"""DXF drawings: lines, arcs, circles, ellipses, polylines with bulges and splines; layers become labels."""
+"""DXF drawings: the curves and fills of the model space, blocks resolved; layers become labels."""
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
-from itertools import pairwise
+import logging
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from ezdxf import recover
 from ezdxf.filemanagement import readfile
-from ezdxf.math import bulge_center
+from ezdxf.lldxf.const import DXFError
 
 from bubblemesh.errors import CaseError, LimitError
-from bubblemesh.geometry import rings
-from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
-from bubblemesh.messages import place, shown
+from bubblemesh.files import read_bytes
+from bubblemesh.geometry.paths import Ring
+from bubblemesh.messages import counted, place, shown
+from bubblemesh.readers.dxf_curves import CURVES, FILLS, Curves
 from bubblemesh.readers.features import (
+    FILL,
+    HIDDEN,
     NO_HEIGHTS,
     CompoundCurve,
     Feature,
@@ -24,61 +26,131 @@ from bubblemesh.readers.features import (
     foreign,
     writable_label,
 )
-from bubblemesh.readers.sampling import splines
+from bubblemesh.readers.slips import Slips
 
-FLAT = 3e-8  # bulge that is none but for rounding
+logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # else its lines go to the terminal
+
 MOST_COPIES = 50_000  # entities that blocks draw, which takes a second for a few thousand
 POINTS = 4  # of an entity, that count as one more
-FULL_TURN = 2 * np.pi * (1 - 1e-9)
 DEEPEST = 16  # blocks within blocks
-UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 13: "um"}  # of the header's $INSUNITS
+UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 9: "mil", 12: "nm", 13: "um"}  # $INSUNITS of the header
+DWG = b"AC10"  # how the binary form of AutoCAD's drawings begins
+END = b"EOF"  # of a file that is not cut off
+PLACES = ("insert", "location", "start", "center", "defpoint")  # keys of an entity
+BODIES = ("REGION", "3DSOLID", "BODY", "SURFACE", "MESH", "3DFACE", "MLINE")
+
+
+@dataclass(frozen=True)
+class _Found:
+    """An entity of the model space, or one that a block draws there, and whether a layer or a flag hides it."""
+
+    entity: Any
+    hidden: bool
+
+
+@dataclass
+class _Walk:
+    """Way through a drawing with its blocks: what was met on it."""
+
+    drawing: Any
+    drawn: int = 0  # size of what blocks draw
+    unused: dict[str, list[Any]] = field(default_factory=dict)  # entities that make no curve, by what they are
 
 
 def read_dxf(path: Path) -> FeatureCollection:
-    """The curves of a drawing's model space, blocks resolved; other entities are named in the notes.
+    """The curves, fills and points of a drawing's model space; other entities are named in the notes.
 
     FileError or CaseError with the entity.
     """
+    content = read_bytes(path)
+    if content.startswith(DWG):
+        raise CaseError("it is a DWG drawing: save it as DXF")
     with foreign("not a valid DXF drawing", "save it anew as DXF, text or binary, without anything before it"):
-        return _features(readfile(path))
+        drawing, notes = _drawing(path, content)
+        return _features(drawing, notes)
 
 
-def _features(drawing: Any) -> FeatureCollection:
+def _drawing(path: Path, content: bytes) -> tuple[Any, tuple[str, ...]]:
+    """The drawing; one with faults is mended as the library can, with a note, unless it is cut off."""
+    try:
+        return readfile(path), ()
+    except (DXFError, ValueError, KeyError, TypeError, IndexError, AttributeError):
+        if not content.rstrip(b"\0\x1a \t\r\n").endswith(END):
+            raise
+    drawing, audit = recover.readfile(path)
+    faults = len(audit.fixes) + len(audit.errors)
+    return drawing, (f"its structure has faults, and is read as far as it can be ({counted(faults, 'fault')} found)",)
+
+
+def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
     features: list[Feature] = []
-    unused: dict[str, list[Any]] = {}
     heights: set[float] = set()
-    for entity in _entities(drawing.modelspace(), 0, Counter()):
+    walk = _Walk(drawing)
+    wide = 0
+    for found in _entities(walk, drawing.modelspace()):
+        entity = found.entity
         kind = entity.dxftype()
-        if kind in CURVES and _is_plane(entity):
-            features.append(_feature(entity))
-            ends = (entity.dxf.start, entity.dxf.end) if kind == "LINE" else ()  # which may be at different heights
-            heights |= {round(float(end[2]), 9) for end in ends}
-        else:
-            unused.setdefault(kind, []).append(entity)
-    notes = tuple(_unused(kind, entities) for kind, entities in unused.items())
-    if not features:
-        raise CaseError(f"there are no curves in its model space{''.join(f'; {note}' for note in notes)}")
-    if len(heights) > 1:
-        notes = (*notes, NO_HEIGHTS)
-    return FeatureCollection(tuple(features), notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
+        if kind not in (*CURVES, *FILLS, "POINT") or not _is_plane(entity):
+            walk.unused.setdefault(kind, []).append(entity)
+            continue
+        features.append(_feature(found))
+        heights |= _heights(entity)
+        wide += kind in ("LWPOLYLINE", "POLYLINE") and bool(entity.has_width)
+    unused = tuple(_unused(kind, entities) for kind, entities in walk.unused.items())
+    if not any(one.bounds or one.points for one in features):
+        raise CaseError(
+            f"there are no curves in its model space{''.join(f'; {note}' for note in unused)}{_paper(drawing)}"
+        )
+    notes += (NO_HEIGHTS,) if len(heights) > 1 else ()
+    notes += (f"the width of {counted(wide, 'polyline')} is not used: their middle lines are",) if wide else ()
+    return FeatureCollection(tuple(features), unused + notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
 
 
-def _entities(layout: Iterable[Any], depth: int, drawn: Counter[str]) -> Iterator[Any]:
-    """Entities with those of blocks in their places; ``drawn`` counts the size of the latter."""
+def _paper(drawing: Any) -> str:
+    """Advice where the curves are in the paper space."""
+    kinds = (*CURVES, *FILLS)
+    layouts = [layout for layout in drawing.layouts if not layout.is_modelspace]
+    drawn = [layout.name for layout in layouts if any(entity.dxftype() in kinds for entity in layout)]
+    named = ", ".join(shown(name, 40) for name in drawn)
+    return f"; there are some in the paper space ({named}): move them to the model space" if drawn else ""
+
+
+def _entities(walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool = False) -> Iterator[_Found]:
+    """Entities with those of blocks in their places."""
     if depth > DEEPEST:
         raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
     for entity in layout:
         if depth > 0:
-            drawn["copies"] += _size(entity)
-            if drawn["copies"] > MOST_COPIES:
-                what = f"more than {MOST_COPIES:,} entities, or as much in long ones"
-                raise LimitError(f"its blocks draw {what}: explode them, or simplify it")
-        if entity.dxftype() != "INSERT":
-            yield entity
-        elif entity.block() is None:
-            raise CaseError(f"{_name(entity)}: there is no block {shown(entity.dxf.name, 40)!r}: purge the drawing")
-        else:
-            yield from _entities(entity.virtual_entities(), depth + 1, drawn)
+            _count(walk, _size(entity))
+        unseen = hidden or _is_hidden(walk.drawing, entity)
+        if entity.dxftype() == "INSERT":
+            yield from _inserted(walk, entity, depth, unseen)
+        elif entity.dxftype() != "VIEWPORT":
+            yield _Found(entity, unseen)
+
+
+def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool) -> Iterator[_Found]:
+    """Entities that an insert draws; CaseError if there is no such block."""
+    block = entity.block()
+    if block is None:
+        raise CaseError(f"{_name(entity)}: there is no block {shown(entity.dxf.name, 40)!r}: purge the drawing")
+    if block.block.is_xref:
+        walk.unused.setdefault("XREF (another drawing: bind it)", []).append(entity)
+        return
+    _count(walk, entity.mcount)
+
+    def skipped(inner: Any, reason: str) -> None:
+        walk.unused.setdefault(f"{inner.dxftype()} of a block that is drawn askew", []).append(inner)
+
+    for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
+        yield from _entities(walk, one.virtual_entities(skipped_entity_callback=skipped), depth + 1, hidden)
+
+
+def _count(walk: _Walk, size: int) -> None:
+    walk.drawn += size
+    if walk.drawn > MOST_COPIES:
+        what = f"more than {MOST_COPIES:,} entities, or as much in long ones"
+        raise LimitError(f"its blocks draw {what}: explode them, or simplify it")
 
 
 def _size(entity: Any) -> int:
@@ -87,11 +159,33 @@ def _size(entity: Any) -> int:
     return 1 + sum(len(value) for value in parts if hasattr(value, "__len__")) // POINTS
 
 
+def _is_hidden(drawing: Any, entity: Any) -> bool:
+    """Whether an entity is invisible, or its layer off or frozen."""
+    name = entity.dxf.get("layer", "0")
+    layer = drawing.layers.get(name) if name in drawing.layers else None
+    return bool(entity.dxf.get("invisible", 0)) or (layer is not None and (layer.is_off() or layer.is_frozen()))
+
+
 def _is_plane(entity: Any) -> bool:
     """Whether an entity lies in the plane of the drawing or one parallel to it."""
+    if entity.dxftype() == "POLYLINE":
+        if entity.is_3d_polyline:
+            return True
+        if not entity.is_2d_polyline:
+            return False
     direction = entity.dxf.get("extrusion", (0, 0, 1))
-    flat = abs(direction[0]) + abs(direction[1]) < 1e-9
-    return flat and (entity.dxftype() != "POLYLINE" or entity.is_2d_polyline)
+    return bool(abs(direction[0]) + abs(direction[1]) < 1e-9)
+
+
+def _heights(entity: Any) -> set[float]:
+    """Heights of the ends of lines and polylines in space."""
+    if entity.dxftype() == "LINE":
+        ends = [entity.dxf.start, entity.dxf.end]
+    elif entity.dxftype() == "POLYLINE" and entity.is_3d_polyline:
+        ends = [vertex.dxf.location for vertex in entity.vertices]
+    else:
+        return set()
+    return {round(float(end[2]), 9) for end in ends}
 
 
 def _name(entity: Any) -> str:
@@ -102,111 +196,25 @@ def _name(entity: Any) -> str:
 def _unused(kind: str, entities: list[Any]) -> str:
     """Note on entities that make no ring."""
     first = entities[0]
-    keys = [key for key in ("insert", "location", "start", "center", "defpoint") if first.dxf.hasattr(key)]
+    keys = [key for key in PLACES if first.dxf.hasattr(key)]
     at = first.dxf.get(keys[0]) if keys else None
     where = f" at {place((at[0], at[1]))}" if at is not None else ""
-    return f"{len(entities)} {kind} not used, the first on layer {shown(first.dxf.layer, 40)}{where}"
+    advice = ": explode them to lines and arcs" if kind in BODIES else ""
+    return f"{len(entities)} {kind} not used, the first on layer {shown(first.dxf.layer, 40)}{where}{advice}"
 
 
-def _feature(entity: Any) -> Feature:
-    name, layer = _name(entity), str(entity.dxf.layer)
+def _feature(found: _Found) -> Feature:
+    entity = found.entity
+    kind, name, layer = entity.dxftype(), _name(entity), str(entity.dxf.layer)
     label, notes = writable_label(None if layer == "0" else layer, "a layer")
+    properties = {"type": kind, "handle": entity.dxf.get("handle"), "layer": layer}
+    spare = HIDDEN if found.hidden else FILL if kind in FILLS else None
+    feature = Feature(name, layer, properties, notes=notes, spare=spare)
     with foreign(f"{name}: not a valid curve", "draw it anew"):
-        made = CURVES[entity.dxftype()](entity, name, label)
-    properties = {"type": entity.dxftype(), "handle": entity.dxf.get("handle")}
-    if isinstance(made, CompoundCurve):
-        return Feature(name, layer, properties, curves=(made,), notes=notes)
-    return Feature(name, layer, properties, rings=(replace(made, origin=name),), notes=notes)
-
-
-def _mirrored(entity: Any) -> float:
-    """-1 if the entity is drawn as seen from below, where x is turned round."""
-    return -1.0 if entity.dxf.get("extrusion", (0, 0, 1))[2] < 0 else 1.0
-
-
-def _line(entity: Any, name: str, label: str | None) -> CompoundCurve:
-    start, end = finite_points([entity.dxf.start, entity.dxf.end], name)
-    return CompoundCurve(start, (LineTo(end, label),), name)
-
-
-def _arc(entity: Any, name: str, label: str | None) -> CompoundCurve:
-    center = entity.ocs().to_wcs(entity.dxf.center)
-    start, end, middle = finite_points([entity.start_point, entity.end_point, center], name)
-    return CompoundCurve(start, (ArcTo(end, middle, _mirrored(entity) > 0, label),), name)
-
-
-def _circle(entity: Any, name: str, label: str | None) -> rings.Ring:
-    center, (radius, _) = finite_points([entity.ocs().to_wcs(entity.dxf.center), (entity.dxf.radius, 0)], name)
-    if radius <= 0:
-        raise CaseError(f"{name} at {place(center)}: its radius is {radius:g}")
-    return rings.circle(center, radius, label)
-
-
-def _ellipse(entity: Any, name: str, label: str | None) -> CompoundCurve | rings.Ring:
-    begin, sweep = entity.dxf.start_param, (entity.dxf.end_param - entity.dxf.start_param) % (2 * np.pi)
-    if sweep == 0 or sweep > FULL_TURN:
-        center, (x, y) = finite_points([entity.dxf.center, entity.dxf.major_axis], name)
-        long = float(np.hypot(x, y))
-        return rings.ellipse(center, (long, long * entity.dxf.ratio), float(np.degrees(np.arctan2(y, x))), label)
-
-    def curve(t: Any) -> Any:
-        return np.array(finite_points(list(entity.vertices((begin + sweep * t).tolist())), name))
-
-    return _sampled([curve], name, label)
-
-
-def _spline(entity: Any, name: str, label: str | None) -> CompoundCurve:
-    """B-splines are sampled between the knots at which they may have a corner."""
-    tool = entity.construction_tool()
-    knots, degree = np.array(tool.knots(), float), tool.degree
-    inner, count = np.unique(knots[(knots > 0) & (knots < tool.max_t)], return_counts=True)
-    breaks = [0.0, *inner[count >= degree].tolist(), float(tool.max_t)]
-
-    def part(begin: float, end: float) -> Callable[[Any], Any]:
-        return lambda t: np.array(finite_points(list(tool.points((begin + (end - begin) * t).tolist())), name))
-
-    return _sampled([part(begin, end) for begin, end in pairwise(breaks)], name, label)
-
-
-def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -> CompoundCurve:
-    parts = [[(x, y) for x, y in points.tolist()] for curve in curves for points in splines(curve)]
-    return CompoundCurve(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)
-
-
-def _lwpolyline(entity: Any, name: str, label: str | None) -> CompoundCurve:
-    return _bulged([tuple(point) for point in entity.get_points("xyb")], entity, name, label)
-
-
-def _polyline(entity: Any, name: str, label: str | None) -> CompoundCurve:
-    corners = [(*vertex.dxf.location.vec2, vertex.dxf.get("bulge", 0.0)) for vertex in entity.vertices]
-    return _bulged(corners, entity, name, label)
-
-
-def _bulged(corners: list[tuple[float, float, float]], entity: Any, name: str, label: str | None) -> CompoundCurve:
-    """Polyline with arcs: a bulge is the tangent of a quarter of the arc's angle."""
-    turn = _mirrored(entity)
-    points = finite_points([(turn * x, y) for x, y, _ in corners], name)
-    bulges = [turn * bulge for _, _, bulge in corners]
-    if entity.is_closed:
-        points, bulges = [*points, points[0]], [*bulges, 0.0]
-    pieces: list[Piece] = []
-    for (begin, end), bulge in zip(pairwise(points), bulges, strict=False):
-        if begin != end and abs(bulge) < FLAT:
-            pieces.append(LineTo(end, label))
-        elif begin != end:
-            x, y = bulge_center(begin, end, bulge)
-            pieces.append(ArcTo(end, (float(x), float(y)), bulge > 0, label))
-    if not pieces:
-        raise CaseError(f"{name}: it has fewer than two different points")
-    return CompoundCurve(points[0], tuple(pieces), name)
-
-
-CURVES: dict[str, Callable[[Any, str, str | None], CompoundCurve | rings.Ring]] = {
-    "LINE": _line,
-    "ARC": _arc,
-    "CIRCLE": _circle,
-    "ELLIPSE": _ellipse,
-    "SPLINE": _spline,
-    "LWPOLYLINE": _lwpolyline,
-    "POLYLINE": _polyline,
-}
+        if kind == "POINT":
+            return replace(feature, points=tuple(finite_points([entity.dxf.location], name)))
+        made: Curves = (CURVES | FILLS)[kind](entity, name, label)
+    if not made:
+        return replace(feature, slips=Slips(flat=1) if kind in FILLS else Slips(doubles=1))
+    rings = tuple(replace(one, origin=name) for one in made if isinstance(one, Ring))
+    return replace(feature, rings=rings, curves=tuple(one for one in made if isinstance(one, CompoundCurve)))

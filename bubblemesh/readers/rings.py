@@ -63,8 +63,7 @@ def _closed(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[l
     if not curves:
         return closed, []
     ends = np.array([point for curve in curves for point in (curve.start, curve.end)], float)
-    stops = np.array([point for curve in curves for point in (curve.start, *map(end_of, curve.pieces))])
-    rounding = JOIN * float(np.ptp(stops, axis=0).max())
+    rounding = JOIN * _extent(curves)
     reach = rounding if join is None else join
     node = _clustered(ends, reach)
     _require_pairs(curves, ends, node)
@@ -77,6 +76,14 @@ def _closed(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[l
         notes.append(f"{gaps} gaps joined, the widest ({2 * gap[widest]:.3g}) at {place(ends[widest])}")
     open_ = [[_moved(curves[link.curve], link, meet) for link in loop] for loop in _loops(node.reshape(-1, 2))]
     return closed + open_, notes
+
+
+def _extent(curves: Sequence[CompoundCurve]) -> float:
+    """The longer side of the box around all points that the curves are given by."""
+    points = [curve.start for curve in curves]
+    for piece in (piece for curve in curves for piece in curve.pieces):
+        points += piece.through if isinstance(piece, SplineTo) else [piece.to]
+    return float(np.ptp(np.array(points), axis=0).max())
 
 
 def _clustered(ends: Floats, reach: float) -> Integers:
@@ -142,7 +149,7 @@ def _loops(node: Integers) -> list[list[Link]]:
 
 def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
     """The curve run as the link tells, with its ends at the meeting places."""
-    run = _reversed(curve) if link.backward else curve
+    run = reversed_curve(curve) if link.backward else curve
     stops = [run.start, *(end_of(piece) for piece in run.pieces)]
     new = [as_point(meet[link.begin]), *stops[1:-1], as_point(meet[link.end])]
     pieces = (_between(*ends) for ends in zip(run.pieces, stops, new, new[1:], strict=False))
@@ -163,7 +170,8 @@ def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Pi
     return piece._replace(to=new_end, center=(center.real, center.imag))
 
 
-def _reversed(curve: CompoundCurve) -> CompoundCurve:
+def reversed_curve(curve: CompoundCurve) -> CompoundCurve:
+    """The curve run the other way."""
     starts = [curve.start, *(end_of(piece) for piece in curve.pieces[:-1])]
     pieces: list[Piece] = []
     for start, piece in zip(reversed(starts), reversed(curve.pieces), strict=True):

@@ -40,9 +40,8 @@ class Slips:
             "flat ring": self.flat,
         }
         parts = [counted(number, noun) for noun, number in kinds.items() if number]
-        if not parts or self.first is None:
-            return ()
-        return (f"{', '.join(parts)} dropped, the first at {place(self.first)}",)
+        where = "" if self.first is None else f", the first at {place(self.first)}"
+        return (f"{', '.join(parts)} dropped{where}",) if parts else ()
 
 
 def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece], Slips]:

@@ -66,8 +66,8 @@ class Element:
         return 1 + len(classes) + sum(map(len, self.attributes.values())) // CHARACTERS
 
 
-def require_valid(content: bytes) -> None:
-    """Check that all of a drawing can be read: CaseError with the element and its line, LimitError for too much of it.
+def checked(content: bytes) -> Element:
+    """The root of a drawing all of which can be read; CaseError with the element and line, LimitError for too much.
 
     An element must have numbers, paths and transforms where these are due, and must not use itself.
     """
@@ -83,6 +83,7 @@ def require_valid(content: bytes) -> None:
     sheet = sum(_sheet_size(element) for element in root.all() if element.tag == "style")
     if drawn * sheet > MOST_STYLED:
         raise LimitError("its style sheet is too long for so many elements: write the shapes without styles")
+    return root
 
 
 def _parsed(content: bytes) -> Element:

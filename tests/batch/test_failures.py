@@ -297,3 +297,15 @@ def test_a_worker_without_space_ends_the_batch_too(here, monkeypatch):
         FileError, match=r"a.yaml: no place for temporary files: No space left on device: the batch ends"
     ):
         events_of(".")
+
+
+def test_a_worker_without_file_descriptors_says_so(here, monkeypatch):
+    def refuse():
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    write(here, a=SMALL)
+    monkeypatch.setattr("bubblemesh.batch.worker.temporary_folder", refuse)
+    events_of(".")
+    (row,) = lines_of(Path("summary.jsonl"))
+    assert row["exit_code"] == 5
+    assert row["error"].startswith("a.yaml: Too many open files: let this process open more (ulimit -n")

@@ -229,3 +229,13 @@ def test_the_estimate_tells_the_labels_of_all_that_is_inside_too():
     problem = prepare(load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', '')}spacing: 0.2\n"))
     inner = {"bore", "core-rim", "seed-rim", "crack", "well"}
     assert set(estimate(problem)["labels"]) == {"bottom", "right", "top", "left", *inner}
+
+
+@pytest.mark.parametrize("sizes", [1, 2, 100])
+def test_very_many_points_count_as_each_of_them_would(sizes):
+    rng = np.random.default_rng(1)
+    places, size = rng.uniform(0.1, 0.9, (200, 2)), np.repeat([0.02 + 0.001 * k for k in range(sizes)], 200 // sizes)
+    terms = [{"point": place, "size": own} for place, own in zip(places.tolist(), size.tolist(), strict=True)]
+    found = values({"value": 0.5, "near": terms, "growth": 0.3})
+    each = [values({"value": 0.5, "near": term, "growth": 0.3}) for term in terms]
+    np.testing.assert_array_equal(found, np.min(each, axis=0))

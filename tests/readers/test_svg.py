@@ -72,20 +72,20 @@ class TestPictures:
         text = '<circle id="c" cx="5" cy="5" r="2"/><g style="display:none"><circle id="old" cx="5" cy="5" r="1"/></g>'
         plate = domain(written("a.svg", SVG.format(text)))
         assert plate.hole_count == 0
-        assert plate.notes == ("a.svg: circle 'old' not used, since it is hidden",)
+        assert plate.notes == ("a.svg: left out: 1 hidden element",)
 
     @pytest.mark.parametrize("shape", ['<path id="a" d="M1 1"/>', '<path id="a" d="M1 1 L1 1"/>'])
     def test_what_has_no_extent_is_noted(self, written, shape):
         plate = domain(written("a.svg", SVG.format(shape + '<circle cx="5" cy="5" r="2"/>')))
-        assert plate.notes == ("a.svg: path 'a' not used, since it has no extent",)
+        assert plate.notes == ("a.svg: left out: 1 empty feature",)
 
     def test_zero_is_not_negative(self, written):
         with pytest.raises(GeometryError, match=r"open ends: feature 0 \(path\) at \(0, 0\), "):
-            domain(written("a.svg", SVG.format('<path d="M0 0 H4 V2"/>')))
+            domain(written("a.svg", SVG.format('<path fill="none" stroke="red" d="M0 0 H4 V2"/>')))
 
     def test_what_bounds_nothing_is_noted(self, written):
         path = written("a.svg", SVG.format('<circle cx="5" cy="5" r="2"/><text id="t" x="1" y="2">A</text>'))
-        assert domain(path).notes == ("a.svg: text 't' not used",)
+        assert domain(path).notes == ("a.svg: 1 text not used",)
 
     @pytest.mark.parametrize(
         ("content", "message"),

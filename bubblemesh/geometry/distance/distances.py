@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -81,6 +82,26 @@ class FromChords:
         """Distances (m,) of points (m, 2)."""
         _, foot = self.chords.feet(points, nearest_chord(self.chords, points))
         return np.hypot(*(points - foot).T)
+
+
+@dataclass(frozen=True)
+class FromPoints:
+    """Distance from the nearest of many points."""
+
+    places: Floats  # (n, 2)
+
+    costly = False
+
+    @cached_property
+    def _tree(self) -> Any:
+        from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
+
+        return cKDTree(self.places)
+
+    def __call__(self, points: Floats) -> Floats:
+        """Distances (m,) of points (m, 2)."""
+        away = points - self.places[self._tree.query(points)[1]]
+        return np.sqrt(away[:, 0] * away[:, 0] + away[:, 1] * away[:, 1])
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,79 @@
+"""Styles of an SVG drawing: attributes, rules of style sheets, and what elements inherit."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from bubblemesh.readers.svg_source import COMMENT, Element
+
+INHERITED = ("fill", "fill-rule", "stroke", "visibility")
+OWN = ("display", "clip-path", "mask")
+RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
+PART = re.compile(r"([.#]?)([\w-]+|\*)")
+COMPOUND = re.compile(r"(?:[.#]?[\w-]+|\*)(?:[.#][\w-]+)*")
+
+Style = dict[str, str]
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Declarations for elements that fit a selector: steps from the outermost ancestor to the element itself."""
+
+    steps: tuple[frozenset[str], ...]  # of names with their marks: path, .class, #id
+    weight: tuple[int, int, int, int]  # ids, classes, tags, place in the sheet
+    declared: Style
+
+
+@dataclass
+class StyleSheet:
+    """Rules of all style sheets of a drawing, by one name that the element itself must have."""
+
+    rules: dict[str, list[_Rule]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, root: Element) -> "StyleSheet":
+        """The rules of a drawing; those with selectors beyond tags, classes, ids and ancestors are left out."""
+        sheet = cls()
+        text = "".join(COMMENT.sub("", "".join(one.text)) for one in root.all() if one.tag == "style")
+        for number, (selectors, body) in enumerate(RULE.findall(text)):
+            declared = _declared(body)
+            for selector in selectors.split(",") if declared else ():
+                words = selector.replace(">", " ").split()
+                if words and all(COMPOUND.fullmatch(word) for word in words):
+                    steps = tuple(frozenset(mark + name for mark, name in PART.findall(word)) for word in words)
+                    names = [name for step in steps for name in step if name != "*"]
+                    ids, classes = (sum(name.startswith(mark) for name in names) for mark in "#.")
+                    weight = (ids, classes, len(names) - ids - classes, number)
+                    sheet.rules.setdefault(min(steps[-1]), []).append(_Rule(steps, weight, declared))
+        return sheet
+
+    def style(self, element: Element, around: Sequence[Element], inherited: Mapping[str, str]) -> Style:
+        """What holds for an element within the elements ``around`` it, the outermost first."""
+        found: Style = {key: inherited[key] for key in INHERITED if key in inherited}
+        given = {key: element.attributes[key].strip() for key in (*INHERITED, *OWN) if key in element.attributes}
+        names = _names(element)
+        rules = [rule for name in ("*", *names) for rule in self.rules.get(name, ()) if rule.steps[-1] <= names | {"*"}]
+        for rule in sorted(rules, key=lambda rule: rule.weight):
+            if len(rule.steps) == 1 or _is_within(rule.steps[:-1], around):
+                given |= rule.declared
+        given |= _declared(element.attributes.get("style", ""))
+        return found | {key: value for key, value in given.items() if value != "inherit"}
+
+
+def _names(element: Element) -> frozenset[str]:
+    """Names by which a selector may mean an element."""
+    given = element.attributes
+    ids = [f"#{given['id']}"] if "id" in given else []
+    return frozenset([element.tag, *ids, *(f".{name}" for name in given.get("class", "").split())])
+
+
+def _is_within(steps: Sequence[frozenset[str]], around: Sequence[Element]) -> bool:
+    """Whether elements around one fit the steps, in their order."""
+    left: Iterator[Element] = iter(around)
+    return all(any(step <= _names(element) | {"*"} for element in left) for step in steps)
+
+
+def _declared(body: str) -> Style:
+    pairs = (part.partition(":") for part in body.split(";"))
+    known = {key.strip().lower(): value.replace("!important", "").strip().lower() for key, _, value in pairs}
+    return {key: value for key, value in known.items() if key in (*INHERITED, *OWN) and value}

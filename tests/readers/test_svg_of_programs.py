@@ -1,0 +1,157 @@
+"""SVG drawings as programs write them: logos, icons, maps, layers of Inkscape, style sheets of Illustrator."""
+
+import numpy as np
+import pytest
+from geometry_files import area, domain
+
+from bubblemesh.geometry.paths import Arc, Line
+from bubblemesh.readers.formats import read_area, read_rings
+from bubblemesh.readers.selection import Selection
+
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {}>{}</svg>'
+OUTER, INNER, AGAIN = "M0 0H20V20H0Z", "M6 6H14V14H6Z", "M6 6V14H14V6Z"  # the inner one turns as the outer, or against
+
+
+@pytest.fixture(autouse=True)
+def needs():
+    pytest.importorskip("svgelements")
+
+
+def drawing(written, content, head='viewBox="0 0 24 24"'):
+    return written("a.svg", HEAD.format(head, content))
+
+
+def notes_of(path, **options):
+    return [note.partition(": ")[2] for note in domain(path, **options).notes]
+
+
+class TestFills:
+    """Which subpaths bound what is filled."""
+
+    @pytest.mark.parametrize(
+        ("inner", "more", "expected"),
+        [
+            (INNER, "", 400),
+            (AGAIN, "", 336),
+            (INNER, 'fill-rule="evenodd"', 336),
+            (INNER, 'style="fill-rule: evenodd"', 336),
+            (INNER, 'class="logo"', 336),
+            (INNER, 'fill="none" stroke="red"', 336),
+        ],
+    )
+    def test_the_rule_tells_what_is_a_hole(self, written, inner, more, expected):
+        sheet = "<style>.other, path.logo { fill-rule: evenodd }</style>"
+        path = drawing(written, f'{sheet}<path {more} d="{OUTER}{inner}"/>')
+        assert area(path) == pytest.approx(expected)
+        note = "feature 0 (path): 1 subpath within what is filled left out, by fill-rule nonzero"
+        assert notes_of(path) == ([note] if expected == 400 else [])
+
+    def test_subpaths_that_overlap_are_united(self, written):
+        path = drawing(written, '<path d="M0 0H20V20H0ZM12 12H28V28H12Z"/>')
+        assert area(path) == pytest.approx(400 + 256 - 64)
+        assert "subpaths that cross are united by fill-rule nonzero: what they bound is 1 ring" in notes_of(path)[0]
+
+    def test_a_star_drawn_in_one_line(self, written):
+        turn = np.radians(90 + 144 * np.arange(5))
+        points = " ".join(f"{x},{y}" for x, y in np.column_stack([np.cos(turn), -np.sin(turn)]) * 10 + 12)
+        path = drawing(written, f'<polygon points="{points}"/>')
+        tips = np.radians(90 + 36 * np.arange(10))
+        inner = 10 * np.cos(np.radians(72)) / np.cos(np.radians(36))
+        radii = np.where(np.arange(10) % 2, inner, 10)
+        x, y = radii * np.cos(tips), radii * np.sin(tips)
+        star = abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
+        assert area(path) == pytest.approx(star)
+        assert len(read_rings(path, Selection())[0].vertices) == 10
+
+    def test_curves_stay_curves_where_nothing_crosses(self, written):
+        path = drawing(written, '<path d="M0 0H20V20H0Z M10 6A4 4 0 0 0 10 14A4 4 0 0 0 10 6Z"/>')
+        outer, hole = read_area(path, Selection())
+        assert {type(side.curve) for side in outer.sides} == {Line}
+        assert {type(side.curve) for side in hole.sides} == {Arc}
+
+    def test_open_subpaths_close_where_they_are_filled(self, written):
+        path = drawing(written, '<path d="M0 0H20V20H0"/><polyline points="2,2 6,2 6,6"/>')
+        assert area(path) == pytest.approx(400 - 8)
+        widest = "2 open subpaths closed straight, as what is filled is, the widest gap (20) at (0, -20)"
+        assert notes_of(path) == [widest]
+
+    def test_filled_sides_that_join_are_not_closed(self, written):
+        path = drawing(written, '<path d="M0 0C5 5 15 5 20 0"/><path d="M20 0V20H0V0"/>')
+        (ring,) = read_rings(path, Selection())
+        assert len(ring.sides) == 4
+
+    def test_what_is_not_painted_is_hidden(self, written):
+        frame = '<path d="M0 0h24v24H0z" fill="none"/>'
+        path = drawing(written, frame + '<circle cx="12" cy="12" r="5"/>')
+        assert area(path) == pytest.approx(25 * np.pi, rel=1e-3)
+        assert notes_of(path) == ["left out: 1 hidden element"]
+        assert area(drawing(written, frame)) == pytest.approx(576)
+
+
+class TestStructure:
+    """Uses, symbols, nested drawings, clips, switches."""
+
+    def test_symbols_are_drawn_where_they_are_used(self, written):
+        path = drawing(
+            written,
+            '<symbol id="s" viewBox="0 0 10 10"><rect x="1" y="1" width="8" height="8"/></symbol>'
+            '<use xlink:href="#s" x="4" y="6" width="5" height="5"/><g transform="translate(10 0) scale(2)">'
+            '<use href="#s" width="5" height="5"/></g>',
+        )
+        rings = read_rings(path, Selection())
+        corners = [sorted(ring.vertices)[0] + sorted(ring.vertices)[-1] for ring in rings]
+        np.testing.assert_allclose(corners, [(4.5, -10.5, 8.5, -6.5), (11, -9, 19, -1)])
+
+    def test_nested_drawings_have_their_own_box(self, written):
+        path = drawing(
+            written,
+            '<svg x="10" y="10" width="10" height="10" viewBox="0 0 100 100"><rect width="50" height="50"/></svg>',
+        )
+        assert domain(path).bounds == pytest.approx((10, -15, 15, -10))
+
+    def test_definitions_markers_masks_and_alternatives_are_not_drawn(self, written):
+        unseen = '<rect x="30" width="5" height="5"/>'
+        tags = ("defs", "symbol", "marker", "mask", "clipPath", "pattern", "metadata")
+        content = "".join(f"<{tag}>{unseen}</{tag}>" for tag in tags)
+        content += (
+            f'<switch><foreignObject requiredExtensions="x">{unseen}</foreignObject><g><rect width="9" height="9"/>'
+        )
+        path = drawing(written, content + f"</g><g>{unseen}</g></switch>")
+        assert area(path) == pytest.approx(81)
+        assert notes_of(path) == []
+
+    def test_clips_and_texts_and_images_are_counted(self, written):
+        path = drawing(
+            written,
+            '<clipPath id="c"><rect width="1" height="1"/></clipPath>'
+            '<g clip-path="url(#c)"><rect width="9" height="9"/></g>'
+            '<text x="1" y="1">A</text><text>B</text><image width="5" height="5" href="a.png"/>',
+        )
+        assert area(path) == pytest.approx(81)
+        assert notes_of(path) == [
+            "2 texts not used",
+            "1 image not used",
+            "1 shape under a clip-path or mask used whole: clips are not applied",
+        ]
+
+    def test_styles_of_ancestors_hide(self, written):
+        path = drawing(
+            written,
+            "<style>g.off path, #gone { display: none } .ghost { visibility: hidden } g > .seen { fill: red }</style>"
+            '<g class="off"><path d="M1 1H2V2Z"/></g><g id="gone"><rect width="50" height="50"/></g>'
+            '<g class="ghost"><circle r="3"/><rect visibility="visible" width="8" height="8"/></g>',
+        )
+        assert area(path) == pytest.approx(64)
+        assert notes_of(path) == ["left out: 3 hidden elements"]
+
+    def test_lengths_may_have_units_and_percents(self, written):
+        path = drawing(written, '<rect width="50%" height="0.25in"/>', 'width="80mm" height="40mm" viewBox="0 0 40 20"')
+        assert area(path) == pytest.approx(20 * 24)
+
+    def test_groups_and_shapes_are_transformed_from_the_inside_out(self, written):
+        path = drawing(written, '<g transform="rotate(90)"><rect transform="translate(3,0)" width="2" height="1"/></g>')
+        assert domain(path).bounds == pytest.approx((-1, -5, 0, -3))
+
+    def test_a_use_that_leads_nowhere_is_told(self, written):
+        path = drawing(written, '<rect width="2" height="1"/><use href="other.svg#a"/>')
+        assert notes_of(path) == ["1 use of nothing that is there not used"]
