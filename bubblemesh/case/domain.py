@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, listed
+from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Positive, Strict, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.shapes import PathLine, RingKeys
 from bubblemesh.case.spacing import SpacingValue
@@ -19,6 +19,7 @@ class RegionKeys(DrawnKeys):
     name: Label = Field(description="Name of the region in the mesh files.")
     ring: RingKeys = Field(description="The ring around the region; what lies outside the domain is left out.")
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
+    largest: Positive | None = Field(default=None, description="Largest area of a triangle in the region.")
 
 
 class EmbeddedLine(PathLine):

@@ -21,6 +21,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
 from bubblemesh.meshes.quality import angles, signed_areas
 from bubblemesh.meshes.triangulation import circumcircles, regions
+from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.sharp_corners import SharpCorners
@@ -63,7 +64,8 @@ class Refined:
     angle: float  # degrees: the least one of the triangles that no sharp corner excuses
     excess: float  # largest area of a triangle in terms of the one allowed, 0 if any is
     excused: tuple[Excused, ...]
-    stopped: str | None = None  # why demands are not met
+    stopped: str | None = None  # when or where, if demands are not met
+    out_of_nodes: bool = False  # whether that was by the limit on these
 
 
 class Faults(NamedTuple):
@@ -85,13 +87,15 @@ class Refinement:
     """The refinement of nets of a domain."""
 
     domain: Domain
+    spacing: Spacing
     demands: Demands
 
-    def __call__(self, net: Net, spacing: Spacing, watch: Watch = lambda share: None) -> Refined:
+    def __call__(self, net: Net, watch: Watch = lambda share: None) -> Refined:
         """The net with as many more nodes as the demands take, or as limits allow, smoothed around these."""
         start, most = net, self.demands.max_nodes
         net = replace(net, bubbles=replace(net.bubbles, touched=np.zeros(len(net.bubbles), bool)))
         stopped: str | None = f"after {ROUNDS} rounds"
+        out_of_nodes = False
         for _ in range(ROUNDS):
             faults = self._faults(net)
             if len(faults.triangles) == 0:
@@ -106,16 +110,15 @@ class Refinement:
             if grown is None:
                 stopped = "where edges are too short or too near to each other to be split"
                 break
-            if len(grown.bubbles) > most:
+            out_of_nodes = len(grown.bubbles) > most
+            if out_of_nodes:
                 stopped = f"by limits.max_nodes: {most}"
                 break
             net = grown
         if len(net.bubbles) == len(start.bubbles) and not net.bubbles.touched.any():
-            return self._result(start, 0, stopped)
-        net = self._smoothed(connect_inside(net.bubbles, self.domain, spacing))
-        return self._result(
-            connect_inside(net.bubbles, self.domain, spacing), len(net.bubbles) - len(start.bubbles), stopped
-        )
+            return self._result(start, 0, stopped, out_of_nodes)
+        net = connect_inside(self._smoothed(net).bubbles, self.domain, self.spacing)
+        return self._result(net, len(net.bubbles) - len(start.bubbles), stopped, out_of_nodes)
 
     @cached_property
     def _corners(self) -> SharpCorners:
@@ -153,8 +156,8 @@ class Refinement:
         """
         a, b = np.moveaxis(net.bubbles.x[net.facets], 1, 0)
         points, room = self._centres(net, faults)
-        number, facet = self._hindering(net, faults.triangles, points)
-        free = np.setdiff1d(np.arange(len(points)), number)
+        number, facet, blind = self._hindering(net, faults.triangles, points)
+        free = np.setdiff1d(np.arange(len(points)), np.append(number, blind))
         facet = facet[np.sort(np.unique(facet, return_index=True)[1])]
         middles, half = (a[facet] + b[facet]) / 2, np.hypot(*(b[facet] - a[facet]).T) / 2
         facet, middles, half = (some[half > SHORTEST * self.domain.size] for some in (facet, middles, half))
@@ -185,11 +188,11 @@ class Refinement:
         points[astray] = other[astray]
         return points, np.hypot(*(points - p).T)
 
-    def _hindering(self, net: Net, triangles: Integers, points: Floats) -> tuple[Integers, Integers]:
-        """Numbers (m,) of points (k, 2) that are hindered, and the facets (m,) that hinder them.
+    def _hindering(self, net: Net, triangles: Integers, points: Floats) -> tuple[Integers, Integers, Integers]:
+        """Numbers (m,) of points (k, 2) that are hindered, the facets (m,) that hinder them, and points past all help.
 
         A point, seen from its triangle, is hindered by the first facet in its way, or else by those in whose diametral
-        circles it lies.
+        circles it lies. Nothing helps behind a facet that is not split any more.
         """
         x = net.bubbles.x
         a, b = np.moveaxis(x[net.facets], 1, 0)
@@ -211,7 +214,10 @@ class Refinement:
         at = seen[at]
         within = np.hypot(*(points[at] - middle[near]).T) < (1 - ROUNDING) * half[near]
         within &= net.two_sided[near] | (_cross(b[near] - a[near], points[at] - a[near]) > 0)
-        return np.append(number, at[within]), np.append(facet, near[within])
+        kept = self._corners.unsplit(net)
+        blind, near, at = number[kept[facet]], near[within], at[within]
+        number, facet = np.append(number, at), np.append(facet, near)
+        return number[~kept[facet]], facet[~kept[facet]], blind
 
     def _grown(self, net: Net, additions: Additions) -> Net | None:
         """The net with these nodes, or with the first of them only if edges would cross; None if there is none."""
@@ -233,7 +239,11 @@ class Refinement:
         gone = self._beside(net, np.append(facets, twins))
         bubbles = net.bubbles.select(np.setdiff1d(np.arange(len(net.bubbles)), gone))
         x = np.vstack([self.domain.boundary.points(piece, s), additions.points])
-        grown = connect(bubbles.append(x, np.ones(len(x)), piece, s), self.domain)
+        bubbles = bubbles.append(x, np.ones(len(x)), piece, s)
+        try:
+            grown = connect(bubbles, self.domain)
+        except GeometryError:  # a curve's new edge runs through another curve's: that is split as well
+            grown = connect(split_cutting_edges(bubbles, self.domain, self.spacing), self.domain)
         outside = np.flatnonzero(grown.valence == 0)
         if len(outside) == 0:
             return grown
@@ -294,15 +304,15 @@ class Refinement:
             free &= ~trial.within(held, 1) & ~net.within(held, 1)
         return net
 
-    def _result(self, net: Net, added: int, stopped: str | None) -> Refined:
+    def _result(self, net: Net, added: int, stopped: str | None, out_of_nodes: bool) -> Refined:
         least, excusing = self._least_angles(net)
         corners = np.unique(excusing[excusing >= 0])
         excused = tuple(
             Excused((float(x), float(y)), float(least[excusing == corner].min()))
             for corner, (x, y) in zip(corners, net.bubbles.x[corners], strict=True)
         )
-        rest = least[excusing < 0]
-        return Refined(net, added, float(rest.min(initial=60.0)), float(self._excess(net).max()), excused, stopped)
+        angle, excess = float(least[excusing < 0].min(initial=60.0)), float(self._excess(net).max())
+        return Refined(net, added, angle, excess, excused, stopped, out_of_nodes)
 
 
 def _cross(a: Floats, b: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import replace
+from math import inf
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, LimitError, about
@@ -13,7 +14,7 @@ from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.spacing import SpacingRequest, case_spacing
+from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
@@ -125,4 +126,7 @@ def task_of(case: Case) -> Task:
         parameters=parameters,
         order=case.output.order,
         requirements=case.require.model_dump(exclude_none=True),
+        least_angle=case.angle_min or 0.0,
+        largest=inf if case.largest is None else case.largest,
+        largest_in=largest_areas(case),
     )
