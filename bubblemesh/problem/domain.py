@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from bubblemesh.case import Case
-from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RingDomain
-from bubblemesh.errors import Key, about, prefixed
+from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
+from bubblemesh.errors import CaseError, GeometryError, Key, about, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
@@ -16,7 +16,8 @@ from bubblemesh.messages import ring_name
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.shapes import areas_of, followed, outer_rings_of, pieces_of, rings_of, selection_of
-from bubblemesh.readers.formats import read_areas
+from bubblemesh.readers.formats import read_areas, read_regions
+from bubblemesh.readers.regions import is_straight, united
 
 DOMAIN = Key(["domain"])
 
@@ -24,11 +25,16 @@ DOMAIN = Key(["domain"])
 def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
     with about(DOMAIN), own_files(case.domain, case.root):
-        return Domain.of_areas(domain_areas(case.domain), _inner_parts(case.domain))
+        parts = _inner_parts(case.domain)
+        if isinstance(case.domain, RegionDomain):
+            return Domain.of_areas(_covered(case.domain, parts), parts)
+        return Domain.of_areas(domain_areas(case.domain), parts)
 
 
 def domain_areas(keys: DomainKeys) -> list[Area]:
     """The areas of a domain; errors of geometry, keys and files name the ring."""
+    if isinstance(keys, RegionDomain):
+        return _covered(keys, _inner_parts(keys))
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
     return with_holes([Area(ring) for ring in _outer_rings(keys)], list(_holes(keys)))
@@ -88,11 +94,42 @@ def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
+    seen: dict[str, int] = {keys.region: -1}
     for number, model in enumerate(keys.regions):
         key = Key((*DOMAIN, "regions", number))
-        with prefixed(f"region {model.name!r}"), about(key):
-            found = drawn(areas_of(model.ring), model)
-        yield from (_region(area, model.name, key) for area in found)
+        if isinstance(model, RegionFile):
+            with about(key):
+                found = _regions_of_file(model)
+                for area in found:
+                    if seen.setdefault(str(area.name), number) != number:
+                        raise CaseError(f"{area.name!r} is the name of another region too: rename one of them")
+        else:
+            seen.setdefault(model.name, number)
+            with prefixed(f"region {model.name!r}"), about(key):
+                found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
+        yield from (_region(area, str(area.name), key) for area in found)
+
+
+def _regions_of_file(keys: RegionFile) -> list[Area]:
+    """Areas of a file that share borders, with their names."""
+    for key in ("corners", "part"):
+        if getattr(keys, key) is not None:
+            raise CaseError(f"{key} is not for regions that share borders: leave it out")
+    found = read_regions(Path(keys.file), selection_of(keys), keys.name)
+    return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
+
+
+def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
+    """What the regions of files cover together."""
+    files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
+    areas = [region.area for region in parts.regions if region.key[2] in files]
+    for area in areas:
+        if not is_straight(area):
+            with about(area.outer.key):
+                raise GeometryError(
+                    f"region {area.name!r} has curved sides: give the domain's outer ring beside regions"
+                )
+    return united(areas)
 
 
 def _region(area: Area, name: str, key: Key) -> Region:

@@ -17,6 +17,7 @@ from bubblemesh.messages import counted
 from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.bounding import bounding
 from bubblemesh.readers.features import FeatureCollection
+from bubblemesh.readers.regions import named_areas
 from bubblemesh.readers.selection import Selection
 
 
@@ -83,6 +84,18 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
         if selection.part is not None:
             areas = chosen_areas(areas, selection.part)
     return _finished(path, selection, areas, chosen.notes)
+
+
+def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
+    """Areas of a file whose features share borders, with the values of their property ``key`` as names.
+
+    For ``key`` "layer" it is the layer. The first ring has the notes on the whole file; errors are those of
+    `read_areas`, and GeometryError if neighbours overlap.
+    """
+    with prefixed(path):
+        content = _content(path, selection)
+        areas, notes = named_areas(selection.of(content.features), key, selection)
+    return _finished(path, selection, areas, [*content.notes, *notes])
 
 
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
