@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
@@ -109,6 +108,8 @@ class _Borders:
         incidence = np.unique(np.column_stack([self.step, shape]), axis=0)
         has = {tuple(row) for row in incidence.tolist()}
         final, other = np.arange(count), np.full(count, -1)
+        from scipy.spatial import cKDTree
+
         tree = cKDTree(self.points)
         distance, near = map(np.asarray, tree.query(self.points, min(NEAREST, count), distance_upper_bound=reach))
         for k in range(1, near.shape[1]):

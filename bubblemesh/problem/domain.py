@@ -6,8 +6,9 @@ from pathlib import Path
 
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
-from bubblemesh.errors import CaseError, GeometryError, Key, about, prefixed
+from bubblemesh.errors import CaseError, Key, about, prefixed
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import with_holes
@@ -15,7 +16,7 @@ from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
 from bubblemesh.messages import ring_name
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.shapes import areas_of, followed, outer_rings_of, pieces_of, rings_of, selection_of
+from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, pieces_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_areas, read_regions
 from bubblemesh.readers.regions import is_straight, united
 
@@ -37,16 +38,16 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
         return _covered(keys, _inner_parts(keys))
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
-    return with_holes([Area(ring) for ring in _outer_rings(keys)], list(_holes(keys)))
+    return with_holes(list(_outer_areas(keys)), list(_holes(keys)))
 
 
-def _outer_rings(keys: RingDomain) -> Iterator[Ring]:
+def _outer_areas(keys: RingDomain) -> Iterator[Area]:
     several = isinstance(keys.outer, tuple)
     for number, ring in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
         key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
         with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
-            found = [replace(one, key=key) for one in outer_rings_of(ring)]
-        yield from found
+            found = outer_areas_of(ring)
+        yield from (area.about(key) for area in found)
 
 
 def _holes(keys: RingDomain) -> Iterator[Ring]:
@@ -123,13 +124,14 @@ def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
     """What the regions of files cover together."""
     files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
     areas = [region.area for region in parts.regions if region.key[2] in files]
-    for area in areas:
-        if not is_straight(area):
-            with about(area.outer.key):
-                raise GeometryError(
-                    f"region {area.name!r} has curved sides: give the domain's outer ring beside regions"
-                )
-    return united(areas)
+    if all(map(is_straight, areas)):
+        return united(areas)
+    return overlaid("union", [[area.mapped(_plain)] for area in areas])
+
+
+def _plain(ring: Ring) -> Ring:
+    """The ring without labels and notes, which its region has."""
+    return replace(ring, sides=tuple(replace(side, label=None) for side in ring.sides), notes=())
 
 
 def _region(area: Area, name: str, key: Key) -> Region:

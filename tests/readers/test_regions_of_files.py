@@ -145,6 +145,21 @@ def test_layers_of_a_drawing_are_regions(written, tmp_path):
     assert domain.polygon.area == 3
 
 
+def test_curves_stay_curves(written, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    space.add_lwpolyline([(0, 0), (2, 0), (2, 2), (0, 2)], close=True, dxfattribs={"layer": "PLATE"})
+    space.add_lwpolyline([(2, 0, 1), (2, 2, 0)], close=True, format="xyb", dxfattribs={"layer": "CAP"})
+    space.add_circle((1, 1), 0.5, dxfattribs={"layer": "CORE"})
+    drawing.saveas(tmp_path / "parts.dxf")
+    text = "domain: {regions: {file: parts.dxf, name: layer}}\nspacing: 0.3\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain).keys() == {"PLATE", "CAP", "CORE"}
+    assert domain.polygon.area == pytest.approx(4 + np.pi / 2, rel=1e-4)
+    assert domain.nearest(np.array([[4, 1]])).distance == pytest.approx(1, rel=1e-12)
+
+
 def test_ids_of_a_picture_are_regions(written):
     pytest.importorskip("svgelements")
     shapes = '<rect id="a" width="1" height="2"/><rect id="b" x="1" width="2" height="2"/>'
