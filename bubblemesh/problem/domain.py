@@ -12,7 +12,7 @@ from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
-from bubblemesh.messages import ring_name
+from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, pieces_of, rings_of, selection_of
@@ -23,6 +23,7 @@ DOMAIN = Key(["domain"])
 
 def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
+    tell_places_of(None)
     with about(DOMAIN), own_files(case.domain, case.root):
         return Domain.of_areas(domain_areas(case.domain), _inner_parts(case.domain))
 
