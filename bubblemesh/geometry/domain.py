@@ -80,6 +80,7 @@ class Domain:
         boundary = split_at_contacts(Boundary.of(rings, owner))
         require_domain(PolygonalCopy.of(boundary), names, [ring.key for ring in rings])
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
+        notes = tuple(dict.fromkeys(notes))  # copies of a ring have the same ones
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
         whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
