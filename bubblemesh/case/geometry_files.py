@@ -6,14 +6,14 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Filled, InputFile, OneLabel, Positive, Strict, Text
-from bubblemesh.readers.selection import Unit
+from bubblemesh.case.fields import Filled, InputFile, Number, OneLabel, Positive, Strict, Text
+from bubblemesh.readers.selection import Part, Unit
 
 
 class FollowedKeys(Strict):
     """Keys by which the straight sides of a ring are followed as curves."""
 
-    corners: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=180)] | None = Field(
+    corners: Annotated[Number, Field(ge=0, le=180)] | None = Field(
         default=None, description="Only vertices that turn by more degrees are nodes; the rest is spaced anew."
     )
     smooth: bool = Field(default=False, description="With corners: follow a spline through the vertices between them.")
@@ -40,6 +40,13 @@ def _feature(value: Any) -> Any:
     return value
 
 
+def _part(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    if not whole and value not in ("largest", "all", None):
+        raise PydanticCustomError("part", "must be largest, all, or a number from 0 on")
+    return value
+
+
 class GeometryFile(FollowedKeys, DrawnKeys):
     """A file with rings, and what to take of it."""
 
@@ -51,6 +58,9 @@ class GeometryFile(FollowedKeys, DrawnKeys):
         default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
     )
     units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
+    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
+        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
+    )
     join: Positive | None = Field(
         default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
     )

@@ -19,9 +19,10 @@ from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import require_domain, simple_polygon
-from bubblemesh.messages import meant, ring_name
+from bubblemesh.messages import meant, ring_name, tell_places_of
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
+AT_A_TIME = 1 << 13  # points: a late run can end between two calls
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,15 @@ class Domain:
         rings += [_turned(hole, -1) for area in areas for hole in area.holes]
         owner = [*range(len(areas)), *(number for number, area in enumerate(areas) for _ in area.holes)]
         names = [ring_name(number, ring.origin, len(areas)) for number, ring in enumerate(rings)]
-        for ring, name in zip(rings, names, strict=True):
+        outlines = [outline(ring) for ring in rings]
+        tell_places_of(float(np.ptp(np.concatenate(outlines), axis=0).max()))
+        for ring, points, name in zip(rings, outlines, names, strict=True):
             with about(ring.key):
-                simple_polygon(outline(ring), name)
+                simple_polygon(points, name)
         boundary = split_at_contacts(Boundary.of(rings, owner))
         require_domain(PolygonalCopy.of(boundary), names, [ring.key for ring in rings])
         notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
+        notes = tuple(dict.fromkeys(notes))  # copies of a ring have the same ones
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
         whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
@@ -181,9 +185,12 @@ class Domain:
 
     def contains(self, points: Floats) -> Booleans:
         """Mask (m,) of the points (m, 2) inside, to the accuracy of the polygonal copy."""
-        if self._mirrored is not None:
-            return shapely.contains_xy(self._mirrored, points[:, 1], points[:, 0])
-        return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
+        area, first = (self.polygon, 0) if self._mirrored is None else (self._mirrored, 1)
+        inside = np.empty(len(points), bool)
+        for begin in range(0, len(points), AT_A_TIME):
+            part = points[begin : begin + AT_A_TIME]
+            inside[begin : begin + AT_A_TIME] = shapely.contains_xy(area, part[:, first], part[:, 1 - first])
+        return inside
 
     @cached_property
     def _mirrored(self) -> shapely.Polygon | shapely.MultiPolygon | None:

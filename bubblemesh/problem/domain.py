@@ -5,52 +5,69 @@ from dataclasses import replace
 from pathlib import Path
 
 from bubblemesh.case import Case
-from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys
-from bubblemesh.errors import GeometryError, Key, about, prefixed
+from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
+from bubblemesh.errors import CaseError, Key, about, prefixed
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
-from bubblemesh.messages import ring_name
+from bubblemesh.geometry.nesting import with_holes
+from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
+from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.shapes import followed, pieces_of, rings_of, selection_of
-from bubblemesh.readers.formats import read_area
+from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, pieces_of, rings_of, selection_of
+from bubblemesh.readers.formats import read_areas, read_regions
+from bubblemesh.readers.regions import is_straight, united
 
 DOMAIN = Key(["domain"])
 
 
 def case_domain(case: Case) -> Domain:
-    """The domain of a case's rings, with its regions and what is embedded; errors have the place and what to do."""
+    """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
+    tell_places_of(None)
     with about(DOMAIN), own_files(case.domain, case.root):
-        outer, *holes = domain_rings(case.domain)
-        return Domain.of(outer, holes, _inner_parts(case.domain))
+        parts = _inner_parts(case.domain)
+        if isinstance(case.domain, RegionDomain):
+            return Domain.of_areas(_covered(case.domain, parts), parts)
+        return Domain.of_areas(domain_areas(case.domain), parts)
 
 
-def domain_rings(keys: DomainKeys) -> list[Ring]:
-    """The outer ring and the holes of a domain; errors of geometry, keys and files name the ring."""
+def domain_areas(keys: DomainKeys) -> list[Area]:
+    """The areas of a domain; errors of geometry, keys and files name the ring."""
+    if isinstance(keys, RegionDomain):
+        return _covered(keys, _inner_parts(keys))
     if isinstance(keys, FileDomain):
-        return _rings_of_file(keys)
-    found: list[Ring] = []
-    paths = [("outer",), *(("holes", number) for number in range(len(keys.holes)))]
-    for path, ring in zip(paths, (keys.outer, *keys.holes), strict=True):
-        key = Key((*DOMAIN, *path))
-        with prefixed(ring_name(len(found))), about(key):
-            several = [replace(one, key=key) for one in rings_of(ring)]
-            if not found and len(several) > 1:
-                raise GeometryError(
-                    f"{len(several)} rings are in the file: choose one by feature or layer, or give the file as the "
-                    "whole domain"
-                )
-        found += several
-    return found
+        return _areas_of_file(keys)
+    return with_holes(list(_outer_areas(keys)), list(_holes(keys)))
 
 
-def _rings_of_file(keys: FileDomain) -> list[Ring]:
-    """Outer ring and holes of the area in a file."""
-    outer, *holes = read_area(Path(keys.file), selection_of(keys))
-    labelled = drawn([outer.labelled(keys.label), *(hole.labelled(keys.hole_label) for hole in holes)], keys)
-    return [followed(ring, keys) for ring in labelled]
+def _outer_areas(keys: RingDomain) -> Iterator[Area]:
+    several = isinstance(keys.outer, tuple)
+    for number, ring in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
+        key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
+        with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
+            found = outer_areas_of(ring)
+        yield from (area.about(key) for area in found)
+
+
+def _holes(keys: RingDomain) -> Iterator[Ring]:
+    made = 0
+    for number, ring in enumerate(keys.holes):
+        key = Key((*DOMAIN, "holes", number))
+        with prefixed(ring_name(made + 1)), about(key):
+            found = [replace(one, key=key) for one in rings_of(ring)]
+        made += len(found)
+        yield from found
+
+
+def _areas_of_file(keys: FileDomain) -> list[Area]:
+    """Areas in a file that is the whole domain."""
+    labelled = [
+        Area(area.outer.labelled(keys.label), tuple(hole.labelled(keys.hole_label) for hole in area.holes))
+        for area in read_areas(Path(keys.file), selection_of(keys))
+    ]
+    return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
 def _inner_parts(keys: InnerKeys) -> Parts:
@@ -79,9 +96,46 @@ def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
+    seen: dict[str, int] = {keys.region: -1}
     for number, model in enumerate(keys.regions):
         key = Key((*DOMAIN, "regions", number))
-        with prefixed(f"region {model.name!r}"), about(key):
-            found = [replace(ring, key=key) for ring in drawn(rings_of(model.ring), model)]
-        rim = f"{model.name}-rim"  # also where a file calls the ring as the case calls the region
-        yield from (Region(ring.renamed(model.name, rim), model.name, label=rim) for ring in found)
+        if isinstance(model, RegionFile):
+            with about(key):
+                found = _regions_of_file(model)
+                for area in found:
+                    if seen.setdefault(str(area.name), number) != number:
+                        raise CaseError(f"{area.name!r} is the name of another region too: rename one of them")
+        else:
+            seen.setdefault(model.name, number)
+            with prefixed(f"region {model.name!r}"), about(key):
+                found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
+        yield from (_region(area, str(area.name), key) for area in found)
+
+
+def _regions_of_file(keys: RegionFile) -> list[Area]:
+    """Areas of a file that share borders, with their names."""
+    for key in ("corners", "part"):
+        if getattr(keys, key) is not None:
+            raise CaseError(f"{key} is not for regions that share borders: leave it out")
+    found = read_regions(Path(keys.file), selection_of(keys), keys.name)
+    return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
+
+
+def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
+    """What the regions of files cover together."""
+    files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
+    areas = [region.area for region in parts.regions if region.key[2] in files]
+    if all(map(is_straight, areas)):
+        return united(areas)
+    return overlaid("union", [[area.mapped(_plain)] for area in areas])
+
+
+def _plain(ring: Ring) -> Ring:
+    """The ring without labels and notes, which its region has."""
+    return replace(ring, sides=tuple(replace(side, label=None) for side in ring.sides), notes=())
+
+
+def _region(area: Area, name: str, key: Key) -> Region:
+    """A region, with the key of the case that gives it."""
+    rim = f"{name}-rim"  # also where a file calls the ring as the case calls the region
+    return Region(area.mapped(lambda ring: replace(ring.renamed(name, rim), key=key)), name, label=rim)

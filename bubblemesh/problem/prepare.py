@@ -8,6 +8,7 @@ from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, LimitError, about
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import enter, timed
+from bubblemesh.messages import once_each
 from bubblemesh.packing.configure import options
 from bubblemesh.problem import warnings
 from bubblemesh.problem.domain import case_domain
@@ -30,7 +31,7 @@ def prepare(case: Case) -> Problem:
     with timed(seconds, "geometry"):
         domain = case_domain(case)
     enter("spacing")
-    return prepare_in(domain, case_spacing(case, domain), task_of(case), seconds)
+    return prepare_in(domain, case_spacing(case, domain), task_of(case, domain), seconds)
 
 
 def prepare_in(
@@ -108,12 +109,12 @@ def check_spacing(
         filled.expected_nodes,
         after_rules,
         after_periodic,
-        told,
+        once_each(told),
         seconds,
     )
 
 
-def task_of(case: Case) -> Task:
+def task_of(case: Case, domain: Domain) -> Task:
     """Task of a case: its method, limits and requirements."""
     method = case.configured_method
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
@@ -128,5 +129,5 @@ def task_of(case: Case) -> Task:
         requirements=case.require.model_dump(exclude_none=True),
         least_angle=case.angle_min or 0.0,
         largest=inf if case.largest is None else case.largest,
-        largest_in=largest_areas(case),
+        largest_in=largest_areas(case, domain),
     )

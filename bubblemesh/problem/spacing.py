@@ -51,22 +51,23 @@ class SpacingRequest:
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     """The spacing request of a case; errors as of `spacing_request`."""
     own = {
-        region.name: (region.spacing, Key(["domain", "regions", number, "spacing"]))
-        for number, region in enumerate(case.domain.regions)
-        if region.spacing is not None
+        region.name: (value, Key([*region.key, "spacing"]))
+        for region in domain.parts.regions
+        if (value := case.domain.regions[int(region.key[2])].spacing) is not None
     }
     with own_files(case.spacing_terms, case.root):
         request = spacing_request(case.spacing, domain, own)
-    request = with_areas_below(request, domain, case.largest, largest_areas(case))
+    request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     return replace(request, warnings=(*case.warnings, *request.warnings))
 
 
-def largest_areas(case: Case) -> dict[str, float]:
+def largest_areas(case: Case, domain: Domain) -> dict[str, float]:
     """Largest areas of triangles in regions, by name; of several of one name the smallest."""
     areas: dict[str, float] = {}
-    for region in case.domain.regions:
-        if region.largest is not None:
-            areas[region.name] = min(region.largest, areas.get(region.name, np.inf))
+    for region in domain.parts.regions:
+        largest = case.domain.regions[int(region.key[2])].largest
+        if largest is not None:
+            areas[region.name] = min(largest, areas.get(region.name, np.inf))
     return areas
 
 
