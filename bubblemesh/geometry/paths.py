@@ -165,6 +165,7 @@ class OpenPath:
     label: str  # for sides that have none
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
     key: Key = field(default=Key(), compare=False)
+    optional: bool = False  # whether it is left out where it lies outside of the domain
 
     def moved(self, by: Similarity) -> "OpenPath":
         """The line where a similarity takes it, its labels with their sides."""
@@ -183,6 +184,7 @@ class InnerPoint:
     at: Point
     label: str
     key: Key = field(default=Key(), compare=False)
+    optional: bool = False  # whether it is left out where it lies outside of the domain
 
     def moved(self, by: Similarity) -> "InnerPoint":
         """The point where a similarity takes it."""
