@@ -5,9 +5,10 @@ from typing import Annotated
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, listed
+from bubblemesh.case.embedded import LineKeys, PointKeys
+from bubblemesh.case.fields import Choice, Label, OneLabel, Strict, listed
 from bubblemesh.case.geometry_files import GeometryFile
-from bubblemesh.case.shapes import PathLine, RingKeys
+from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.spacing import SpacingValue
 
 SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
@@ -21,25 +22,14 @@ class RegionKeys(DrawnKeys):
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
 
 
-class EmbeddedLine(PathLine):
-    """A line inside the domain that edges of the mesh follow: a crack, a wire."""
-
-
-class EmbeddedPoint(DrawnKeys):
-    """A point inside the domain that is a node of the mesh: a well, a sensor."""
-
-    at: Point = Field(description="The point [x, y].")
-    label: OneLabel = None
-
-
 class InnerKeys(Strict):
     """Keys of a domain beside its rings."""
 
     regions: tuple[RegionKeys, ...] = Field(default=(), description="Parts of the domain with names of their own.")
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
-    lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
+    lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
     periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
-    points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
+    points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
 class RingDomain(InnerKeys):

@@ -171,6 +171,12 @@ class OpenPath:
         """The line where a similarity takes it, its labels with their sides."""
         return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)))
 
+    def labelled(self, label: str | None) -> "OpenPath":
+        """The line with all its sides called ``label``, if that is given."""
+        if label is None:
+            return self
+        return replace(self, sides=tuple(replace(side, label=label) for side in self.sides), label=label)
+
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""

@@ -7,14 +7,14 @@ from pathlib import Path
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys
 from bubblemesh.errors import GeometryError, Key, about, prefixed
-from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
+from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import ring_name
 from bubblemesh.problem.drawing import drawn
+from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.shapes import followed, pieces_of, rings_of, selection_of
+from bubblemesh.problem.shapes import followed, rings_of, selection_of
 from bubblemesh.readers.formats import read_area
 
 DOMAIN = Key(["domain"])
@@ -55,27 +55,8 @@ def _rings_of_file(keys: FileDomain) -> list[Ring]:
 
 def _inner_parts(keys: InnerKeys) -> Parts:
     """Regions and what is embedded; errors tell which one it is."""
-    return Parts(tuple(_regions(keys)), keys.region, tuple(_lines(keys)), tuple(_points(keys)), keys.periodic)
-
-
-def _lines(keys: InnerKeys) -> Iterator[OpenPath]:
-    made = 0
-    for number, line in enumerate(keys.lines):
-        key = Key((*DOMAIN, "lines", number))
-        with prefixed(f"line {made + 1}"), about(key):
-            for path in drawn([rings.open_path(*pieces_of(line), line.label or "")], line):
-                made += 1
-                yield replace(path, label=path.label or f"line-{made}", key=key)
-
-
-def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
-    made = 0
-    for number, point in enumerate(keys.points):
-        key = Key((*DOMAIN, "points", number))
-        with about(key):
-            for copy in drawn([InnerPoint(point.at, point.label or "", key)], point):
-                made += 1
-                yield replace(copy, label=copy.label or f"point-{made}")
+    points, notes = points_of(keys)
+    return Parts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
