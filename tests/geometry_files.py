@@ -3,7 +3,7 @@
 import json
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.readers.formats import read_area
+from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
@@ -30,8 +30,7 @@ def collection(*shapes, names=("plate", "far", "third")):
 
 
 def domain(path, **options):
-    outer, *holes = read_area(path, Selection(**options))
-    return Domain.of(outer, holes)
+    return Domain.of_areas(read_areas(path, Selection(**options)))
 
 
 def area(path, **options):
@@ -40,4 +39,8 @@ def area(path, **options):
 
 def labels_of(path, **options):
     """Labels of the outer ring and of the holes."""
-    return [sorted({str(side.label) for side in ring.sides}) for ring in read_area(path, Selection(**options))]
+    return [
+        sorted({str(side.label) for side in ring.sides})
+        for area in read_areas(path, Selection(**options))
+        for ring in area.rings
+    ]

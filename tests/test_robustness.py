@@ -12,8 +12,9 @@ from benchmarks.robustness import fuzz
 from benchmarks.robustness.capped import called
 from benchmarks.robustness.corpus import FAMILIES, glyphs, random_domains
 from benchmarks.robustness.meshes import mesh_one, row_of, tasks
-from benchmarks.robustness.page import table
+from benchmarks.robustness.page import OTHERS, others, table
 from benchmarks.robustness.soundness import faults
+from benchmarks.robustness.trials import note, noted, tell
 
 POINTS = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]], float)
 TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
@@ -100,3 +101,19 @@ def test_damage_changes_what_it_is_given(change):
     found = {change(text, random.Random(k)) for k in range(20)}
     assert len(found - {text}) > 10
     assert change(b"", random.Random(0)) is not None
+
+
+def test_trials_tell_what_is_wrong_and_note_how_many_there_were(tmp_path, capsys):
+    outcomes = tmp_path / "outcomes.json"
+    note("kills, run", {"trials": 1, "wrong": 1}, outcomes)
+    with pytest.raises(SystemExit) as ended:
+        tell([("disk, run", [("write 1", []), ("write 2", ["a file is lost"])])], outcomes)
+    assert ended.value.code == 1
+    assert "disk, run, write 2: a file is lost" in capsys.readouterr().out
+    assert noted(outcomes) == {
+        "disk, run": {"trials": 2, "wrong": 1},
+        "kills, run": {"trials": 1, "wrong": 1},
+    }
+    lines = list(others(noted(outcomes)))
+    assert len(lines) == 2 + len(OTHERS)
+    assert "run: 2 trials, 1 wrong" in next(line for line in lines if "robustness disk" in line)

@@ -9,7 +9,7 @@ from benchmarks.peers.matheval import matheval
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.paths import Arc, Line, Point, Ring
-from bubblemesh.problem.domain import domain_rings
+from bubblemesh.problem.domain import domain_areas
 
 DELAUNAY, FRONTAL = 5, 6
 OPTIONS = {
@@ -30,8 +30,8 @@ def mesh(case: Case, clock: Clock, algorithm: int, relocations: int = 0) -> tupl
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     for option, value in (OPTIONS | {"Mesh.Algorithm": algorithm}).items():
         gmsh.option.setNumber(option, value)
-    loops = [_loop(gmsh.model.geo, ring) for ring in domain_rings(case.domain)]
-    gmsh.model.geo.addPlaneSurface(loops)
+    for area in domain_areas(case.domain):
+        gmsh.model.geo.addPlaneSurface([_loop(gmsh.model.geo, ring) for ring in area.rings])
     gmsh.model.geo.synchronize()
     field = gmsh.model.mesh.field.add("MathEval")
     gmsh.model.mesh.field.setString(field, "F", matheval(str(case.spacing), case.parameters))

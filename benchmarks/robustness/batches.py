@@ -12,6 +12,8 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
+from benchmarks.robustness.trials import note
+
 CASE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1]}}
 spacing: 0.6
@@ -50,4 +52,5 @@ def main(arguments: list[str]) -> None:
     print(
         f"{rows} rows; --resume of what is done: {seconds:.1f} s, {'within' if seconds < GOAL else 'above'} {GOAL:g} s"
     )
+    note("batches", {"cases": rows, "seconds of --resume": round(seconds, 1), "MB at most": round(megabytes)})
     raise SystemExit(rows != options.cases)

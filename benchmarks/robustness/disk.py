@@ -6,14 +6,11 @@ are as they were before, rows of a summary are whole and true, and ``--resume`` 
 """
 
 import argparse
-import os
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.robustness.kills import damage
+from benchmarks.robustness.commands import command, compiled, damage
 from benchmarks.robustness.trials import tell
 
 LIBRARY = r"""
@@ -75,20 +72,12 @@ schedule: {rounds: 1, iterations: 5}
 output: {formats: [msh, xdmf, nodes.npz, med]}
 """
 COMMANDS = {
-    "run": ("run", "a.yaml", "-q", "--history", "--report"),
-    "batch": ("batch", "a.yaml", "-q", "-j", "1", "--resume", "--report"),
+    "run": ("run", "a.yaml", "-q", "--history", "--report", "-o", "out/"),
+    "batch": ("batch", "a.yaml", "-q", "-j", "1", "--resume", "--report", "-o", "out/"),
 }
 FULL = "the disk is full"
 FILE_ERROR = 5
 MOST = 5000  # writes of a command
-
-
-def compiled(folder: Path) -> Path:
-    """The library that lets writes fail."""
-    source, library = folder / "full.c", folder / "full.so"
-    source.write_text(LIBRARY)
-    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-w", "-o", str(library), str(source), "-ldl"], check=True)
-    return library
 
 
 def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[str, list[str]]]:
@@ -98,7 +87,7 @@ def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[str, list[
             folder = Path(name).resolve()
             (folder / "a.yaml").write_text(CASE)
             before = _contents(folder, kind)
-            code, message = _command(kind, folder, library, number)
+            code, message, _ = command(folder, *COMMANDS[kind], environment=_full(library, number, folder))
             if FULL not in message:
                 yield "room for all", [] if code == 0 else [f"exit code {code}: {message}"]
                 return
@@ -110,18 +99,13 @@ def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[str, list[
                 [f"{after.keys() ^ before.keys()} have come or gone"] if kind == "run" and after != before else []
             )
             problems += damage(folder, strict=True)
-            code, message = _command("batch", folder)
+            code, message, _ = command(folder, *COMMANDS["batch"])
             problems += [] if code == 0 else [f"going on ends with {code}: {message}"]
             yield f"write {number}", problems
 
 
-def _command(kind: str, folder: Path, library: Path | None = None, number: int = 0) -> tuple[int, str]:
-    full = {} if library is None else {"LD_PRELOAD": str(library), "FULL_FROM": str(number), "FULL_FOLDER": str(folder)}
-    line = [sys.executable, "-B", "-m", "bubblemesh", *COMMANDS[kind], "-o", "out/"]
-    process = subprocess.run(
-        line, cwd=folder, env=os.environ | full, capture_output=True, text=True, timeout=120, check=False
-    )
-    return process.returncode, process.stderr
+def _full(library: Path, number: int, folder: Path) -> dict[str, str]:
+    return {"LD_PRELOAD": str(library), "FULL_FROM": str(number), "FULL_FOLDER": str(folder)}
 
 
 def _contents(folder: Path, kind: str) -> dict[str, bytes]:
@@ -135,5 +119,5 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--step", type=int, default=1, help="every so many-th write only")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory(prefix="disk-") as folder:
-        library = compiled(Path(folder))
+        library = compiled(Path(folder), LIBRARY)
         tell((f"disk, {kind}", trials(kind, library, options.step)) for kind in options.kinds.split(","))

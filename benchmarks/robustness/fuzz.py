@@ -328,4 +328,4 @@ def main(arguments: list[str]) -> None:
     rows = completed(partial(read_one, seeds()), row_of, wanted, options)
     findings = [row for row in rows if row["outcome"] == "finding"]
     print(*counted_outcomes(rows), *(f"{row['name']}: {row['why']}" for row in findings), sep="\n")
-    note(f"fuzz {options.kind}".strip(), {"trials": len(rows), "wrong": len(findings)})
+    note("fuzz, " + options.kind if options.kind else "fuzz", {"trials": len(rows), "wrong": len(findings)})

@@ -14,11 +14,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, nullcontext
-from hashlib import sha256
 from pathlib import Path
 
+from benchmarks.robustness.commands import begun, damage, ended
 from benchmarks.robustness.trials import tell
 
 CASE = """\
@@ -28,12 +28,12 @@ method: accelerated
 schedule: {rounds: 2, iterations: 20}
 output: {formats: [msh, vtu]}
 """
-CASES = 6
+CASES = 4
 SWEEP = f"sweep: {{packing.seed: {list(range(CASES))}}}\n"
 KINDS = {  # arguments of each kind of command
     "run": ("run", "one.yaml", "-o", "out"),
     "batch": ("batch", "a.yaml", "-o", "out", "-j", "2", "--resume"),
-    "shard": ("batch", "a.yaml", "-o", "out", "-j", "2", "--resume", "--shard", "1/2"),
+    "shard": ("batch", "a.yaml", "-o", "out", "-j", "1", "--resume", "--shard", "1/2"),
     "cluster": ("batch", "a.yaml", "-o", "out", "--resume", "--cluster"),
 }
 SIGNALS = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
@@ -47,20 +47,19 @@ def trial(kind: str, number: int, share: float, whole: float, address: str | Non
     with tempfile.TemporaryDirectory(prefix="kills-") as name:
         folder = Path(name)
         _write_cases(folder)
-        process = started(kind, folder, address)
+        process = _started(kind, folder, address)
         try:
             process.wait(share * whole)
         except subprocess.TimeoutExpired:
             process.send_signal(number)
-        message = process.communicate(timeout=END)[1]
+        first = ended(process, END)
         expected = {0, INTERRUPTED} if number != signal.SIGKILL else {0, -signal.SIGKILL}
-        problems = [] if process.returncode in expected else [f"exit code {process.returncode}: {message}"]
-        problems += ["a traceback"] if "Traceback" in message else []
+        problems = [] if first.code in expected else [f"exit code {first.code}: {first.message}"]
+        problems += ["a traceback"] if "Traceback" in first.message else []
         problems += [f"processes are left: {left}" for left in [_left(folder)] if left]
         problems += damage(folder, strict=number != signal.SIGKILL)
-        again = started(kind, folder, address)
-        message = again.communicate(timeout=END)[1]
-        problems += [] if again.returncode == 0 else [f"going on ends with {again.returncode}: {message}"]
+        again = ended(_started(kind, folder, address), END)
+        problems += [] if again.code == 0 else [f"going on ends with {again.code}: {again.message}"]
         return problems + damage(folder, strict=True) + _missing(kind, folder)
 
 
@@ -69,13 +68,8 @@ def _write_cases(folder: Path) -> None:
     (folder / "a.yaml").write_text(CASE + SWEEP)
 
 
-def started(kind: str, folder: Path, address: str | None = None) -> "subprocess.Popen[str]":
-    """A command that has begun in a folder."""
-    line = [sys.executable, "-m", "bubblemesh", *KINDS[kind], *([address] if address else [])]
-    environment = os.environ | {MARK: str(folder), "OMP_NUM_THREADS": "1"}
-    return subprocess.Popen(
-        line, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-    )
+def _started(kind: str, folder: Path, address: str | None) -> "subprocess.Popen[str]":
+    return begun(folder, *KINDS[kind], *([address] if address else []), environment={MARK: str(folder)})
 
 
 def _left(folder: Path) -> list[int]:
@@ -97,28 +91,6 @@ def _processes(mark: str) -> Iterator[int]:
             continue
 
 
-def damage(folder: Path, strict: bool) -> list[str]:
-    """Half files and rows whose files are not as they say; ``strict`` if nothing may be left over, either."""
-    problems = []
-    out = folder / "out"
-    for path in out.glob("*.report.json"):
-        try:
-            names = json.loads(path.read_text())["files"]
-        except ValueError:
-            problems.append(f"{path.name} is not whole")
-            continue
-        problems += [f"{name} is missing" for name in names if not (out / name).exists()]
-    for path in out.glob("summary*.jsonl"):
-        *lines, rest = path.read_bytes().split(b"\n")
-        # A kill may cut the last row, which is no row then.
-        problems += [f"{path.name} ends within a row"] if rest and strict else []
-        for line in lines:
-            files = json.loads(line)["files"]
-            problems += [f"{name} is not as its row says" for name in files if _digest(out / name) != files[name]]
-    hidden = [path.name for path in out.glob(".*")] if strict else []
-    return problems + [f"{name} is left over" for name in hidden]
-
-
 def _missing(kind: str, folder: Path) -> list[str]:
     """Meshes that are not there after the command has gone on to its end."""
     count = {"run": 1, "shard": CASES // 2}.get(kind, CASES)
@@ -126,13 +98,9 @@ def _missing(kind: str, folder: Path) -> list[str]:
     return [] if found == count else [f"{found} meshes of {count}"]
 
 
-def _digest(path: Path) -> str | None:
-    return sha256(path.read_bytes()).hexdigest() if path.exists() else None
-
-
 @contextmanager
-def cluster() -> Iterator[str]:
-    """Address of a scheduler with two workers."""
+def cluster(environment: Mapping[str, str] = {}) -> Iterator[str]:
+    """Address of a scheduler with two workers; the variables are those of them all."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="kills-")))
 
@@ -140,6 +108,7 @@ def cluster() -> Iterator[str]:
             process = subprocess.Popen(
                 [sys.executable, "-m", "dask", *arguments, "--no-dashboard"],
                 cwd=folder,
+                env=os.environ | environment,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
             )
@@ -173,9 +142,7 @@ def _seconds(kind: str, address: str | None) -> float:
     """How long a command takes that is not ended."""
     with tempfile.TemporaryDirectory(prefix="kills-") as name:
         _write_cases(Path(name))
-        begun = time.monotonic()
-        started(kind, Path(name), address).communicate()
-        return time.monotonic() - begun
+        return ended(_started(kind, Path(name), address), END).seconds
 
 
 def main(arguments: list[str]) -> None:

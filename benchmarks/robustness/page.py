@@ -1,12 +1,13 @@
-"""The page of what the trial of meshes found: ``python -m benchmarks.robustness page --rows FILE``.
+"""The page of what the trials found: ``python -m benchmarks.robustness page --rows FILE``.
 
-It writes ``docs/robustness.md`` and a picture of the worst meshes.
+It writes ``docs/robustness.md``, from the rows of the trial of meshes and what the other trials have noted, and a
+picture of the worst meshes.
 """
 
 import argparse
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from benchmarks.robustness.corpus import FAMILIES
 from benchmarks.robustness.meshes import tasks
-from benchmarks.robustness.trials import Row, read_rows
+from benchmarks.robustness.trials import Row, noted, read_rows
 
 DOCS = Path(__file__).parent.parent.parent / "docs"
 PICTURE = Path("figures", "worst-meshes.png")
@@ -32,6 +33,40 @@ to 1e-12.
 
 Of {all} cases in the order of the trial, in which any first part is a fair sample, {done} have been meshed here.
 """
+
+OTHERS = {  # what each of the other trials does and demands, and what it has found so far
+    "fuzz": (
+        "Files of every kind that a case can name, and cases, with bytes, numbers and parts changed: each is read or "
+        "refused with a documented error, within 20 s and 4 GB.",
+        "Readers of meshes that waited for a line beyond the end, numbers too large for the geometry, points that are "
+        "none, and errors of GDAL of an unknown class; all mended.",
+    ),
+    "kills": (
+        "SIGKILL, SIGTERM and SIGINT at random moments of a run, a batch, a shard and a batch on a cluster: no half "
+        "file, no process left, every row true, and the same command finishes what is left.",
+        "Nothing.",
+    ),
+    "disk": (
+        "A disk that is full from the n-th write on, for every n: exit code 5, files as before, rows whole and true, "
+        "and the command succeeds when there is room.",
+        "Nothing.",
+    ),
+    "clock": (
+        "The wall clock jumps by 2 hours or 10 years, on or back, while a run has a time limit and while a batch has "
+        "workers here or on a cluster: limits and times are as without it, and `--resume` meshes nothing anew.",
+        "Nothing: durations are those of a clock that never jumps, and nothing is decided by the age of a file.",
+    ),
+    "changes": (
+        "Case files, bases and geometry are replaced, edited, deleted, or become links, pipes and folders over and "
+        "over while a batch reads them: each case has an error or the mesh of whole files, the others are unharmed, "
+        "and `--resume` finishes when all is as before.",
+        "Nothing.",
+    ),
+    "batches": (
+        "10,000 cases end to end: their rate, the memory, and the time of `--resume` when all is done, at most 10 s.",
+        "Nothing.",
+    ),
+}
 
 
 def family_of(row: Row) -> str:
@@ -67,6 +102,20 @@ def faulty(rows: Iterable[Row]) -> Iterator[str]:
     for row in rows:
         if row["outcome"] not in OUTCOMES[:2]:
             yield f"- `{row['name']}`: {row['outcome']}: {row['why']}"
+
+
+def others(outcomes: Mapping[str, Row]) -> Iterator[str]:
+    """Lines of a table of the other trials, with the figures of their last runs by group."""
+    yield "| trial | what it does and demands | found | last run |"
+    yield "|---|---|---|---|"
+    for name, (demand, found) in OTHERS.items():
+        runs = [_figures(group, outcomes[group]) for group in sorted(outcomes) if group.partition(",")[0] == name]
+        yield f"| `python -m benchmarks.robustness {name}` | {demand} | {found} | {'; '.join(runs) or 'none noted'} |"
+
+
+def _figures(group: str, figures: Row) -> str:
+    kind = group.partition(", ")[2]
+    return f"{kind}: " * bool(kind) + ", ".join(f"{value} {key}" for key, value in figures.items())
 
 
 def draw_worst(rows: list[Row], path: Path) -> list[Row]:
@@ -114,5 +163,8 @@ def main(arguments: list[str]) -> None:
         "spacing have no better triangles: the domain's own angles and widths force them.\n",
         *(f"- `{row['name']}`: {row['least']:.1e}, {row['nodes']} nodes" for row in chosen),
         f"\n![The worst meshes]({PICTURE.as_posix()})",
+        "\n## Other trials\n",
+        "A sample of each is among the tests. The figures are those of the last run that was noted.\n",
+        *others(noted()),
     ]
     (DOCS / "robustness.md").write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -6,7 +6,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.embedded import LineKeys, PointKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Strict, listed
+from bubblemesh.case.fields import Choice, Label, OneLabel, Strict, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.spacing import SpacingValue
@@ -32,11 +32,17 @@ class InnerKeys(Strict):
     points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
-class RingDomain(InnerKeys):
-    """The domain: one outer ring with holes, regions, and what is embedded."""
+Outer = Annotated[
+    Annotated[RingKeys, Tag("<ring>")] | Annotated[tuple[RingKeys, ...], BeforeValidator(filled), Tag("<rings>")],
+    Discriminator(lambda value: "<rings>" if isinstance(value, list | tuple) else "<ring>"),
+]
 
-    outer: RingKeys = Field(description="The ring around the domain.")
-    holes: tuple[RingKeys, ...] = Field(default=(), description="Rings inside the outer one, not meshed within.")
+
+class RingDomain(InnerKeys):
+    """The domain: an outer ring or several with holes, regions, and what is embedded."""
+
+    outer: Outer = Field(description="The ring around the domain, or a list of rings around separate pieces of it.")
+    holes: tuple[RingKeys, ...] = Field(default=(), description="Rings inside an outer one, not meshed within.")
 
 
 class FileDomain(GeometryFile, InnerKeys):

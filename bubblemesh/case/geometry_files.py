@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Filled, InputFile, OneLabel, Positive, Strict, Text
-from bubblemesh.readers.selection import Unit
+from bubblemesh.readers.selection import Part, Unit
 
 
 class FollowedKeys(Strict):
@@ -40,6 +40,13 @@ def _feature(value: Any) -> Any:
     return value
 
 
+def _part(value: Any) -> Any:
+    whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    if not whole and value not in ("largest", "all", None):
+        raise PydanticCustomError("part", "must be largest, all, or a number from 0 on")
+    return value
+
+
 class SelectedFile(DrawnKeys):
     """A file with geometry, and what to take of it."""
 
@@ -63,6 +70,9 @@ class SelectedFile(DrawnKeys):
 class GeometryFile(FollowedKeys, SelectedFile):
     """A file with rings, and what to take of it."""
 
+    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
+        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
+    )
     join: Positive | None = Field(
         default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
     )

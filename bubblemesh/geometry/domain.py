@@ -23,6 +23,7 @@ from bubblemesh.geometry.validity import require_domain, simple_polygon
 from bubblemesh.messages import meant, ring_name
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
+AT_A_TIME = 1 << 13  # points: a late run can end between two calls
 
 
 @dataclass(frozen=True)
@@ -183,9 +184,12 @@ class Domain:
 
     def contains(self, points: Floats) -> Booleans:
         """Mask (m,) of the points (m, 2) inside, to the accuracy of the polygonal copy."""
-        if self._mirrored is not None:
-            return shapely.contains_xy(self._mirrored, points[:, 1], points[:, 0])
-        return shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
+        area, first = (self.polygon, 0) if self._mirrored is None else (self._mirrored, 1)
+        inside = np.empty(len(points), bool)
+        for begin in range(0, len(points), AT_A_TIME):
+            part = points[begin : begin + AT_A_TIME]
+            inside[begin : begin + AT_A_TIME] = shapely.contains_xy(area, part[:, first], part[:, 1 - first])
+        return inside
 
     @cached_property
     def _mirrored(self) -> shapely.Polygon | shapely.MultiPolygon | None:

@@ -155,6 +155,10 @@ class Area:
         """The area with its rings replaced by what the function makes of them."""
         return replace(self, outer=function(self.outer), holes=tuple(map(function, self.holes)))
 
+    def moved(self, by: Similarity) -> "Area":
+        """The area where a similarity takes it, its labels with their sides."""
+        return self.mapped(lambda ring: ring.moved(by))
+
 
 @dataclass(frozen=True)
 class OpenPath:

@@ -7,7 +7,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary, Chords
-from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.paths import Line, Ring
 
 CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
 CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
@@ -68,6 +68,8 @@ class PolygonalCopy:
 
 def outline(ring: Ring) -> Floats:
     """Polygonal copy (m, 2) of a ring."""
+    if all(isinstance(side.curve, Line) for side in ring.sides):
+        return np.array(ring.vertices, float)
     return PolygonalCopy.of(Boundary.of([ring])).points
 
 

@@ -64,7 +64,7 @@ def _area(outer: _Checked, *holes: _Checked, around: str) -> shapely.Polygon:
                 _require_apart(polygons[i], polygons[j], holes[i].name, holes[j].name)
     whole = shapely.Polygon(outer.outline, [hole.outline for hole in holes])
     if not whole.is_valid:
-        fault, where = _explained(whole)
+        fault, where = explained(whole)
         raise GeometryError(f"the rings cut the domain in two at {where} ({fault}): give each part an outer ring")
     return whole
 
@@ -88,7 +88,7 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
     if polygon.convex_hull.area <= FLAT * extent**2:
         raise GeometryError(f"{name} at {place(outline[0])} encloses no area: its points lie on one line")
     if not polygon.is_valid:
-        where = _explained(polygon)[1]
+        where = explained(polygon)[1]
         raise GeometryError(f"{name} crosses or touches itself at {where}: move its points so that it does not")
     return polygon
 
@@ -135,7 +135,7 @@ def _require_separate(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_
         )
 
 
-def _explained(polygon: shapely.Polygon) -> tuple[str, str]:
+def explained(polygon: shapely.Polygon) -> tuple[str, str]:
     """The fault and its coordinates, from GEOS's text "Self-intersection[x y]"."""
     fault, _, where = explain_validity(polygon).rstrip("]").partition("[")
     return fault, place([float(value) for value in where.split()])

@@ -20,10 +20,10 @@ from bubblemesh.case.shapes import (
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.followed import Following
-from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.problem.drawing import drawn
-from bubblemesh.readers.formats import read_rings
+from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
 from bubblemesh.readers.selection import Selection
 
 
@@ -50,6 +50,24 @@ def _rings(keys: RingKeys) -> list[Ring]:
             return [ring.labelled(keys.label) for ring in read_rings(Path(keys.file), selection_of(keys))]
 
 
+def outer_rings_of(keys: RingKeys) -> list[Ring]:
+    """Ring that some keys describe, or the rings around the parts of a file that they take, with all copies."""
+    if not isinstance(keys, FileRing):
+        return rings_of(keys)
+    path = Path(keys.file)
+    found = [require_ring(path, area).labelled(keys.label) for area in read_areas(path, selection_of(keys))]
+    return [followed(ring, keys) for ring in drawn(found, keys)]
+
+
+def areas_of(keys: RingKeys) -> list[Area]:
+    """What the ring that some keys describe encloses, or all areas of the file that they name, with all copies."""
+    if not isinstance(keys, FileRing):
+        return [Area(ring) for ring in rings_of(keys)]
+    found = read_shapes(Path(keys.file), selection_of(keys))
+    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
+    return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
+
+
 def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
     """The first point of a path, and the geometry of the pieces from there."""
     start, *entries = keys.path
@@ -70,7 +88,7 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
 
 def selection_of(keys: GeometryFile) -> Selection:
     """Selection of what a file holds."""
-    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.join)
+    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join)
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:

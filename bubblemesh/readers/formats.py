@@ -11,11 +11,12 @@ from typing import Any, Literal, NamedTuple
 
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
-from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
+from bubblemesh.messages import counted
+from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.bounding import bounding
 from bubblemesh.readers.features import FeatureCollection
-from bubblemesh.readers.rings import outer_and_holes
 from bubblemesh.readers.selection import Selection
 
 
@@ -60,38 +61,48 @@ FORMATS = {
 class Chosen(NamedTuple):
     """Part of a file that a case takes: areas with their holes, rings that may nest, points in holes, notes on all."""
 
-    areas: list[tuple[Ring, ...]]
+    areas: list[Area]
     loose: list[Ring]
     hole_points: Sequence[Point] | None
     notes: list[str]
 
 
+def read_areas(path: Path, selection: Selection) -> list[Area]:
+    """The area of a file, as its rings nest, or those that the selection's part takes, the largest first.
+
+    The first ring has the notes on the whole file. FileError, CaseError or GeometryError with the file and the feature,
+    point or line.
+    """
+    with prefixed(path):
+        chosen = _chosen(path, selection)
+        areas = chosen_areas(areas_of(chosen.areas, chosen.loose, chosen.hole_points), selection.part)
+    return _finished(path, selection, areas, chosen.notes)
+
+
+def read_shapes(path: Path, selection: Selection) -> list[Area]:
+    """Areas and closed rings of a file, however they nest, or those that the selection's part takes.
+
+    The first ring has the notes on the whole file; errors are those of `read_areas`.
+    """
+    with prefixed(path):
+        chosen = _chosen(path, selection)
+        areas = [*chosen.areas, *map(Area, chosen.loose)]
+        if selection.part is not None:
+            areas = chosen_areas(areas, selection.part)
+    return _finished(path, selection, areas, chosen.notes)
+
+
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
-    """Closed rings of a file, however they nest; the first has the notes on the whole file.
-
-    FileError, CaseError or GeometryError with the file and the feature, point or line.
-    """
-    with prefixed(path):
-        chosen = _chosen(path, selection)
-        holed = next((area for area in chosen.areas if len(area) > 1), None)
-        if holed is not None:
-            raise GeometryError(
-                f"an area with {len(holed) - 1} holes is no ring: give it as domain: {{file: {path.name}}}"
-            )
-    return _finished(path, selection, [*(area[0] for area in chosen.areas), *chosen.loose], chosen.notes)
+    """Closed rings of a file; errors are those of `read_shapes`, and GeometryError if an area has holes."""
+    return [require_ring(path, area) for area in read_shapes(path, selection)]
 
 
-def read_area(path: Path, selection: Selection) -> list[Ring]:
-    """Outer ring and holes of the one area of a file; the first has the notes on the whole file.
-
-    FileError, CaseError or GeometryError with the file and the feature, point or line.
-    """
-    with prefixed(path):
-        chosen = _chosen(path, selection)
-        rings = [*(ring for area in chosen.areas for ring in area), *chosen.loose]
-        if len(chosen.areas) != 1 or chosen.loose:
-            rings = outer_and_holes(rings, chosen.hole_points)
-    return _finished(path, selection, rings, chosen.notes)
+def require_ring(path: Path, area: Area) -> Ring:
+    """The outer ring of an area that has no holes; GeometryError with the name of its file if it has some."""
+    if area.holes:
+        holed = f"an area with {counted(len(area.holes), 'hole')}"
+        raise GeometryError(f"{path}: {holed} is no ring: give it as domain: {{file: {path.name}}}")
+    return area.outer
 
 
 def files_of(path: Path) -> list[Path]:
@@ -108,7 +119,8 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     notes = [*content.notes, *found.notes]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
-    return Chosen(found.areas, found.loose, content.hole_points, notes)
+    areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
+    return Chosen(areas, found.loose, content.hole_points, notes)
 
 
 def content_of(
@@ -136,13 +148,15 @@ def content_of(
     return read(path, next(iter(selection.layers), None))
 
 
-def _finished(path: Path, selection: Selection, rings: Sequence[Ring], notes: Iterable[str]) -> list[Ring]:
-    """The rings in the case's lengths, with the file before where they come from and before their notes."""
+def _finished(path: Path, selection: Selection, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:
+    """The areas in the case's lengths, with the file before where rings come from and before their notes."""
     factor = "" if selection.factor == 1 else f", lengths times {selection.factor:g}"
-    finished = []
-    for ring in rings:
-        named = tuple(f"{path.name}: {note}" for note in (*notes, *ring.notes))
+    left = [*notes]
+
+    def finished(ring: Ring) -> Ring:
+        named = tuple(f"{path.name}: {note}" for note in (*left, *ring.notes))
+        left.clear()
         origin = f"{path.name}: {ring.origin}{factor}"
-        finished.append(replace(ring.moved(Similarity.of(scale=selection.factor)), notes=named, origin=origin))
-        notes = ()
-    return finished
+        return replace(ring.moved(Similarity.of(scale=selection.factor)), notes=named, origin=origin)
+
+    return [area.mapped(finished) for area in areas]

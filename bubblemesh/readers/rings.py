@@ -1,4 +1,4 @@
-"""Rings of a file: curves joined where their ends meet, and rings within each other as an area with its holes."""
+"""Rings of a file: curves joined where their ends meet."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,16 +7,12 @@ from operator import add
 from typing import NamedTuple
 
 import numpy as np
-import shapely
-from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
-from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
 from bubblemesh.readers.copies import without_copies
 from bubblemesh.readers.features import CompoundCurve
@@ -207,49 +203,3 @@ def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:
     if np.ptp(centers, axis=0).max() > JOIN * radii.max() or np.ptp(radii) > JOIN * radii.max():
         return None
     return rings.circle(centers.mean(axis=0).tolist(), float(radii.mean()), arcs[0].label)
-
-
-def outer_and_holes(rings: Sequence[Ring], marks: Sequence[Point] | None) -> list[Ring]:
-    """The ring around all others, and these as its holes, in which the ``marks`` are, where the file has some.
-
-    GeometryError if the rings bound several areas, one within another one's hole, or a ring without a mark is inside.
-    """
-    shapes = np.array([shapely.Polygon(outline(ring)) for ring in rings], dtype=object)
-    size = shapely.area(shapes)
-    largest = int(size.argmax())
-    # A ring is inside if its points are: rings that cross are left to the check of the domain.
-    starts = shapely.points([shapely.get_coordinates(shape)[0] for shape in shapes])
-    inner, around = shapely.STRtree(shapes).query(starts, predicate="intersects")
-    inside = (size[around] > size[inner]) & (inner != around)
-    inner, around = inner[inside], around[inside]
-    depth = np.bincount(inner, minlength=len(rings))
-    crossing = shapely.intersects(shapely.boundary(shapes), shapely.boundary(shapes[largest]))
-    apart = np.flatnonzero((depth == 0) & (np.arange(len(rings)) != largest) & ~crossing)
-    if len(apart):
-        raise GeometryError(
-            f"{len(apart) + 1} separate areas, one at {first_place(shapes[largest])} and one at "
-            f"{first_place(shapes[apart[0]])}: choose one by feature or layer"
-        )
-    deep = np.flatnonzero(depth > 1)
-    if len(deep):
-        raise GeometryError(
-            f"the ring at {first_place(shapes[deep[0]])} lies in a hole: an area within a hole is a domain of its "
-            "own, choose one by feature or layer"
-        )
-    holes = [k for k in range(len(rings)) if k != largest]
-    if marks is not None:
-        _require_marks(shapes, largest, holes, marks)
-    return [rings[k] for k in (largest, *holes)]
-
-
-def _require_marks(shapes: "NDArray[np.object_]", largest: int, holes: Sequence[int], marks: Sequence[Point]) -> None:
-    """Every hole must have a mark, and every mark must be in the outer ring."""
-    points = shapely.points(np.array(marks, float).reshape(-1, 2))
-    for k in holes:
-        if not shapely.contains(shapes[k], points).any():
-            raise GeometryError(
-                f"the ring at {first_place(shapes[k])} has no hole point in it: it would part the domain into regions"
-            )
-    outside = np.flatnonzero(~shapely.contains(shapes[largest], points))
-    if len(outside):
-        raise GeometryError(f"the hole point {place(marks[outside[0]])} is outside the outer ring: move or remove it")

@@ -11,6 +11,7 @@ if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
     from bubblemesh.readers.features import Feature
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
+Part = int | Literal["largest", "all"]
 METRES: dict[Unit, float] = {
     "m": 1.0,
     "km": 1e3,
@@ -33,6 +34,7 @@ class Selection:
     feature: int | Mapping[str, Any] | None = None  # number of the one, from 0, or properties of those to take
     scale: float = 1.0  # by which the file's lengths are multiplied
     unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case's is the metre
+    part: Part | None = None  # of its areas: one, from 0, the largest first, or all of them
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
 
     @property

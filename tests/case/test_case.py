@@ -354,5 +354,5 @@ def test_json_schema_names_every_key_and_forbids_others():
     assert list(schema["properties"]) == list(Case.model_fields)
     assert schema["additionalProperties"] is False
     assert schema["required"] == ["domain", "spacing"]
-    assert len(schema["$defs"]["RingDomain"]["properties"]["outer"]["oneOf"]) == 6
+    assert len(schema["$defs"]["RingDomain"]["properties"]["outer"]["oneOf"][0]["oneOf"]) == 6
     assert schema["$defs"]["CircleKeys"]["properties"]["radius"]["anyOf"][0]["exclusiveMinimum"] == 0

@@ -141,7 +141,7 @@ def test_links_are_refused_when_a_file_is_opened_not_only_before(name, stranger,
 
 def test_libraries_are_given_copies_of_the_files_that_were_checked(stranger, monkeypatch):
     (stranger / "case.yaml").write_text("domain: {file: data/ring.csv}\nspacing: 0.4\n")
-    read, seen = domain.read_area, []
+    read, seen = domain.read_areas, []
 
     def late(path, selection):
         (stranger / "data/ring.csv").unlink()
@@ -149,7 +149,7 @@ def test_libraries_are_given_copies_of_the_files_that_were_checked(stranger, mon
         seen.append(path)
         return read(path, selection)
 
-    monkeypatch.setattr(domain, "read_area", late)
+    monkeypatch.setattr(domain, "read_areas", late)
     problem = prepare(bubblemesh.load_case("theirs/case.yaml", untrusted=True))
     assert seen
     assert problem.domain.polygon.area == 1

@@ -392,3 +392,32 @@ def test_a_printed_report_hides_no_part_of_its_tables(opened):
     opened.media(print_=True)
     overflows = "return [...document.querySelectorAll('.scroll')].map((part) => getComputedStyle(part).overflowX)"
     assert set(opened.js(overflows)) == {"visible"}
+
+
+@pytest.mark.long
+def test_a_mesh_of_very_many_triangles_opens_scrolls_and_shows_its_edges_from_near(browser, result, tmp_path):
+    """More than have their edges drawn at once."""
+    from benchmarks.pages import page_of_square
+
+    def image(edges):
+        browser.js(
+            "const box = document.querySelector('[data-part=edges]'); if (box.checked !== arguments[0]) box.click()",
+            edges,
+        )
+        browser.drawn()
+        return browser.js("return document.getElementById('mesh').toDataURL()")
+
+    path = tmp_path / "large.html"
+    path.write_text(page_of_square(200, result), encoding="utf-8")
+    assert path.stat().st_size < 3e6
+    browser.open(path)
+    assert drawn(browser) + int(browser.find("#mesh").get_attribute("data-hidden")) == 80_000
+    assert image(edges=True) == image(edges=False)
+    for _ in range(5):
+        wheel(browser, [400, 300], -500)
+    assert 0 < drawn(browser) < 1000
+    assert image(edges=True) != image(edges=False)
+    browser.js("window.scrollTo(0, document.body.scrollHeight)")
+    browser.drawn()
+    assert browser.js("return window.scrollY") > 500
+    assert browser.complaints() == []

@@ -17,6 +17,7 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Area
 from bubblemesh.problem.data_terms import FUNCTIONS
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
@@ -239,7 +240,7 @@ class TestFromPython:
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"field": {"file": "none.vtu"}})
 
     def test_regions_of_a_domain_do_not_matter(self):
-        parts = Parts((Region(rings.rectangle(0, 0, 1, 1), "west", "rim"),), "east")
+        parts = Parts((Region(Area(rings.rectangle(0, 0, 1, 1)), "west", "rim"),), "east")
         domain = Domain.of(rings.rectangle(0, 0, 2, 1), [], parts)
         assert set(bubblemesh.mesh(domain, {"value": 0.2, "growth": 0.2}).regions) == {"west", "east"}
 

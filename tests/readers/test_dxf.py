@@ -7,7 +7,7 @@ from geometry_files import area, domain
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Arc, Ellipse, Line, Spline
-from bubblemesh.readers.formats import read_area, read_rings
+from bubblemesh.readers.formats import read_areas, read_rings
 from bubblemesh.readers.selection import Selection
 
 
@@ -44,7 +44,7 @@ class TestDrawings:
             space.add_arc((-7.5, 1), 0.3, 0, 180, dxfattribs={"extrusion": (0, 0, -1)})
             space.add_arc((7.5, 1), 0.3, 180, 360)
 
-        outer, *holes = read_area(drawn(draw), Selection())
+        ((outer, *holes),) = [area.rings for area in read_areas(drawn(draw), Selection())]
         assert [type(side.curve) for side in outer.sides] == [Line, Arc, Line, Line]
         assert {side.label for side in outer.sides} == {"RIM"}
         kinds = sorted("+".join(type(side.curve).__name__ for side in hole.sides) for hole in holes)

@@ -6,7 +6,7 @@ from geometry_files import SVG, area, domain
 
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.readers.formats import read_area, read_rings
+from bubblemesh.readers.formats import read_areas, read_rings
 from bubblemesh.readers.selection import Selection
 
 
@@ -27,7 +27,7 @@ class TestPictures:
             '<path d="M0 0 H30 V30 A 10 10 0 0 1 20 40 H0 Z"/><circle cx="5" cy="5" r="2"/>'
             '<path d="M10 10 C 10 20 20 20 20 10 Z"/><path d="M25 20 A 3 1 0 0 1 25 25 Z"/>'
         )
-        outer, *holes = read_area(written("a.svg", SVG.format(shapes)), Selection())
+        ((outer, *holes),) = [area.rings for area in read_areas(written("a.svg", SVG.format(shapes)), Selection())]
         assert [type(side.curve).__name__ for side in outer.sides] == ["Line", "Line", "Arc", "Line", "Line"]
         assert sorted(type(hole.sides[0].curve).__name__ for hole in holes) == ["Arc", "Spline", "Spline"]
         assert Domain.of(outer, []).polygon.area == pytest.approx(1200 - 100 + 25 * np.pi, rel=1e-4)
@@ -52,7 +52,7 @@ class TestPictures:
           <defs><circle id="proto" r="1"/></defs>"""
         head = SVG.replace("<svg", '<svg xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"')
         path = written("a.svg", head.format(text))
-        outer, *holes = read_area(path, Selection())
+        ((outer, *holes),) = [area.rings for area in read_areas(path, Selection())]
         assert {side.label for side in outer.sides} == {"Umriß"}
         found = [{side.label for side in hole.sides} for hole in holes]
         assert sorted(str(*labels) for labels in found) == ["Bohrung", "None", "pin", "slots", "vent", "wide"]

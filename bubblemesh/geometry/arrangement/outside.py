@@ -63,6 +63,7 @@ def _named(points: Sequence[InnerPoint]) -> str:
 
 def _length_inside(line: OpenPath, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
     """Length of the part of a line that is inside, or on the boundary."""
-    chords = Boundary.of([Ring(line.sides, line.vertices[:-1])]).chords()
-    pieces = shapely.linestrings(np.stack([chords.start, chords.end], axis=1))
+    curves = Boundary.of([Ring(line.sides, line.vertices[:-1])])
+    piece, s, step = curves.stations()
+    pieces = shapely.linestrings(np.stack([curves.points(piece, s), curves.points(piece, s + step)], axis=1))
     return float(shapely.length(shapely.intersection(pieces, polygon)).sum())

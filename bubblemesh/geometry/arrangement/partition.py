@@ -34,8 +34,8 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     _require_inside(parts, outlines, polygon)
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
-    areas = areas_of(whole, len(parts.lines), outlines)
-    require_apart(areas, [region.name for region in parts.regions], slack_of(whole, len(parts.lines), outlines, size))
+    areas = areas_of(whole, parts)
+    require_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
     whole = _without_doubles(whole, TOUCHING * size)
     whole = _clipped(whole, parts.points, TOUCHING * size)
     _require_lines(whole, parts.lines)
@@ -64,7 +64,7 @@ def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: 
     for region, outline in zip(parts.regions, outlines, strict=True):
         if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
             where = first_place(outline)
-            with about(region.ring.key):
+            with about(region.key):
                 raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
 
 
@@ -146,5 +146,5 @@ def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:
         if number not in seen:
             where = first_place(region.polygon)
             problem = f"nothing is left of region {region.name!r} at {where} beside the regions within it"
-            with about(region.ring.key):
+            with about(region.key):
                 raise GeometryError(f"{problem}: remove one of them")

@@ -12,9 +12,9 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint, Line, OpenPath, Point, Ring
+from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
 from bubblemesh.geometry.polygonal_copy import outline
-from bubblemesh.geometry.validity import first_place, simple_polygon
+from bubblemesh.geometry.validity import explained, first_place, simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
 BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve
@@ -22,20 +22,33 @@ BELLY = 0.01  # of the square of a chord's length: more than the area between it
 
 @dataclass(frozen=True)
 class Region:
-    """A part of the domain: a ring with a name, and a label for those of its sides that have none."""
+    """A part of the domain: an area with a name, and a label for those of its sides that have none."""
 
-    ring: Ring
+    area: Area
     name: str
     label: str
+
+    @property
+    def key(self) -> Key:
+        """Key of the case that gives the region."""
+        return self.area.outer.key
 
     @cached_property
     def polygon(self) -> shapely.Polygon:
         """Fine polygonal copy."""
-        origin = f" ({self.ring.origin})" if self.ring.origin else ""
-        with about(self.ring.key):
-            polygon = simple_polygon(outline(self.ring), f"the ring of region {self.name!r}{origin}")
+        outer, *holes = (self._checked(ring) for ring in self.area.rings)
+        polygon = shapely.Polygon(outer.exterior, [hole.exterior for hole in holes])
+        if not polygon.is_valid:
+            with about(self.key):
+                where = explained(polygon)[1]
+                raise GeometryError(f"holes of region {self.name!r} cross its ring or each other at {where}: move them")
         shapely.prepare(polygon)
         return polygon
+
+    def _checked(self, ring: Ring) -> shapely.Polygon:
+        origin = f" ({ring.origin})" if ring.origin else ""
+        with about(ring.key):
+            return simple_polygon(outline(ring), f"the ring of region {self.name!r}{origin}")
 
     @property
     def core(self) -> shapely.Geometry:
@@ -50,7 +63,7 @@ class Region:
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         """Core and reach; the rim of a curved region is as wide as its chords are off."""
-        straight = all(isinstance(side.curve, Line) for side in self.ring.sides)
+        straight = all(isinstance(side.curve, Line) for ring in self.area.rings for side in ring.sides)
         x0, y0, x1, y1 = self.polygon.bounds
         width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
         bands = self.polygon.buffer(-width, join_style="mitre"), self.polygon.buffer(width, join_style="mitre")
@@ -77,7 +90,7 @@ class Parts:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on what was changed on reading."""
-        inside = (*(region.ring.notes for region in self.regions), *(path.notes for path in self.lines))
+        inside = (*(ring.notes for ring in self._rings), *(path.notes for path in self.lines))
         return (*self.remarks, *(note for some in inside for note in some))
 
     def __bool__(self) -> bool:
@@ -86,7 +99,18 @@ class Parts:
     @cached_property
     def paths(self) -> tuple[OpenPath, ...]:
         """Embedded lines, then the rings of regions: the inner pieces of path k have the ring number -1 - k."""
-        return *self.lines, *(OpenPath.around(region.ring, region.label) for region in self.regions)
+        around = [OpenPath.around(ring, region.label) for region in self.regions for ring in region.area.rings]
+        return *self.lines, *around
+
+    @property
+    def _rings(self) -> list[Ring]:
+        return [ring for region in self.regions for ring in region.area.rings]
+
+    @property
+    def region_of_path(self) -> Integers:
+        """Number (k,) of the region that each of the paths is a ring of, and 0 for embedded lines."""
+        rings = [len(region.area.rings) for region in self.regions]
+        return np.repeat(np.arange(len(rings) + 1), [len(self.lines), *rings])
 
     @cached_property
     def keys_at(self) -> dict[Point, Key]:
@@ -106,24 +130,26 @@ class Parts:
         return np.array([0, *(number[region.name] for region in self.regions)])
 
 
-def areas_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
+def areas_of(boundary: Boundary, parts: Parts) -> list[shapely.Polygon]:
     """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
     chords = boundary.chords()
-    number = -boundary.ring[chords.piece] - lines
-    order = np.argsort(number, kind="stable")
-    bounds = np.searchsorted(number[order], np.arange(1, len(outlines) + 2))
-    areas = [shapely.Polygon(chords.start[order[a:b]]) for a, b in pairwise(bounds)]
+    path = -1 - boundary.ring[chords.piece]
+    order = np.argsort(path, kind="stable")
+    bounds = np.searchsorted(path[order], np.arange(len(parts.lines), len(parts.paths) + 1))
+    rings = iter([chords.start[order[a:b]] for a, b in pairwise(bounds)])
+    areas = [shapely.Polygon(next(rings), [next(rings) for _ in region.area.holes]) for region in parts.regions]
     for area in areas:
         shapely.prepare(area)
     return areas
 
 
-def slack_of(boundary: Boundary, lines: int, outlines: Sequence[shapely.Polygon], size: float) -> Floats:
+def slack_of(boundary: Boundary, parts: Parts, size: float) -> Floats:
     """Area (r,) that the polygon of each region may be off along its rim."""
     piece, _, step = boundary.stations()
     off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
-    number = -boundary.ring[piece] - lines
-    total = np.bincount(np.maximum(number, 0), off, minlength=len(outlines) + 1)
+    inner = boundary.inner[piece]
+    number = parts.region_of_path[-1 - boundary.ring[piece[inner]]]
+    total = np.bincount(number, off[inner], minlength=len(parts.regions) + 1)
     return np.asarray(total[1:], float)
 
 

@@ -6,6 +6,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Region
+from bubblemesh.geometry.paths import Area
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
@@ -17,7 +18,7 @@ def spacing(text):
 
 
 def region(ring, name="r"):
-    return Region(ring, name, label="rim")
+    return Region(Area(ring), name, label="rim")
 
 
 COARSE, FINE, FINER = spacing("1"), spacing("0.5"), spacing("0.25 + 0*x")

@@ -1,0 +1,62 @@
+"""Which shapes lie within which: areas within each other become areas with holes, and holes find the area around."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Integers
+from bubblemesh.errors import GeometryError, about
+from bubblemesh.geometry.paths import Area, Ring
+from bubblemesh.geometry.polygonal_copy import outline
+from bubblemesh.geometry.validity import first_place
+
+Shapes = NDArray[np.object_]  # of polygons, not valid ones where rings cross
+
+
+def shapes_of(areas: Sequence[Area]) -> Shapes:
+    """Polygonal copies (n,) of areas, with their holes."""
+    return np.array(
+        [shapely.Polygon(outline(area.outer), [outline(hole) for hole in area.holes]) for area in areas], dtype=object
+    )
+
+
+def nested(areas: Sequence[Area]) -> list[Area]:
+    """Areas where those within others count as holes of them, those within such holes as areas again, and so on."""
+    shapes = shapes_of(areas)
+    within, _ = _enclosed(shapes, shapes)
+    removed = np.bincount(within, minlength=len(areas)) % 2 == 1
+    kept = [area for area, away in zip(areas, removed, strict=True) if not away]
+    taken = [area for area, away in zip(areas, removed, strict=True) if away]
+    kept += [Area(ring) for area in taken for ring in area.holes]
+    return with_holes(kept, [area.outer for area in taken])
+
+
+def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
+    """The areas with more holes, each of the smallest area whose outer ring is around it.
+
+    GeometryError, about the hole's key, if there are several areas and it is in none of them.
+    """
+    if len(areas) == 1 or not holes:
+        return [replace(area, holes=(*area.holes, *holes)) for area in areas]
+    inner, around = (shapes_of([Area(ring) for ring in some]) for some in (holes, [area.outer for area in areas]))
+    within, outer = _enclosed(inner, around)
+    order = np.argsort(-shapely.area(around)[outer], kind="stable")  # the last one written stays
+    owner = np.full(len(holes), -1)
+    owner[within[order]] = outer[order]
+    more: list[list[Ring]] = [[] for _ in areas]
+    for ring, shape, number in zip(holes, inner, owner.tolist(), strict=True):
+        if number < 0:
+            with about(ring.key):
+                raise GeometryError(f"the hole at {first_place(shape)} lies in none of the areas: move or remove it")
+        more[number].append(ring)
+    return [replace(area, holes=(*area.holes, *rings)) for area, rings in zip(areas, more, strict=True)]
+
+
+def _enclosed(inner: Shapes, around: Shapes) -> tuple[Integers, Integers]:
+    """Numbers (k,) of inner shapes, and (k,) of larger ones that each of them lies within, unless they cross."""
+    outer, within = shapely.STRtree(shapely.point_on_surface(inner)).query(around, predicate="contains")
+    larger = shapely.area(around)[outer] > shapely.area(inner)[within]  # what is around a lake is not its island
+    return within[larger], outer[larger]

@@ -1,0 +1,70 @@
+"""Areas of a file: its rings as they nest, and those of them that a case takes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry.nesting import nested, shapes_of
+from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.validity import first_place
+from bubblemesh.messages import MOST_NAMES, place
+from bubblemesh.readers.selection import Part
+
+
+def areas_of(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point] | None) -> list[Area]:
+    """The areas of a file and those that its other rings bound as they nest; in each hole is one of the ``marks``.
+
+    GeometryError if the file has marks, but none in a hole, or one that is in no hole.
+    """
+    if not loose and len(areas) == 1:
+        return list(areas)
+    found = nested([*areas, *(Area(ring) for ring in loose)])
+    if marks is not None:
+        _require_marks(found, marks)
+    return found
+
+
+def _require_marks(areas: Sequence[Area], marks: Sequence[Point]) -> None:
+    """Every hole must have a mark, and every mark must be in a hole."""
+    holes = shapes_of([Area(hole) for area in areas for hole in area.holes])
+    solid, points = shapes_of(areas), shapely.points(np.array(marks, float).reshape(-1, 2))
+    marked = np.zeros(len(holes), bool)
+    if len(holes):
+        marked[shapely.STRtree(points).query(holes, predicate="contains")[0]] = True
+    for hole in holes[~marked]:
+        raise GeometryError(
+            f"the ring at {first_place(hole)} has no hole point in it: it would part the domain into regions"
+        )
+    for point in points:
+        inside = shapely.contains(solid, point).any()
+        if inside or not shapely.contains(holes, point).any():
+            where = "in no hole, but in the area itself" if inside else "outside the outer ring"
+            raise GeometryError(f"the hole point {place(point.coords[0])} is {where}: move or remove it")
+
+
+def chosen_areas(areas: Sequence[Area], part: Part | None) -> list[Area]:
+    """The areas of a part, largest first; GeometryError if none is given and there are several."""
+    if part is None and len(areas) == 1:
+        return list(areas)
+    shapes = shapes_of(areas)
+    order = np.argsort(-shapely.area(shapes), kind="stable").tolist()
+    ordered = [areas[k] for k in order]
+    if part == "all":
+        return ordered
+    number = 0 if part == "largest" else part
+    if number is not None and number < len(areas):
+        return [ordered[number]]
+    parts = [
+        f"{k}: area {shape.area:.6g} at {first_place(shape)}" + (f", {area.outer.origin}" if area.outer.origin else "")
+        for k, (area, shape) in enumerate(zip(ordered[:MOST_NAMES], shapes[order], strict=False))
+    ]
+    more = f"; and {len(order) - MOST_NAMES} smaller ones" if len(order) > MOST_NAMES else ""
+    listed = f"parts are {'; '.join(parts)}{more}"
+    if number is not None:
+        raise CaseError(f"it has no part {number}: give a number from 0 to {len(areas) - 1}; {listed}")
+    raise GeometryError(
+        f"{len(areas)} separate areas are in it: choose by part: largest, part: all for a mesh of separate pieces, or "
+        f"part: N, or by feature or layer; {listed}"
+    )
