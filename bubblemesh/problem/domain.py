@@ -11,11 +11,11 @@ from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.messages import ring_name
+from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.shapes import areas_of, followed, outer_rings_of, rings_of, selection_of
+from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_areas
 
 DOMAIN = Key(["domain"])
@@ -23,6 +23,7 @@ DOMAIN = Key(["domain"])
 
 def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
+    tell_places_of(None)
     with about(DOMAIN), own_files(case.domain, case.root):
         return Domain.of_areas(domain_areas(case.domain), _inner_parts(case.domain))
 
@@ -31,16 +32,16 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
     """The areas of a domain; errors of geometry, keys and files name the ring."""
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
-    return with_holes([Area(ring) for ring in _outer_rings(keys)], list(_holes(keys)))
+    return with_holes(list(_outer_areas(keys)), list(_holes(keys)))
 
 
-def _outer_rings(keys: RingDomain) -> Iterator[Ring]:
+def _outer_areas(keys: RingDomain) -> Iterator[Area]:
     several = isinstance(keys.outer, tuple)
     for number, ring in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
         key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
         with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
-            found = [replace(one, key=key) for one in outer_rings_of(ring)]
-        yield from found
+            found = outer_areas_of(ring)
+        yield from (area.about(key) for area in found)
 
 
 def _holes(keys: RingDomain) -> Iterator[Ring]:

@@ -9,14 +9,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
-from bubblemesh.messages import counted
+from bubblemesh.messages import counted, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.bounding import bounding
-from bubblemesh.readers.features import FeatureCollection
+from bubblemesh.readers.degrees import degrees_notes
+from bubblemesh.readers.features import FeatureCollection, vertices_of
 from bubblemesh.readers.selection import Selection
 
 
@@ -115,8 +118,10 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = content_of(path, selection)
     features = selection.of(content.features)
+    points = vertices_of(features)
+    tell_places_of(float(np.ptp(points, axis=0).max()) if len(points) else None)
     found = bounding(features, selection.join)
-    notes = [*content.notes, *found.notes]
+    notes = [*content.notes, *found.notes, *degrees_notes(points, content.degrees)]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]

@@ -158,8 +158,7 @@ class TestFills:
             island.add_spline(control_points=[(5, 4), (4.5, 3.5), (4.5, 2.5), (5, 2)], knot_values=[0] * 4 + [1] * 4)
 
         path = drawn(draw)
-        (found,) = read_areas(path, Selection())
-        outer, *holes = found.rings
+        outer, *holes = read_areas(path, Selection())[0].rings
         assert [type(side.curve) for side in outer.sides] == [Line, Arc, Line, Line]
         assert {side.label for ring in (outer, *holes) for side in ring.sides} == {"SOIL"}
         removed = np.pi / 2 + 2 + np.pi / 2 + 0.525

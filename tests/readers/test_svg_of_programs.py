@@ -65,8 +65,7 @@ class TestFills:
 
     def test_curves_stay_curves_where_nothing_crosses(self, written):
         path = drawing(written, '<path d="M0 0H20V20H0Z M10 6A4 4 0 0 0 10 14A4 4 0 0 0 10 6Z"/>')
-        (found,) = read_areas(path, Selection())
-        outer, hole = found.rings
+        outer, hole = read_areas(path, Selection())[0].rings
         assert {type(side.curve) for side in outer.sides} == {Line}
         assert {type(side.curve) for side in hole.sides} == {Arc}
 
