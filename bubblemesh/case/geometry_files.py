@@ -6,14 +6,14 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Filled, InputFile, OneLabel, Positive, Strict, Text
+from bubblemesh.case.fields import Filled, InputFile, Number, OneLabel, Positive, Strict, Text
 from bubblemesh.readers.selection import Part, Unit
 
 
 class FollowedKeys(Strict):
     """Keys by which the straight sides of a ring are followed as curves."""
 
-    corners: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=180)] | None = Field(
+    corners: Annotated[Number, Field(ge=0, le=180)] | None = Field(
         default=None, description="Only vertices that turn by more degrees are nodes; the rest is spaced anew."
     )
     smooth: bool = Field(default=False, description="With corners: follow a spline through the vertices between them.")

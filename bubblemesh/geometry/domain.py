@@ -86,7 +86,8 @@ class Domain:
         inner = Parts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
         whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
         require_room(whole)
-        return cls(whole, (*notes, *inner.notes), inner, given_outlines)
+        told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
+        return cls(whole, told, inner, given_outlines)
 
     @cached_property
     def periodic(self) -> Integers:
