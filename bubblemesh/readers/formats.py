@@ -19,7 +19,8 @@ from bubblemesh.messages import counted, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.bounding import bounding
 from bubblemesh.readers.degrees import degrees_notes
-from bubblemesh.readers.features import FeatureCollection, vertices_of
+from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
+from bubblemesh.readers.regions import named_areas
 from bubblemesh.readers.selection import Selection
 
 
@@ -95,6 +96,20 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
     return _finished(path, selection, areas, chosen.notes)
 
 
+def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
+    """Areas of a file whose features share borders, with the values of their property ``key`` as names.
+
+    For ``key`` "layer" it is the layer. The first ring has the notes on the whole file; errors are those of
+    `read_areas`, and GeometryError if neighbours overlap.
+    """
+    with prefixed(path):
+        content = content_of(path, selection)
+        features = selection.of(content.features)
+        told = _measured(content, features, selection)
+        areas, notes = named_areas(features, key, selection)
+    return _finished(path, selection, areas, [*content.notes, *notes, *told])
+
+
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
     """Closed rings of a file; errors are those of `read_shapes`, and GeometryError if an area has holes."""
     return [require_ring(path, area) for area in read_shapes(path, selection)]
@@ -118,14 +133,20 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = content_of(path, selection)
     features = selection.of(content.features)
+    told = _measured(content, features, selection)
+    found = bounding(features, selection.join)
+    areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
+    return Chosen(areas, found.loose, content.hole_points, [*content.notes, *found.notes, *told])
+
+
+def _measured(content: FeatureCollection, features: Sequence[Feature], selection: Selection) -> list[str]:
+    """Notes on the unit of the features; messages tell places as exactly as their size asks for."""
     points = vertices_of(features)
     tell_places_of(float(np.ptp(points, axis=0).max()) if len(points) else None)
-    found = bounding(features, selection.join)
-    notes = [*content.notes, *found.notes, *degrees_notes(points, content.degrees)]
+    notes = [*degrees_notes(points, content.degrees)]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
-    areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
-    return Chosen(areas, found.loose, content.hole_points, notes)
+    return notes
 
 
 def content_of(
