@@ -118,7 +118,7 @@ def test_a_ring_is_followed_after_it_has_been_moved(tmp_path):
         ("repeat: {times: 3}", "repeat: must be a mapping with exactly one of the keys grid, around"),
         ("repeat: {around: [0, 0], times: 3, where: k}", "repeat.where: column 1: unknown name 'k'"),
         ("repeat: {around: [0, 0], times: 3, where: i > 5}", "no copy has i > 5"),
-        ("repeat: {around: [0, 0], times: 3}", "hole 2 at (-1.51603, 0.625833) lies outside"),
+        ("repeat: {around: [0, 0], times: 3}", "hole 2 at (-1.51603, 0.62583) lies outside"),
     ],
 )
 def test_wrong_keys_are_told(keys, message):
