@@ -5,9 +5,10 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Positive, Strict, Text, filled, listed
+from bubblemesh.case.embedded import LineKeys, PointKeys
+from bubblemesh.case.fields import Choice, Label, OneLabel, Positive, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
-from bubblemesh.case.shapes import PathLine, RingKeys
+from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.spacing import SpacingValue
 
 SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
@@ -46,17 +47,6 @@ def _has(value: Any, key: str) -> bool:
     )
 
 
-class EmbeddedLine(PathLine):
-    """A line inside the domain that edges of the mesh follow: a crack, a wire."""
-
-
-class EmbeddedPoint(DrawnKeys):
-    """A point inside the domain that is a node of the mesh: a well, a sensor."""
-
-    at: Point = Field(description="The point [x, y].")
-    label: OneLabel = None
-
-
 Regions = RegionFile | tuple[RegionEntry, ...]
 
 
@@ -67,9 +57,9 @@ class InnerKeys(Strict):
         default=(), description="Parts of the domain with names of their own, drawn or from files."
     )
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
-    lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
+    lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
     periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
-    points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
+    points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
 Outer = Annotated[

@@ -47,8 +47,8 @@ def _part(value: Any) -> Any:
     return value
 
 
-class GeometryFile(FollowedKeys, DrawnKeys):
-    """A file with rings, and what to take of it."""
+class SelectedFile(DrawnKeys):
+    """A file with geometry, and what to take of it."""
 
     file: InputFile = Field(description="Name of the file, relative to the case file.")
     layer: Annotated[tuple[Text, ...], BeforeValidator(_one_or_more)] = Field(
@@ -58,13 +58,6 @@ class GeometryFile(FollowedKeys, DrawnKeys):
         default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
     )
     units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
-    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
-        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
-    )
-    join: Positive | None = Field(
-        default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
-    )
-    label: OneLabel = None
 
     @field_validator("units")
     @classmethod
@@ -72,3 +65,15 @@ class GeometryFile(FollowedKeys, DrawnKeys):
         if value is not None and info.data.get("scale") is not None:
             raise PydanticCustomError("scale", "and scale exclude each other: give one of the two")
         return value
+
+
+class GeometryFile(FollowedKeys, SelectedFile):
+    """A file with rings, and what to take of it."""
+
+    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
+        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
+    )
+    join: Positive | None = Field(
+        default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
+    )
+    label: OneLabel = None

@@ -7,16 +7,16 @@ from pathlib import Path
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
 from bubblemesh.errors import CaseError, Key, about, prefixed
-from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import with_holes
-from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
+from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
+from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, pieces_of, rings_of, selection_of
+from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_areas, read_regions
 from bubblemesh.readers.regions import is_straight, united
 
@@ -72,27 +72,8 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
 
 def _inner_parts(keys: InnerKeys) -> Parts:
     """Regions and what is embedded; errors tell which one it is."""
-    return Parts(tuple(_regions(keys)), keys.region, tuple(_lines(keys)), tuple(_points(keys)), keys.periodic)
-
-
-def _lines(keys: InnerKeys) -> Iterator[OpenPath]:
-    made = 0
-    for number, line in enumerate(keys.lines):
-        key = Key((*DOMAIN, "lines", number))
-        with prefixed(f"line {made + 1}"), about(key):
-            for path in drawn([rings.open_path(*pieces_of(line), line.label or "")], line):
-                made += 1
-                yield replace(path, label=path.label or f"line-{made}", key=key)
-
-
-def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
-    made = 0
-    for number, point in enumerate(keys.points):
-        key = Key((*DOMAIN, "points", number))
-        with about(key):
-            for copy in drawn([InnerPoint(point.at, point.label or "", key)], point):
-                made += 1
-                yield replace(copy, label=copy.label or f"point-{made}")
+    points, notes = points_of(keys)
+    return Parts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,12 @@ class Format(NamedTuple):
     extra: str | None = None  # what of the package to install for it
     beside: tuple[str, ...] = ()  # endings of files that belong to it
     one_layer: bool = False  # the function reads one layer, its second argument
+    lines: str | None = None  # what reads open lines, where a list of points may be either
+    points: str | None = None  # what reads points, likewise
+    has_inner_lines: bool = False  # lines within the domain that it describes
+
+
+LISTS = Format("point_lists.read_rings", lines="point_lists.read_lines", points="point_lists.read_points")
 
 
 FORMATS = {
@@ -42,12 +48,13 @@ FORMATS = {
     ".ndjson": Format("simple_features.read_geojson_lines"),
     ".wkt": Format("simple_features.read_wkt"),
     ".wkb": Format("simple_features.read_wkb"),
-    ".csv": Format("point_lists.read_rings"),
-    ".dat": Format("point_lists.read_rings"),
-    ".tsv": Format("point_lists.read_rings"),
-    ".txt": Format("point_lists.read_rings"),
-    ".xy": Format("point_lists.read_rings"),
-    ".poly": Format("triangle.read_poly", beside=(".node",)),
+    ".csv": LISTS,
+    ".dat": LISTS,
+    ".tsv": LISTS,
+    ".txt": LISTS,
+    ".xy": LISTS,
+    ".poly": Format("triangle.read_poly", beside=(".node",), has_inner_lines=True),
+    ".node": Format("triangle.read_nodes"),
     ".dxf": Format("dxf.read_dxf", "dxf"),
     ".svg": Format("svg.read_svg", "svg"),
     ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True),
@@ -96,7 +103,7 @@ def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
     `read_areas`, and GeometryError if neighbours overlap.
     """
     with prefixed(path):
-        content = _content(path, selection)
+        content = content_of(path, selection)
         features = selection.of(content.features)
         told = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
@@ -124,7 +131,7 @@ def files_of(path: Path) -> list[Path]:
 
 def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
-    content = _content(path, selection)
+    content = content_of(path, selection)
     features = selection.of(content.features)
     told = _measured(content, features, selection)
     found = bounding(features, selection.join)
@@ -142,13 +149,17 @@ def _measured(content: FeatureCollection, features: Sequence[Feature], selection
     return notes
 
 
-def _content(path: Path, selection: Selection) -> FeatureCollection:
+def content_of(
+    path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
+) -> FeatureCollection:
+    """All that a file holds; of lists of points what they are read for. FileError or CaseError."""
     known = FORMATS.get(path.suffix.lower())
     if known is None:
         raise FileError(f"no known geometry format: the name must end in {', '.join(FORMATS)}")
     path = local_copy(path)
     require_readable(path)
-    module, function = known.read.split(".")
+    read_as = {"lines": known.lines, "points": known.points}.get(purpose) or known.read
+    module, function = read_as.split(".")
     try:
         read: Any = getattr(import_module(f"bubblemesh.readers.{module}"), function)
     except ModuleNotFoundError as error:
