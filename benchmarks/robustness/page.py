@@ -44,12 +44,12 @@ OTHERS = {  # what each of the other trials does and demands, and what it has fo
     "kills": (
         "SIGKILL, SIGTERM and SIGINT at random moments of a run, a batch, a shard and a batch on a cluster: no half "
         "file, no process left, every row true, and the same command finishes what is left.",
-        "Nothing.",
+        "Nothing so far.",
     ),
     "disk": (
         "A disk that is full from the n-th write on, for every n: exit code 5, files as before, rows whole and true, "
         "and the command succeeds when there is room.",
-        "Nothing.",
+        "Nothing so far.",
     ),
     "clock": (
         "The wall clock jumps by 2 hours or 10 years, on or back, while a run has a time limit and while a batch has "
@@ -60,11 +60,11 @@ OTHERS = {  # what each of the other trials does and demands, and what it has fo
         "Case files, bases and geometry are replaced, edited, deleted, or become links, pipes and folders over and "
         "over while a batch reads them: each case has an error or the mesh of whole files, the others are unharmed, "
         "and `--resume` finishes when all is as before.",
-        "Nothing.",
+        "Nothing so far.",
     ),
     "batches": (
         "10,000 cases end to end: their rate, the memory, and the time of `--resume` when all is done, at most 10 s.",
-        "Nothing.",
+        "Its figures are those of the last run.",
     ),
 }
 

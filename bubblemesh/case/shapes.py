@@ -182,7 +182,41 @@ class FileRing(GeometryFile):
     """Rings of another file; `outer` takes one, an entry of `holes` all that are chosen."""
 
 
-RINGS = Choice("a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file"))
+Operands = Annotated[
+    tuple["RingKeys", ...], BeforeValidator(filled), Field(json_schema_extra={"minItems": 1})  # checked by `filled`
+]
+
+
+class OverlaidKeys(FollowedKeys, DrawnKeys):
+    """Keys of a ring that is made of other ones; its sides keep their labels."""
+
+    label: OneLabel = None
+
+
+class UnionRing(OverlaidKeys):
+    """What any of several rings encloses."""
+
+    union: Operands = Field(description="Rings that overlap or have sides in common.")
+
+
+class MinusRing(OverlaidKeys):
+    """What the first of several rings encloses, and none of the others."""
+
+    minus: Operands = Field(description="A ring, then those that are taken away from it.")
+
+
+class IntersectionRing(OverlaidKeys):
+    """What all of several rings enclose."""
+
+    intersection: Operands = Field(description="Rings that overlap.")
+
+
+RINGS = Choice(
+    "a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file", "union", "minus", "intersection")
+)
+
+# Rings that are not made of others.
+PlainKeys = PolygonRing | RectangleRing | CircleRing | EllipseRing | PathRing | FileRing
 
 RingKeys = Annotated[
     Annotated[PolygonRing, Tag("<polygon>")]
@@ -190,7 +224,13 @@ RingKeys = Annotated[
     | Annotated[CircleRing, Tag("<circle>")]
     | Annotated[EllipseRing, Tag("<ellipse>")]
     | Annotated[PathRing, Tag("<path>")]
-    | Annotated[FileRing, Tag("<file>")],
+    | Annotated[FileRing, Tag("<file>")]
+    | Annotated[UnionRing, Tag("<union>")]
+    | Annotated[MinusRing, Tag("<minus>")]
+    | Annotated[IntersectionRing, Tag("<intersection>")],
     Discriminator(RINGS.tag),
     BeforeValidator(RINGS.checked),
 ]
+
+for _ring in (UnionRing, MinusRing, IntersectionRing):
+    _ring.model_rebuild()

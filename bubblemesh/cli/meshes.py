@@ -140,5 +140,5 @@ def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
     if len(found) == 0:
         return []
     count = "1 triangle turns" if len(found) == 1 else f"{len(found)} triangles turn"
-    where = place(points[triangles[found[0]]].mean(axis=0))
+    where = place(points[triangles[found[0]]].mean(axis=0), float((points.max(axis=0) - points.min(axis=0)).max()))
     return [f"{mesh}: {count} the other way than the rest, the first at {where}: the mesh may lie upon itself there"]

@@ -9,9 +9,8 @@ from rich.text import Text
 
 from bubblemesh import console
 from bubblemesh.meshes.quality import Histogram
-from bubblemesh.messages import counted
+from bubblemesh.messages import coordinate, counted, place
 
-ROUNDING = 1e-9  # of a domain's size
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
@@ -23,10 +22,11 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
     """Show an estimate, whose figures tell what a case asks for, before any packing."""
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
+    x, y = ([coordinate(end, size) for end in ends] for ends in ((x0, x1), (y0, y1)))
     scale = f", with the spacing times {figures['budget']['scale']:.4g}" if "budget" in figures else ""
     pieces = f"{counted(figures['pieces'], 'piece')}, " if figures["pieces"] > 1 else ""
     rows = {
-        "domain": f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], area {figures['area']:.6g}, "
+        "domain": f"[{x[0]}, {x[1]}] x [{y[0]}, {y[1]}], area {figures['area']:.6g}, "
         f"{pieces}{counted(figures['holes'], 'hole')}",
         "labels": ", ".join(figures["labels"]),
         "spacing": _extremes(figures["spacing"], size),
@@ -39,13 +39,13 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
 
 
 def _extremes(spacing: Mapping[str, Any], size: float) -> str:
-    least, largest = _place(spacing["minimum_at"], size), _place(spacing["maximum_at"], size)
+    least, largest = place(spacing["minimum_at"], size), place(spacing["maximum_at"], size)
     return f"{spacing['minimum']:.4g} at {least} to {spacing['maximum']:.4g} at {largest}"
 
 
 def _change(figures: Mapping[str, Any], than: str, size: float) -> str:
     """Line on how much finer the spacing became than something."""
-    where = "" if figures["ratio_at"] is None else f" at {_place(figures['ratio_at'], size)}"
+    where = "" if figures["ratio_at"] is None else f" at {place(figures['ratio_at'], size)}"
     return f"finer than {than} on {figures['share']:.1%} of the area, at most {figures['ratio']:.3g} times{where}"
 
 
@@ -53,12 +53,14 @@ def show_quality(figures: Mapping[str, Any]) -> None:
     """Show the quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
     quality = figures["quality"]
     ideal = figures.get("ideal_nodes")
+    x0, y0, x1, y1 = figures["bounds"]
+    size = max(x1 - x0, y1 - y0)
     rows = {
         "nodes": f"{figures['nodes']}" + (f", {figures['nodes'] / ideal:.3f} of the ideal number" if ideal else ""),
         "triangles": f"{figures['triangles']}, area {figures['area']:.9g}",
         "quality q": f"mean {quality['mean']:.4f}, 1 % below {quality['p01']:.3f}, least {quality['min']:.3f}",
         "angles": f"{quality['angle_min']:.1f} to {quality['angle_max']:.1f} degrees",
-        "worst q": ", ".join(f"{worst['quality']:.3f} at {_place(worst['at'])}" for worst in quality["worst"][:3]),
+        "worst q": ", ".join(f"{worst['quality']:.3f} at {place(worst['at'], size)}" for worst in quality["worst"][:3]),
     }
     if quality["irregular_fraction"] is not None:
         rows["irregular"] = f"{quality['irregular_fraction']:.1%} of the inner nodes have not six neighbours"
@@ -101,12 +103,6 @@ def show_files(folder: str, files: Sequence[str]) -> None:
 def _show(rows: Mapping[str, str]) -> None:
     for name, value in rows.items():
         console.terminal.print(Text.assemble((f"{name:11}", "bold"), value))
-
-
-def _place(point: Sequence[float], size: float = 0.0) -> str:
-    """A point; what is nothing but rounding in a domain of some size is zero."""
-    x, y = (0.0 if abs(value) < ROUNDING * size else value for value in point)
-    return f"({x:.4g}, {y:.4g})"
 
 
 def show_comparison(

@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family, Lines
-from bubblemesh.geometry.paths import Curve, OpenPath, Point, Ring, family
+from bubblemesh.geometry.paths import OpenPath, Point, Ring, Section, WholeCurve, family
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
@@ -57,11 +57,15 @@ class Boundary:
         default the same one.
         """
         owner = tuple(area_of_ring or [0] * len(rings))
-        none = np.zeros(0, np.int64)
-        empty = cls((), none, none, np.zeros(0), np.zeros(0), none, none, none, none, none, none, np.zeros((0, 2)), ())
         areas = 1 + max(owner)
         paths = [OpenPath.around(ring, default_label(number, areas)) for number, ring in enumerate(rings)]
-        return replace(empty._extended(paths, range(len(paths)), right=-1), area_of_ring=owner)
+        return replace(cls.empty()._extended(paths, range(len(paths)), right=-1), area_of_ring=owner)
+
+    @classmethod
+    def empty(cls) -> "Boundary":
+        """Boundary without pieces."""
+        none = np.zeros(0, np.int64)
+        return cls((), none, none, np.zeros(0), np.zeros(0), none, none, none, none, none, none, np.zeros((0, 2)), ())
 
     def with_inner(self, paths: Sequence[OpenPath], points: Sequence[Point] = ()) -> "Boundary":
         """The boundary with inner pieces along paths, whose vertices may be corners already, and embedded points.
@@ -74,26 +78,33 @@ class Boundary:
         self, paths: Sequence[OpenPath], rings: Sequence[int], right: int, points: Sequence[Point] = ()
     ) -> "Boundary":
         """The boundary with pieces along paths, which have these ring numbers and the region ``right`` beside them."""
-        members: dict[type, list[Curve]] = {}
+        members: dict[type, list[WholeCurve]] = {}
+        sections: dict[int, Section] = {}  # by row
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
-        rows = []
+        rows: list[tuple[int, ...]] = []
         for path, ring in zip(paths, rings, strict=True):
             ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices]
             for k, side in enumerate(path.sides):
-                group = members.setdefault(type(side.curve), [])
+                curve = side.curve
+                if isinstance(curve, Section):
+                    sections[len(rows)] = curve
+                    curve = curve.curve
+                group = members.setdefault(type(curve), [])
                 label = labels.setdefault(side.label or path.label, len(labels))
-                kind = len(self.families) + list(members).index(type(side.curve))
+                kind = len(self.families) + list(members).index(type(curve))
                 start, end = (ends[k], ends[k + 1]) if ends else (-1, -1)
                 rows.append((kind, len(group), 0, 0, start, end, label, ring, 0, right))
-                group.append(side.curve)
+                group.append(curve)
         for point in points:
             corners.setdefault(point, len(corners))
         columns: dict[str, Any] = dict(zip(COLUMNS, np.array(rows, np.int64).reshape(-1, len(COLUMNS)).T, strict=True))
         families = *self.families, *(family(group) for group in members.values())
-        columns["lengths"] = np.zeros(len(rows))
+        columns["offset"], columns["lengths"] = np.zeros(len(rows)), np.zeros(len(rows))
         for k in range(len(self.families), len(families)):
             columns["lengths"][columns["kind"] == k] = families[k].lengths
+        for row, section in sections.items():
+            columns["offset"][row], columns["lengths"][row] = section.offset, section.length
         both: dict[str, Any] = {name: np.concatenate([getattr(self, name), column]) for name, column in columns.items()}
         vertices = np.array(list(corners), float).reshape(-1, 2)
         return replace(self, **both, families=families, corners=vertices, labels=tuple(labels))
@@ -168,8 +179,10 @@ class Boundary:
             piece_of[self.index[mine[uncut]]] = mine[uncut]
             whole = piece_of[curve] >= 0
             parts.append((piece_of[curve[whole]], s[whole]))
+            first = np.searchsorted(curve, np.arange(len(f.lengths) + 1))
             for piece in mine[~uncut].tolist():
-                local = self._stations_within(piece, s[curve == self.index[piece]])
+                begin, end = first[self.index[piece]], first[self.index[piece] + 1]
+                local = self._stations_within(piece, s[begin:end])
                 parts.append((np.full(len(local), piece), local))
         return self.in_order(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 

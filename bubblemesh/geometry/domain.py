@@ -10,6 +10,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
+from bubblemesh.geometry.arrangement.outside import without_outside
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
@@ -19,7 +20,7 @@ from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import require_domain, simple_polygon
-from bubblemesh.messages import meant, ring_name
+from bubblemesh.messages import meant, ring_name, tell_places_of
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
 AT_A_TIME = 1 << 13  # points: a late run can end between two calls
@@ -72,17 +73,21 @@ class Domain:
         rings += [_turned(hole, -1) for area in areas for hole in area.holes]
         owner = [*range(len(areas)), *(number for number, area in enumerate(areas) for _ in area.holes)]
         names = [ring_name(number, ring.origin, len(areas)) for number, ring in enumerate(rings)]
-        for ring, name in zip(rings, names, strict=True):
+        outlines = [outline(ring) for ring in rings]
+        tell_places_of(float(np.ptp(np.concatenate(outlines), axis=0).max()))
+        for ring, points, name in zip(rings, outlines, names, strict=True):
             with about(ring.key):
-                simple_polygon(outline(ring), name)
+                simple_polygon(points, name)
         boundary = split_at_contacts(Boundary.of(rings, owner))
         require_domain(PolygonalCopy.of(boundary), names, [ring.key for ring in rings])
-        notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
+        notes = tuple(note for ring in rings for note in ring.notes)
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
-        whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
+        inner = Parts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
+        whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
         require_room(whole)
-        return cls(whole, notes, Parts() if parts is None else parts, given_outlines)
+        told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
+        return cls(whole, told, inner, given_outlines)
 
     @cached_property
     def periodic(self) -> Integers:

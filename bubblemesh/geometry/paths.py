@@ -88,10 +88,32 @@ class Polyline(NamedTuple):
         return Polyline(by.points(self.points))
 
 
-Curve = Line | Arc | Ellipse | Spline | Polyline
+WholeCurve = Line | Arc | Ellipse | Spline | Polyline
 
 
-def family(members: Sequence[Curve]) -> curves.Family:
+class Section(NamedTuple):
+    """The part of a curve that begins after ``offset`` of its whole length ``total`` and is ``length`` long.
+
+    A section of a closed curve may run past its start.
+    """
+
+    curve: WholeCurve
+    offset: float
+    length: float
+    total: float
+
+    def reversed(self) -> "Section":
+        return self._replace(curve=self.curve.reversed(), offset=(self.total - self.offset - self.length) % self.total)
+
+    def moved(self, by: Similarity) -> "Section":
+        lengths = (length * by.scale for length in self[1:])
+        return Section(self.curve.moved(by), *lengths)
+
+
+Curve = WholeCurve | Section
+
+
+def family(members: Sequence[WholeCurve]) -> curves.Family:
     """The family that evaluates ``members``, which are of one kind."""
     columns: Iterable[Any] = zip(*members, strict=True)
     if isinstance(members[0], Spline | Polyline):  # of any number of points each
@@ -155,6 +177,10 @@ class Area:
         """The area with its rings replaced by what the function makes of them."""
         return replace(self, outer=function(self.outer), holes=tuple(map(function, self.holes)))
 
+    def about(self, key: Key) -> "Area":
+        """The area with the key of the case that gives its rings."""
+        return self.mapped(lambda ring: replace(ring, key=key))
+
     def moved(self, by: Similarity) -> "Area":
         """The area where a similarity takes it, its labels with their sides."""
         return self.mapped(lambda ring: ring.moved(by))
@@ -169,10 +195,17 @@ class OpenPath:
     label: str  # for sides that have none
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
     key: Key = field(default=Key(), compare=False)
+    optional: bool = False  # whether it is left out where it lies outside of the domain
 
     def moved(self, by: Similarity) -> "OpenPath":
         """The line where a similarity takes it, its labels with their sides."""
         return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)))
+
+    def labelled(self, label: str | None) -> "OpenPath":
+        """The line with all its sides called ``label``, if that is given."""
+        if label is None:
+            return self
+        return replace(self, sides=tuple(replace(side, label=label) for side in self.sides), label=label)
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
@@ -187,6 +220,7 @@ class InnerPoint:
     at: Point
     label: str
     key: Key = field(default=Key(), compare=False)
+    optional: bool = False  # whether it is left out where it lies outside of the domain
 
     def moved(self, by: Similarity) -> "InnerPoint":
         """The point where a similarity takes it."""

@@ -139,6 +139,7 @@ def mesh_figures(
         "nodes": len(points),
         "triangles": len(triangles),
         "boundary_nodes": len(np.unique(edges[count == 1])),
+        "bounds": (*points.min(axis=0).tolist(), *points.max(axis=0).tolist()),
         "quality": {
             **asdict(shape_quality(points, triangles)),
             "worst": [{"quality": q, "at": at} for q, at in worst_triangles(points, triangles, _WORST)],

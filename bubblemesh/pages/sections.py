@@ -99,6 +99,7 @@ def histograms(scene: Scene, target: Floats) -> Markup:
 def worst_triangles(scene: Scene) -> Markup:
     """A table of the worst triangles, with buttons that show them."""
     mesh = scene.mesh
+    size = float(np.ptp(mesh.points, axis=0).max())
     rows = []
     for rank, t in enumerate(scene.worst.tolist()):
         corners = mesh.points[scene.corners[t]]
@@ -106,7 +107,7 @@ def worst_triangles(scene: Scene) -> Markup:
         least = float(np.nanmin(angles(mesh.points, scene.corners[t : t + 1])))
         show = tag("button", "Show", type="button", class_="worst screen", data_rank=rank, title="Show in the mesh")
         cells = [f"{rank + 1}", f"{scene.quality.values[t]:.4f}", f"{least:.1f}°", f"{scene.ratio.values[t]:.3f}"]
-        rows.append([cell(show), *map(cell, cells), cell(place((x, y))), cell(whole(t + 1))])
+        rows.append([cell(show), *map(cell, cells), cell(place((x, y), size)), cell(whole(t + 1))])
     heads = ["", "Rank", "q", "Least angle", "l/d", "Centre", "Triangle"]
     return table("Worst triangles", [head(name) for name in heads], rows)
 

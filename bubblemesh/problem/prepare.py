@@ -7,6 +7,7 @@ from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, LimitError, about
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import enter, timed
+from bubblemesh.messages import once_each
 from bubblemesh.packing.configure import options
 from bubblemesh.problem import warnings
 from bubblemesh.problem.domain import case_domain
@@ -107,7 +108,7 @@ def check_spacing(
         filled.expected_nodes,
         after_rules,
         after_periodic,
-        told,
+        once_each(told),
         seconds,
     )
 

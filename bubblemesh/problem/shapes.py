@@ -1,39 +1,56 @@
 """Rings and lines of a case as geometry."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import shapely
+
 from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
 from bubblemesh.case.shapes import (
+    RINGS,
     ArcPiece,
     CircleRing,
     EllipseRing,
     FileRing,
+    IntersectionRing,
     LinePiece,
+    MinusRing,
+    OverlaidKeys,
     PathLine,
     PathRing,
+    PlainKeys,
     PolygonRing,
     RectangleRing,
     RingKeys,
     SplinePiece,
+    UnionRing,
 )
-from bubblemesh.errors import prefixed
+from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.followed import Following
 from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.geometry.validity import first_place
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
 from bubblemesh.readers.selection import Selection
 
 
 def rings_of(keys: RingKeys) -> list[Ring]:
-    """Ring that some keys describe, or all rings of the file that they name, with all copies."""
+    """Ring that some keys describe, or all rings that a file or other rings give, with all copies.
+
+    GeometryError if what they enclose has holes.
+    """
+    if isinstance(keys, OverlaidKeys):
+        return [_without_holes(area) for area in areas_of(keys)]
     found = drawn(_rings(keys), keys)
     return [followed(ring, keys) for ring in found] if isinstance(keys, FollowedKeys) else found
 
 
-def _rings(keys: RingKeys) -> list[Ring]:
+def _rings(keys: PlainKeys) -> list[Ring]:
     """Rings before they are moved."""
     match keys:
         case PolygonRing():
@@ -50,22 +67,73 @@ def _rings(keys: RingKeys) -> list[Ring]:
             return [ring.labelled(keys.label) for ring in read_rings(Path(keys.file), selection_of(keys))]
 
 
-def outer_rings_of(keys: RingKeys) -> list[Ring]:
-    """Ring that some keys describe, or the rings around the parts of a file that they take, with all copies."""
+def _without_holes(area: Area) -> Ring:
+    if area.holes:
+        where = first_place(shapely.linearrings(outline(area.holes[0])))
+        raise GeometryError(
+            f"what is enclosed has a hole itself, at {where}: give one hole for each of its parts, or close it"
+        )
+    return area.outer
+
+
+def outer_areas_of(keys: RingKeys) -> list[Area]:
+    """Areas within the ring that some keys describe, or within those around the parts of a file that they take."""
     if not isinstance(keys, FileRing):
-        return rings_of(keys)
+        return areas_of(keys)
     path = Path(keys.file)
-    found = [require_ring(path, area).labelled(keys.label) for area in read_areas(path, selection_of(keys))]
-    return [followed(ring, keys) for ring in drawn(found, keys)]
+    found = [Area(require_ring(path, area)) for area in read_areas(path, selection_of(keys))]
+    return _finished(found, keys)
 
 
 def areas_of(keys: RingKeys) -> list[Area]:
-    """What the ring that some keys describe encloses, or all areas of the file that they name, with all copies."""
-    if not isinstance(keys, FileRing):
-        return [Area(ring) for ring in rings_of(keys)]
-    found = read_shapes(Path(keys.file), selection_of(keys))
-    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
+    """What the rings that some keys describe enclose, or all areas of the file that they name, with all copies."""
+    match keys:
+        case FileRing():
+            return _finished(read_shapes(Path(keys.file), selection_of(keys)), keys)
+        case UnionRing():
+            return _finished(_overlaid("union", keys.union), keys)
+        case MinusRing():
+            return _finished(_overlaid("minus", keys.minus), keys)
+        case IntersectionRing():
+            return _finished(_overlaid("intersection", keys.intersection), keys)
+        case _:
+            return [Area(ring) for ring in rings_of(keys)]
+
+
+def _finished(areas: Sequence[Area], keys: FileRing | OverlaidKeys) -> list[Area]:
+    """The areas with the label that the keys give, where they take them, and followed as they say."""
+    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in areas]
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
+
+
+def _overlaid(rule: Rule, operands: Sequence[RingKeys]) -> list[Area]:
+    """Areas that other rings give by a rule; GeometryError with what they are if there is none."""
+    areas = []
+    for number, operand in enumerate(operands, start=1):
+        with prefixed(f"{rule}, ring {number}"):
+            areas.append(_operand(operand))
+    found = overlaid(rule, areas)
+    if not found:
+        advice = "they do not overlap" if rule == "intersection" else "the others cover all of the first"
+        raise GeometryError(
+            f"nothing is left of {rule}: [{', '.join(map(_name, operands))}]: {advice}: move or remove one"
+        )
+    return found
+
+
+def _operand(keys: RingKeys) -> list[Area]:
+    """Areas of a ring that others are overlaid with: of a file all of them, with their holes."""
+    if not isinstance(keys, FileRing):
+        return areas_of(keys)
+    selection = selection_of(keys)
+    return _finished(read_areas(Path(keys.file), replace(selection, part=selection.part or "all")), keys)
+
+
+def _name(keys: RingKeys) -> str:
+    """What messages call a ring among others: its kind and its label, or its file."""
+    name = keys.file if isinstance(keys, FileRing) else keys.label
+    kind = next(key for key in RINGS.keys if key in type(keys).model_fields)
+    return f"{kind} {name!r}" if name else kind
 
 
 def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:

@@ -50,9 +50,9 @@ class SpacingRequest:
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     """The spacing request of a case; errors as of `spacing_request`."""
     own = {
-        region.name: (region.spacing, Key(["domain", "regions", number, "spacing"]))
-        for number, region in enumerate(case.domain.regions)
-        if region.spacing is not None
+        region.name: (value, Key([*region.key, "spacing"]))
+        for region in domain.parts.regions
+        if (value := case.domain.regions[int(region.key[2])].spacing) is not None
     }
     with own_files(case.spacing_terms, case.root):
         request = spacing_request(case.spacing, domain, own)

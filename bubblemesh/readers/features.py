@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -12,19 +12,25 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import LARGEST_NUMBER
+from bubblemesh.arrays import LARGEST_NUMBER, Floats
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
 from bubblemesh.readers.slips import Slips, clean_loop
 
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
-FILL, HIDDEN = "fill", "hidden"
-SPARE = (FILL, HIDDEN)  # kinds of features that count only where there are no others, the first before the second
+FILL, HIDDEN, REGION, INNER = "fill", "hidden", "region", "inner"
+SPARE = (
+    FILL,
+    HIDDEN,
+    REGION,
+    INNER,
+)  # kinds of features that count only where there are no others, the first before the second
 
 
 @contextmanager
@@ -89,6 +95,18 @@ class FeatureCollection:
     notes: tuple[str, ...] = ()  # on what was changed or left out
     hole_points: tuple[Point, ...] | None = None  # in the holes, where the format has them
     unit: str | None = None  # of length, if the file names it
+    degrees: bool | None = False  # whether coordinates are degrees; None if what they look like decides
+
+
+def vertices_of(features: Iterable[Feature]) -> Floats:
+    """Points (n, 2) of features: vertices of rings, ends of the pieces of curves, outlines of whole circles, points."""
+    points: list[Sequence[Point] | Floats] = []
+    for one in features:
+        rings = (*(ring for area in one.areas for ring in area), *one.rings)
+        points += [ring.vertices or outline(ring) for ring in rings]
+        points += [(curve.start, *map(end_of, curve.pieces)) for curve in one.curves]
+        points.append(one.points)
+    return np.concatenate([np.array(some, float).reshape(-1, 2) for some in (*points, ())])
 
 
 def finite_points(points: Sequence[Sequence[float]], name: str) -> list[Point]:

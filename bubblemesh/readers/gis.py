@@ -18,6 +18,7 @@ import pyogrio
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import beside, read_bytes
 from bubblemesh.messages import meant, shown
+from bubblemesh.readers.degrees import is_geographic
 from bubblemesh.readers.features import NO_HEIGHTS, NO_PARTS, FeatureCollection, feature_name, feature_of, parts_of
 from bubblemesh.readers.simple_features import shape_of_wkb
 
@@ -38,12 +39,14 @@ def read_shapefile(path: Path, layer: str | None) -> FeatureCollection:
     parts = {part.suffix.lower(): read_bytes(part) for part in beside(path, SHAPEFILE_PARTS)} | {".shp": content}
     if ".shx" not in parts:
         raise _invalid("shapefile", "there is no .shx beside it")
+    # GDAL fails at a system that is not whole, and nothing is projected.
+    system = parts.pop(".prj", b"").decode("latin-1") or None
     archive = BytesIO()
     with ZipFile(archive, "w") as file:
         for ending, part in parts.items():
             file.writestr(f"data{ending}", part)
     _chosen(layer, [path.stem])
-    return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile")
+    return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system)
 
 
 def read_geopackage(path: Path, layer: str | None) -> FeatureCollection:
@@ -60,7 +63,7 @@ def read_geopackage(path: Path, layer: str | None) -> FeatureCollection:
     content = _plain(content)
     with _quiet("GeoPackage"):
         layer = _chosen(layer, [str(name) for name, _ in pyogrio.list_layers(content)])
-    return _features(content, layer, layer, "GeoPackage", "GPKG")
+    return _features(content, layer, layer, "GeoPackage", "GPKG", _system(content, layer))
 
 
 def _plain(content: bytes) -> bytes:
@@ -77,6 +80,18 @@ def _plain(content: bytes) -> bytes:
             return database.serialize() if views else version_of_no_log
     except sqlite3.Error as error:
         raise _invalid("GeoPackage", shown(error, 90)) from None
+
+
+def _system(content: bytes, layer: str) -> str | None:
+    """The coordinate reference system of a layer as well-known text, if the GeoPackage has one."""
+    query = "SELECT definition FROM gpkg_spatial_ref_sys JOIN gpkg_contents USING (srs_id) WHERE table_name = ?"
+    try:
+        with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
+            database.deserialize(content)
+            found = database.execute(query, (layer,)).fetchone()
+    except sqlite3.Error:
+        return None
+    return str(found[0]) if found else None
 
 
 def _require_table(database: sqlite3.Connection, name: str) -> None:
@@ -115,8 +130,11 @@ def _invalid(kind: str, reason: str) -> CaseError:
     return CaseError(f"not a valid {kind}: {reason}: write it anew, with all of its parts")
 
 
-def _features(content: bytes, inside: str, layer: str, kind: str, driver: str) -> FeatureCollection:
-    """The features of a layer, by its name ``inside`` the content; CaseError or GeometryError with the feature."""
+def _features(content: bytes, inside: str, layer: str, kind: str, driver: str, system: str | None) -> FeatureCollection:
+    """The features of a layer, by its name ``inside`` the content, whose coordinates have some reference system.
+
+    CaseError or GeometryError with the feature.
+    """
     with _quiet(kind):
         found = pyogrio.read_info(content, layer=inside)["driver"]
         if found != driver:
@@ -131,13 +149,8 @@ def _features(content: bytes, inside: str, layer: str, kind: str, driver: str) -
         features.append(feature_of(parts, name, layer, {"fid": number} | properties))
     if not features:
         raise CaseError("there are no features in it: give polygons, or lines that meet")
-    degrees = meta["crs"] is not None and str(meta["crs"]).upper() in ("EPSG:4326", "OGC:CRS84", "EPSG:4269")
-    notes = (
-        ("coordinates are degrees and taken as they are: project them to a plane for a true shape",) if degrees else ()
-    )
-    if "Z" in str(meta["geometry_type"]).upper().split():
-        notes = (*notes, NO_HEIGHTS)
-    return FeatureCollection(tuple(features), notes)
+    notes = (NO_HEIGHTS,) if "Z" in str(meta["geometry_type"]).upper().split() else ()
+    return FeatureCollection(tuple(features), notes, degrees=is_geographic(system))
 
 
 def _chosen(layer: str | None, layers: list[str]) -> str:

@@ -86,7 +86,7 @@ def _collection(entries: list[Any]) -> FeatureCollection:
     found = tuple(_feature(entry, k, notes) for k, entry in enumerate(entries))
     if not found:
         raise CaseError("there are no features in it: give a Polygon, or lines that meet")
-    return FeatureCollection(found, tuple(notes))
+    return FeatureCollection(found, tuple(notes), degrees=None)
 
 
 def _feature(entry: Any, number: int, notes: dict[str, None]) -> Feature:
@@ -186,7 +186,7 @@ def _of_shapes(shapes: dict[str, shapely.Geometry]) -> FeatureCollection:
         raise CaseError("there is no geometry in it: give a POLYGON, or lines that meet")
     solid = any(shapely.has_z(shape) for shape in shapes.values())
     features = tuple(feature_of(parts_of(shape), name) for name, shape in shapes.items())
-    return FeatureCollection(features, (NO_HEIGHTS,) if solid else ())
+    return FeatureCollection(features, (NO_HEIGHTS,) if solid else (), degrees=None)
 
 
 def shape_of_wkb(wkb: bytes, name: str) -> shapely.Geometry:

@@ -109,6 +109,7 @@ class Report(Mapping[str, Any]):
     nodes: int
     triangles: int
     boundary_nodes: int
+    bounds: tuple[float, float, float, float]
     quality: Mapping[str, Any]
     area: float
     spacing: Mapping[str, Any]

@@ -79,9 +79,13 @@ INVALID = [
         "    labels",
         "    rectangle: [0, 0, 1, 1]\n    labels",
         "plate.yaml:2: domain.outer: must be a mapping with exactly one of the keys polygon, rectangle, circle, "
-        "ellipse, path, file (found the keys polygon, rectangle, labels)",
+        "ellipse, path, file, union, minus, intersection (found the keys polygon, rectangle, labels)",
     ),
-    ("{circle:", "{circel:", "ellipse, path, file; did you mean 'circle'? (found the keys circel, label)"),
+    (
+        "{circle:",
+        "{circel:",
+        "minus, intersection; did you mean 'circle'? (found the keys circel, label)",
+    ),
     (
         "- {circle: {center: [0.5, 0.5], radius: 0.2}, label: hole}",
         "- 3",
@@ -354,5 +358,5 @@ def test_json_schema_names_every_key_and_forbids_others():
     assert list(schema["properties"]) == list(Case.model_fields)
     assert schema["additionalProperties"] is False
     assert schema["required"] == ["domain", "spacing"]
-    assert len(schema["$defs"]["RingDomain"]["properties"]["outer"]["oneOf"][0]["oneOf"]) == 6
+    assert len(schema["$defs"]["RingDomain"]["properties"]["outer"]["oneOf"][0]["oneOf"]) == 9
     assert schema["$defs"]["CircleKeys"]["properties"]["radius"]["anyOf"][0]["exclusiveMinimum"] == 0

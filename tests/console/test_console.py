@@ -126,7 +126,15 @@ def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     worst = [{"quality": 0.8, "at": (0.5, 0.25)}]
     quality = {"mean": 0.9, "p01": 0.8, "min": 0.8, "angle_min": 40.0, "angle_max": 80.0, "worst": worst}
-    show_quality({"nodes": 4, "triangles": 2, "area": 1.0, "quality": quality | {"irregular_fraction": None}})
+    show_quality(
+        {
+            "nodes": 4,
+            "triangles": 2,
+            "area": 1.0,
+            "bounds": (0, 0, 1, 1),
+            "quality": quality | {"irregular_fraction": None},
+        }
+    )
     assert "0.800 at (0.5, 0.25)" in stream.getvalue()
     assert "irregular" not in stream.getvalue()
     assert "l/d" not in stream.getvalue()
@@ -219,10 +227,10 @@ def test_no_more_lines_than_the_terminal_has_are_shown(monkeypatch):
 def test_places_are_told_without_their_rounding(monkeypatch):
     stream = terminal(monkeypatch, live=False)
     problem = prepare(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
-    extremes = problem.survey.extremes._replace(minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-7))
+    extremes = problem.survey.extremes._replace(minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-5))
     survey = replace(problem.survey, extremes=extremes)
     show_estimate(estimate(replace(problem, survey=survey)))
-    assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 1e-07)" in stream.getvalue()
+    assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 0.00001)" in stream.getvalue()
 
 
 NASTY = "plate\x1b]0;title\x07\x1b[31m\x9b2J\r\u202e\udcff"

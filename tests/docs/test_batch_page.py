@@ -26,7 +26,7 @@ for word in "$@"; do "${command[@]//\\{\\}/$word}" || exit; done
 
 
 def block(language):
-    (text,) = re.findall(rf"```{language}\n(.*?)```", PAGE, flags=re.DOTALL)
+    text, *_ = re.findall(rf"```{language}\n(.*?)```", PAGE, flags=re.DOTALL)
     return text
 
 

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import BubblemeshError
+from bubblemesh.errors import BubblemeshError, located
 from bubblemesh.problem.domain import case_domain
 
 BOARD = "{rectangle: [0, 0, 12, 8], label: edge}"
@@ -15,6 +15,12 @@ BOARD = "{rectangle: [0, 0, 12, 8], label: edge}"
 
 def domain_of(text, folder="."):
     return case_domain(load_case(f"{folder}/case.yaml", text=f"spacing: 0.5\n{text}"))
+
+
+def located_domain_of(text):
+    case = load_case("case.yaml", text=f"spacing: 0.5\n{text}")
+    with located("case.yaml", case.origin):
+        return case_domain(case)
 
 
 def holes_of(entry, extra=""):
@@ -112,7 +118,7 @@ def test_a_ring_is_followed_after_it_has_been_moved(tmp_path):
         ("repeat: {times: 3}", "repeat: must be a mapping with exactly one of the keys grid, around"),
         ("repeat: {around: [0, 0], times: 3, where: k}", "repeat.where: column 1: unknown name 'k'"),
         ("repeat: {around: [0, 0], times: 3, where: i > 5}", "no copy has i > 5"),
-        ("repeat: {around: [0, 0], times: 3}", "hole 2 at (-1.51603, 0.625833) lies outside"),
+        ("repeat: {around: [0, 0], times: 3}", "hole 2 at (-1.51603, 0.62583) lies outside"),
     ],
 )
 def test_wrong_keys_are_told(keys, message):
@@ -126,3 +132,81 @@ def test_a_parameter_with_the_name_of_a_copys_number_is_told():
             "{circle: {center: [1, 1], radius: 0.3}, repeat: {around: [4, 4], times: 4, where: i}}",
             "parameters: {i: 2}",
         )
+
+
+class TestOverlaid:
+    PLATE = "{rectangle: [0, 0, 4, 2], label: plate}"
+    TOOL = "{circle: {center: [4, 1], radius: 0.5}, label: tool}"
+
+    @pytest.mark.parametrize(
+        ("ring", "area"),
+        [
+            (f"{{union: [{PLATE}, {TOOL}]}}", 8 + np.pi / 8),
+            (f"{{minus: [{PLATE}, {TOOL}]}}", 8 - np.pi / 8),
+            (f"{{intersection: [{PLATE}, {TOOL}]}}", np.pi / 8),
+            (f"{{minus: [{PLATE}, {{union: [{TOOL}, {{rectangle: [0, 0, 1, 2]}}]}}]}}", 6 - np.pi / 8),
+            (f"{{union: [{PLATE}, {{rectangle: [0, 0, 4, 2], move: [4, 0]}}]}}", 16),
+            ("{union: [{rectangle: [0, 0, 1, 1], repeat: {grid: [5, 1], step: [1, 0]}}]}", 5),
+            ("{union: [{rectangle: [0, 0, 1, 4], repeat: {around: [0.5, 2], times: 2}}], scale: 2}", 16),
+            (f"{{minus: [{PLATE}, {{circle: {{center: [2, 1], radius: 0.5}}}}], rotate: 90}}", 8 - np.pi / 4),
+            (f"{{minus: [{PLATE}, {{rectangle: [1, -1, 2, 3]}}]}}", 6),
+        ],
+    )
+    def test_as_the_outer_ring(self, ring, area):
+        assert domain_of(f"domain: {{outer: {ring}}}").polygon.area == pytest.approx(area, rel=1e-3)
+
+    def test_as_holes_and_regions(self):
+        cross = "{union: [{rectangle: [-1, -0.2, 1, 0.2]}, {rectangle: [-0.2, -1, 0.2, 1]}]"
+        domain = domain_of(f"""
+domain:
+  outer: {BOARD}
+  holes: [{cross}, label: cross, rotate: 30, move: [2, 2], repeat: {{grid: [3, 1], step: [3, 0]}}}}]
+  regions: [{{name: frame, ring: {{minus: [{{rectangle: [1, 4, 6, 7]}}, {{rectangle: [2, 5, 5, 6]}}]}}}}]
+""")
+        assert domain.hole_count == 3
+        assert domain.polygon.area == pytest.approx(96 - 3 * 1.44)
+        assert [region.name for region in domain.parts.regions] == ["frame"]
+        assert "cross" in domain.labels
+
+    def test_of_files_all_areas_count_with_their_holes(self, tmp_path):
+        (tmp_path / "two.wkt").write_text(
+            "POLYGON ((0 0, 4 0, 4 4, 0 4, 0 0), (1 1, 1 2, 2 2, 2 1, 1 1))\nPOLYGON ((6 0, 7 0, 7 1, 6 1, 6 0))\n"
+        )
+        text = "domain: {outer: {union: [{file: two.wkt}, {rectangle: [4, 0, 6, 1], label: bridge}]}}"
+        domain = domain_of(text, tmp_path)
+        assert domain.polygon.area == 18
+        assert (domain.piece_count, domain.hole_count) == (1, 1)
+
+    def test_straight_sides_are_followed_after_all(self):
+        angle = np.linspace(0, 2 * np.pi, 100, endpoint=False)
+        points = np.column_stack([np.cos(angle), np.sin(angle)]).tolist()
+        text = f"domain: {{outer: {{minus: [{{polygon: {points}}}, {{rectangle: [0, -2, 2, 2]}}], corners: 30}}}}"
+        domain = domain_of(text)
+        assert len(domain.boundary.kind) == 2
+        assert 0 in domain.given_outlines
+
+    @pytest.mark.parametrize(
+        ("ring", "message"),
+        [
+            ("{union: []}", "domain.outer.union: must have at least one entry"),
+            (
+                f"{{intersection: [{PLATE}, {{circle: {{center: [9, 9], radius: 1}}}}]}}",
+                "case.yaml:2: domain: the outer ring: nothing is left of intersection: [rectangle 'plate', circle]: th",
+            ),
+            (f"{{minus: [{PLATE}, {PLATE}]}}", "nothing is left of minus: [rectangle 'plate', rectangle 'plate']: the"),
+            (
+                f"{{union: [{PLATE}, {{polygon: [[0, 0], [1, 1], [1, 0], [0, 1]]}}]}}",
+                "the outer ring: the ring crosses or touches itself at (0.5, 0.5)",
+            ),
+            (f"{{union: [{PLATE}, {{polygon: []}}]}}", "the outer ring: union, ring 2: a polygon has no points"),
+            (f"{{union: [{PLATE}, {{rectangle: [4.0000001, 0, 5, 2]}}]}}", "next to"),
+        ],
+    )
+    def test_what_gives_no_ring_is_told(self, ring, message):
+        with pytest.raises(BubblemeshError, match=re.escape(message)):
+            located_domain_of(f"domain: {{outer: {ring}}}")
+
+    def test_a_hole_with_a_hole_is_told(self):
+        ring = "{minus: [{rectangle: [1, 1, 5, 5]}, {circle: {center: [3, 3], radius: 1}}]}"
+        with pytest.raises(BubblemeshError, match=r"hole 1: what is enclosed has a hole itself, at \(.*give one hole"):
+            domain_of(f"domain: {{outer: {BOARD}, holes: [{ring}]}}")

@@ -8,7 +8,7 @@ from geometry_files import area, domain
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.geometry.paths import Arc, Line
-from bubblemesh.readers.formats import read_area, read_rings
+from bubblemesh.readers.formats import read_areas, read_rings
 from bubblemesh.readers.selection import Selection
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
@@ -158,7 +158,7 @@ class TestFills:
             island.add_spline(control_points=[(5, 4), (4.5, 3.5), (4.5, 2.5), (5, 2)], knot_values=[0] * 4 + [1] * 4)
 
         path = drawn(draw)
-        outer, *holes = read_area(path, Selection())
+        outer, *holes = read_areas(path, Selection())[0].rings
         assert [type(side.curve) for side in outer.sides] == [Line, Arc, Line, Line]
         assert {side.label for ring in (outer, *holes) for side in ring.sides} == {"SOIL"}
         removed = np.pi / 2 + 2 + np.pi / 2 + 0.525

@@ -49,7 +49,7 @@ class TestGeographicFiles:
             domain(path, layers=("lakes",))
 
     def test_degrees_are_noted(self, saved):
-        assert "coordinates are degrees" in domain(saved("a.gpkg", WKT, crs="EPSG:4326")).notes[0]
+        assert "coordinates are degrees and are taken" in domain(saved("a.gpkg", WKT, crs="EPSG:4326")).notes[0]
 
     def test_what_is_no_such_file_is_refused(self, written):
         pytest.importorskip("pyogrio")

@@ -5,7 +5,7 @@ import pytest
 from geometry_files import area, domain
 
 from bubblemesh.geometry.paths import Arc, Line
-from bubblemesh.readers.formats import read_area, read_rings
+from bubblemesh.readers.formats import read_areas, read_rings
 from bubblemesh.readers.selection import Selection
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {}>{}</svg>'
@@ -65,7 +65,7 @@ class TestFills:
 
     def test_curves_stay_curves_where_nothing_crosses(self, written):
         path = drawing(written, '<path d="M0 0H20V20H0Z M10 6A4 4 0 0 0 10 14A4 4 0 0 0 10 6Z"/>')
-        outer, hole = read_area(path, Selection())
+        outer, hole = read_areas(path, Selection())[0].rings
         assert {type(side.curve) for side in outer.sides} == {Line}
         assert {type(side.curve) for side in hole.sides} == {Arc}
 

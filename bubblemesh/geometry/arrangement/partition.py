@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
@@ -36,7 +37,7 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     whole = noded(whole, size, len(boundary.corners), parts)
     areas = areas_of(whole, parts)
     require_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
-    whole = _without_doubles(whole, TOUCHING * size)
+    whole = without_doubles(whole, TOUCHING * size)
     whole = _clipped(whole, parts.points, TOUCHING * size)
     _require_lines(whole, parts.lines)
     whole = _sided(whole, areas)
@@ -68,7 +69,7 @@ def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: 
                 raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
 
 
-def _without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
+def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     """The boundary without inner pieces that follow another piece, nor such as have no length."""
     low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
     numbers = np.arange(len(boundary.kind))
@@ -126,6 +127,12 @@ def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
 
 def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
     """The boundary with the numbers of the regions on both sides of its pieces."""
+    left, right = (region_at(points, areas) for points in probes(boundary))
+    return replace(boundary, left=left, right=np.where(boundary.inner, right, -1))
+
+
+def probes(boundary: Boundary) -> tuple[Floats, Floats]:
+    """Points (p, 2) next to the middles of the pieces, on the left and on the right of them."""
     numbers = np.arange(len(boundary.kind))
     piece, s, step = boundary.stations()
     # The middle of a chord is in the middle between the corners of the regions' polygons.
@@ -136,8 +143,7 @@ def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
     tx, ty = boundary.tangents(numbers, at).T
     aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[chord]
     normal = aside[:, None] * np.column_stack([-ty, tx])
-    left, right = (region_at(points, areas) for points in (middle + normal, middle - normal))
-    return replace(boundary, left=left, right=np.where(boundary.inner, right, -1))
+    return middle + normal, middle - normal
 
 
 def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:

@@ -1,0 +1,241 @@
+"""Union, difference and intersection of areas, whose curves stay the curves that they are.
+
+All curves are split where they meet. Of the pieces stay those that have the result on one side only, which a point
+beside each of them tells; they are joined to rings with the result on their left.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import about
+from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
+from bubblemesh.geometry.arrangement.noding import noded
+from bubblemesh.geometry.arrangement.partition import probes, without_doubles
+from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.nesting import with_holes
+from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side
+from bubblemesh.geometry.polygonal_copy import outline
+from bubblemesh.geometry.validity import simple_polygon
+
+BESIDE_CORNER = 0.01  # of the shortest piece at a corner: so far from it pieces are put in order around it
+JOINED = 1e-9  # of a curve's length: pieces nearer to each other were one
+
+# What belongs to the result, for points (m,) that are within the operands (k, m) or not.
+Rule = Literal["union", "minus", "intersection"]
+RULES: Mapping[Rule, Callable[[Booleans], Booleans]] = {
+    "union": lambda inside: np.logical_or.reduce(inside),
+    "minus": lambda inside: inside[0] & ~np.logical_or.reduce(inside[1:]),
+    "intersection": lambda inside: np.logical_and.reduce(inside),
+}
+
+
+class Run(NamedTuple):
+    """A piece of the result, against its own direction if ``backward``."""
+
+    piece: int
+    backward: bool
+
+
+def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
+    """Areas of the operands' union, of the first one minus the others, or of their intersection; there may be none.
+
+    An operand is what any of its areas holds. Sides keep their labels; where sides of several operands are one, that
+    of the first operand counts. GeometryError, with the place, if a ring crosses itself, or if curves are next to each
+    other, but not the same.
+    """
+    areas = [area for operand in operands for area in operand]
+    owner = np.repeat(np.arange(len(operands)), [len(operand) for operand in operands])
+    rings = [ring for area in areas for ring in area.rings]
+    copies = [outline(ring) for ring in rings]
+    for ring, copy in zip(rings, copies, strict=True):
+        with about(ring.key):
+            simple_polygon(copy, f"the ring ({ring.origin})" if ring.origin else "the ring")
+    paths = tuple(OpenPath.around(ring, "") for ring in rings)
+    before = Boundary.empty().with_inner(paths)
+    size = _size(np.vstack(copies))
+    split = noded(before, size, 0, Parts(lines=paths))
+    shapes = _shapes(areas, split)
+    split = without_doubles(split, TOUCHING * size)
+    left, right = (RULES[rule](_inside(points, shapes, owner, len(operands))) for points in probes(split))
+    runs = [Run(int(piece), bool(right[piece])) for piece in np.flatnonzero(left != right)]
+    assembly = _Assembly(split, before, [side.curve for path in paths for side in path.sides])
+    found = [assembly.ring(loop) for loop in _simple(split, _loops(split, runs))]
+    notes = tuple(dict.fromkeys(note for ring in rings for note in ring.notes))
+    outlines = [outline(ring) for ring in found]
+    if any(ring.given is not None for ring in rings):
+        found = [replace(ring, given=points) for ring, points in zip(found, outlines, strict=True)]
+    turns = [shapely.is_ccw(shapely.linearrings(points)) for points in outlines]
+    outer = [Area(ring) for ring, turn in zip(found, turns, strict=True) if turn]
+    result = with_holes(outer, [ring for ring, turn in zip(found, turns, strict=True) if not turn])
+    return [replace(area, outer=replace(area.outer, notes=() if k else notes)) for k, area in enumerate(result)]
+
+
+def _size(points: Floats) -> float:
+    """Size of all operands that tolerances are parts of, or more where rounding makes them larger."""
+    rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
+    return max(float(np.ptp(points, axis=0).max()), rounding / TOUCHING)
+
+
+def _shapes(areas: Sequence[Area], split: Boundary) -> list[shapely.Polygon]:
+    """Polygonal copies of areas with chords of the split curves, so that common sides are the same in each."""
+    chords = split.chords()
+    order = np.argsort(-split.ring[chords.piece], kind="stable")
+    counts = np.bincount(-1 - split.ring[chords.piece])
+    outlines = iter(np.split(chords.start[order], np.cumsum(counts)[:-1]))
+    return [shapely.Polygon(next(outlines), [next(outlines) for _ in area.holes]) for area in areas]
+
+
+def _inside(points: Floats, shapes: Sequence[shapely.Polygon], owner: Integers, count: int) -> Booleans:
+    """Mask (k, m) of the points (m, 2) that are within each of the operands."""
+    inside = np.zeros((count, len(points)), bool)
+    shape, point = shapely.STRtree(shapely.points(points)).query(np.array(shapes, dtype=object), predicate="contains")
+    inside[owner[shape], point] = True
+    return inside
+
+
+def _loops(boundary: Boundary, runs: Sequence[Run]) -> list[list[Run]]:
+    """Closed walks around the parts of the result, always on to the next run that bounds the same part."""
+    closed = [[run] for run in runs if boundary.closed[run.piece]]
+    open_ = [run for run in runs if not boundary.closed[run.piece]]
+    if not open_:
+        return closed
+    begin, end = np.array([_ends(boundary, run) for run in open_]).T
+    ahead, behind = _directions(boundary, open_, begin, end)
+    leaving: dict[int, list[int]] = {}
+    for number, corner in enumerate(begin.tolist()):
+        leaving.setdefault(corner, []).append(number)
+    used = np.zeros(len(open_), bool)
+    loops = []
+    for first in range(len(open_)):
+        loop = []
+        number = first
+        while not used[number]:
+            used[number] = True
+            loop.append(open_[number])
+            # The part is on the left: the next run is the first one clockwise from where this one comes from.
+            after = leaving[int(end[number])]
+            number = min(after, key=lambda k: (behind[number] - ahead[k]) % (2 * np.pi)) if len(after) > 1 else after[0]
+        if loop:
+            loops.append(loop)
+    return sorted(closed + loops, key=lambda loop: min(run.piece for run in loop))
+
+
+def _ends(boundary: Boundary, run: Run) -> tuple[int, int]:
+    start, end = int(boundary.start[run.piece]), int(boundary.end[run.piece])
+    return (end, start) if run.backward else (start, end)
+
+
+def _directions(boundary: Boundary, runs: Sequence[Run], begin: Integers, end: Integers) -> tuple[Floats, Floats]:
+    """Angles (m,) at which runs leave the corners where they begin, and (m,) at which they are seen from their ends.
+
+    They are those of places a little away, equally far on all runs at a corner: curves may leave it side by side.
+    """
+    piece = np.array([run.piece for run in runs])
+    backward = np.array([run.backward for run in runs])
+    lengths = boundary.lengths[piece]
+    shortest = np.full(len(boundary.corners), np.inf)
+    np.minimum.at(shortest, begin, lengths)
+    np.minimum.at(shortest, end, lengths)
+    angles = []
+    for corner, at_start in ((begin, ~backward), (end, backward)):
+        away = BESIDE_CORNER * shortest[corner]
+        places = boundary.points(piece, np.where(at_start, away, lengths - away))
+        x, y = (places - boundary.corners[corner]).T
+        angles.append(np.arctan2(y, x))
+    return angles[0], angles[1]
+
+
+def _simple(boundary: Boundary, loops: Sequence[list[Run]]) -> list[list[Run]]:
+    """Walks that pass no corner twice: where a part touches itself, a hole of it does so."""
+    simple = []
+    for loop in loops:
+        walk: list[Run] = []
+        position: dict[int, int] = {}  # of corners at which runs of the walk begin
+        for run in loop:
+            begin, end = _ends(boundary, run)
+            position[begin] = len(walk)
+            walk.append(run)
+            if end in position:
+                cut = position[end]
+                simple.append(walk[cut:])
+                for gone in walk[cut:]:
+                    position.pop(_ends(boundary, gone)[0], None)
+                del walk[cut:]
+    return simple
+
+
+@dataclass(frozen=True)
+class _Assembly:
+    """Rings of pieces, with the boundary before they were split and the curve of each of its pieces."""
+
+    split: Boundary
+    before: Boundary
+    curves: Sequence[Curve]
+
+    @cached_property
+    def _origin(self) -> Integers:
+        """Piece (p,) of the boundary before it was split that each piece is a part of."""
+        of_curve = {key: piece for piece, key in enumerate(zip(*self._keys(self.before), strict=True))}
+        return np.array([of_curve[key] for key in zip(*self._keys(self.split), strict=True)], np.int64)
+
+    @staticmethod
+    def _keys(boundary: Boundary) -> tuple[list[int], list[int]]:
+        return boundary.kind.tolist(), boundary.index.tolist()
+
+    def ring(self, loop: Sequence[Run]) -> Ring:
+        """Ring of a walk; runs that follow each other on one curve are one side again."""
+        count = len(loop)
+        breaks = [k for k in range(count) if not self._continued(loop[k - 1], loop[k])]
+        if not breaks:
+            return Ring((self._side(loop),), ())
+        groups = [[loop[k % count] for k in range(a, b)] for a, b in pairwise([*breaks, breaks[0] + count])]
+        vertices = tuple(self._corner(_ends(self.split, group[0])[0]) for group in groups)
+        return Ring(tuple(self._side(group) for group in groups), vertices)
+
+    def _continued(self, run: Run, other: Run) -> bool:
+        """Whether a run goes on in another one on the same curve, where that had no vertex before."""
+        first, second = (other, run) if run.backward else (run, other)
+        origin = self._origin[run.piece]
+        if run.backward != other.backward or origin != self._origin[other.piece]:
+            return False
+        gap = self.split.offset[second.piece] - self.split.offset[first.piece] - self.split.lengths[first.piece]
+        total = self.before.lengths[origin]
+        if self.before.closed[origin]:
+            gap = (gap + total / 2) % total - total / 2
+        return bool(abs(gap) <= JOINED * total)
+
+    def _side(self, runs: Sequence[Run]) -> Side:
+        """Side along runs that are one part of a curve."""
+        split, run = self.split, runs[0]
+        origin = self._origin[run.piece]
+        curve, label = self.curves[origin], split.labels[split.label[run.piece]] or None
+        length = float(sum(split.lengths[one.piece] for one in runs))
+        if isinstance(curve, Line):
+            begin, end = _ends(split, run)[0], _ends(split, runs[-1])[1]
+            return Side(Line(self._corner(begin), self._corner(end)), label)
+        if length < (1 - JOINED) * self.before.lengths[origin]:
+            offset = float(split.offset[(runs[-1] if run.backward else run).piece])
+            curve = _part(curve, offset, length, float(self.before.lengths[origin]))
+        return Side(curve.reversed() if run.backward else curve, label)
+
+    def _corner(self, number: int) -> Point:
+        x, y = self.split.corners[number].tolist()
+        return x, y
+
+
+def _part(curve: Curve, offset: float, length: float, whole: float) -> Curve:
+    """The part of a curve of that ``whole`` length that begins after ``offset`` of what it is itself a section of."""
+    if isinstance(curve, Section):
+        return curve._replace(offset=offset, length=length)
+    if isinstance(curve, Arc):
+        turn = curve.sweep / whole
+        return curve._replace(angle=curve.angle + turn * offset, sweep=turn * length)
+    return Section(curve, offset, length, whole)

@@ -1,0 +1,57 @@
+"""Coordinates that are degrees of longitude and latitude: whether a file has such, and what to tell the user then."""
+
+import math
+import re
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+
+FARTHEST = np.array([180.0, 90.0])
+HUNDREDTHS = 100  # numbers that people write by hand are whole numbers of these, or of larger parts
+ROUNDING = 1e-9
+MOST = 0.5  # share of such numbers in a drawing
+ZONE, WIDEST = 6.0, 12.0  # degrees: width of a zone of the UTM system, and of what one of them serves for
+GEOGRAPHIC, PROJECTED = re.compile(r"\b(GEOGCS|GEOGCRS|GEODCRS)\b"), re.compile(r"\b(PROJCS|PROJCRS)\b")
+
+
+def is_geographic(system: str | None) -> bool | None:
+    """Whether a coordinate reference system, as well-known text, has degrees; None if that is unknown."""
+    text = system or ""
+    return False if PROJECTED.search(text) else True if GEOGRAPHIC.search(text) else None
+
+
+def look_like_degrees(points: Floats) -> bool:
+    """Whether points (n, 2) of a file that says nothing of its coordinates are degrees rather than a drawing.
+
+    They are in the range of degrees, not around the origin, which lies in the ocean, and most are not round numbers.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    around_origin = bool(((low <= 0) & (high >= 0)).all())
+    if around_origin or (np.abs([low, high]) > FARTHEST).any():
+        return False
+    parts = points * HUNDREDTHS
+    return bool((np.abs(parts - np.rint(parts)) <= ROUNDING * np.abs(parts)).mean() < MOST)
+
+
+def degrees_notes(points: Floats, degrees: bool | None) -> tuple[str, ...]:
+    """Note on points (n, 2) that are ``degrees``, or look like it if that is None: what follows, and what to do."""
+    if len(points) == 0 or not (look_like_degrees(points) if degrees is None else degrees):
+        return ()
+    (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    latitude = (south + north) / 2
+    stretched = 1 / max(math.cos(math.radians(min(abs(latitude), 89.0))), 1e-3)
+    too_long = f"lengths from east to west are {stretched:.2f} times too long at latitude {latitude:.0f}"
+    certainly = "are" if degrees else "look like"
+    return (
+        f"coordinates {certainly} degrees and are taken as they are: the spacing counts in degrees, too, and "
+        f"{too_long}; for a true shape project the file to metres ({_projection(west, east, latitude)})",
+    )
+
+
+def _projection(west: float, east: float, latitude: float) -> str:
+    """A coordinate system in metres that serves there."""
+    if east - west > WIDEST or abs(latitude) > 84:
+        return f"such as LAEA, ogr2ogr -t_srs '+proj=laea +lat_0={latitude:.0f} +lon_0={(west + east) / 2:.0f}'"
+    zone = int(np.clip((west + east + 360) / 2 // ZONE + 1, 1, 60))
+    return f"such as UTM, ogr2ogr -t_srs EPSG:{326 if latitude >= 0 else 327}{zone:02}"

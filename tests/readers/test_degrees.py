@@ -1,0 +1,61 @@
+"""Files whose coordinates are degrees say so, however they tell it; drawings do not."""
+
+import json
+
+import pytest
+
+from bubblemesh.case import load_case
+from bubblemesh.problem.domain import case_domain
+
+UTM = [[500000.0, 5300000.0], [501000.0, 5300000.0], [500500.0, 5300700.0]]
+LAKE = [[11.3217, 48.0113], [11.4193, 48.0137], [11.3822, 47.9171]]
+PLATE = [[1, 1], [3, 1], [3, 2.5], [1, 2.5]]
+FOIL = [[1.0, 0.00126], [0.5132, 0.0529], [0.0, 0.0], [0.4871, -0.0529]]
+
+
+def notes(path, text):
+    path.write_text(text)
+    return case_domain(load_case("a.yaml", text=f"domain: {{file: {path}}}\nspacing: 1\n")).notes
+
+
+def geojson(points):
+    return json.dumps({"type": "Polygon", "coordinates": [[*points, points[0]]]})
+
+
+def wkt(points):
+    return "POLYGON (({}))".format(", ".join(f"{x} {y}" for x, y in [*points, points[0]]))
+
+
+@pytest.mark.parametrize(("ending", "form"), [("geojson", geojson), ("wkt", wkt)])
+def test_degrees_are_told_with_what_follows_and_what_to_do(tmp_path, ending, form):
+    (note,) = notes(tmp_path / f"a.{ending}", form(LAKE))
+    assert "coordinates look like degrees" in note
+    assert "1.49 times too long at latitude 48" in note
+    assert "EPSG:32632" in note
+
+
+@pytest.mark.parametrize("points", [UTM, PLATE, FOIL])
+@pytest.mark.parametrize(("ending", "form"), [("geojson", geojson), ("wkt", wkt)])
+def test_lengths_are_not_told_to_be_degrees(tmp_path, ending, form, points):
+    assert notes(tmp_path / f"a.{ending}", form(points)) == ()
+
+
+@pytest.mark.parametrize(
+    ("system", "told"),
+    [('GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984"]]', True), ('PROJCS["UTM",GEOGCS["GCS_WGS_1984"]]', False)],
+)
+def test_the_reference_system_of_a_shapefile_decides(tmp_path, system, told):
+    shapely, pyogrio = pytest.importorskip("shapely"), pytest.importorskip("pyogrio")
+    shape = shapely.Polygon(PLATE)
+    pyogrio.raw.write(
+        tmp_path / "a.shp",
+        shapely.to_wkb([shape]),
+        [],
+        [],
+        geometry_type="Polygon",
+        driver="ESRI Shapefile",
+        crs="EPSG:3857",
+    )
+    (tmp_path / "a.prj").write_text(system)
+    found = case_domain(load_case("a.yaml", text=f"domain: {{file: {tmp_path}/a.shp}}\nspacing: 1\n")).notes
+    assert any("coordinates are degrees" in note for note in found) == told

@@ -1,0 +1,44 @@
+"""Places in messages have the digits that a domain's size needs; warnings that repeat are one."""
+
+import numpy as np
+import pytest
+
+from bubblemesh.messages import once_each, place
+
+
+@pytest.mark.parametrize(
+    ("point", "size", "text"),
+    [
+        ((0.5, -1), 1.0, "(0.5, -1)"),
+        ((0.1 + 0.2, -0.0), 1.0, "(0.3, 0)"),
+        ((0.3564241234, -0.576405912), 2.0, "(0.356424, -0.576406)"),
+        ((500123.456, 4649776.22471), 5e5, "(500123.5, 4649776.2)"),
+        ((1.5e-7, 2.00001e-7), 1e-6, "(1.5e-07, 2.00001e-07)"),
+        ((123456789.0, 0), 1e10, "(123460000, 0)"),
+        ((3e20, -2e20), 1e20, "(3e+20, -2e+20)"),
+        ((float("nan"), float("inf")), 1.0, "(nan, inf)"),
+    ],
+)
+def test_a_place_has_no_needless_digits(point, size, text):
+    assert place(point, size) == text
+
+
+@pytest.mark.parametrize("size", [1e-12, 3e-5, 0.02, 1.0, 9.99, 4.2e4, 7e8])
+@pytest.mark.parametrize("offset", [0.0, 1.0, 57.3, 1e4])
+def test_places_a_millionth_of_the_size_apart_differ(size, offset):
+    x = size * (offset + np.linspace(0.1, 0.9, 50))
+    assert all(place((a, 0), size) != place((a + 1.01e-6 * size, 0), size) for a in x.tolist())
+
+
+def test_without_a_size_a_place_is_told_by_its_own_numbers():
+    assert place((500123.456789, 4649776.22471)) == "(500123.457, 4649776.225)"
+    assert place((0, 0)) == "(0, 0)"
+
+
+def test_warnings_that_differ_in_numbers_only_are_one_with_a_count():
+    told = ["a.svg: duplicate point (1, 2) merged", "b", "a.svg: duplicate point (-3.5e-7, 2.5) merged", "b", "c 1"]
+    assert once_each(told) == (
+        "a.svg: duplicate point (1, 2) merged (and 1 more like it)",
+        "b (and 1 more like it)",
+        "c 1",
+    )
