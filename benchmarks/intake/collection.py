@@ -42,11 +42,15 @@ KINDS = {
 
 
 def draw_all(folder: Path, seed: int = 0) -> list[dict[str, Any]]:
-    """Rows of all files, drawn into a folder unless it has them, in an order of which any first part is a fair sample."""
+    """Rows of all files, drawn into a folder unless it has them; any first part of them is a fair sample."""
     listed = folder / LIST
-    if listed.exists():
-        return list(json.loads(listed.read_text()))
-    folder.mkdir(parents=True, exist_ok=True)
+    if not listed.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        listed.write_text(json.dumps(_drawn(folder, seed), indent=0))
+    return list(json.loads(listed.read_text()))
+
+
+def _drawn(folder: Path, seed: int) -> list[dict[str, Any]]:
     rows = []
     for number, (name, kind) in enumerate(KINDS.items()):
         for k in range(kind.count):
@@ -56,5 +60,4 @@ def draw_all(folder: Path, seed: int = 0) -> list[dict[str, Any]]:
             row = {"name": found.path.name, "kind": name, "size": found.size, "areas": found.areas}
             rows.append(row | {"tolerance": found.tolerance, "holds_area": found.holds_area})
     plain.Random(seed).shuffle(rows)
-    listed.write_text(json.dumps(rows, indent=0))
     return rows

@@ -1,4 +1,4 @@
-"""Drawings as CAD programs write them: parts of lines, arcs, polylines, splines, fills and blocks, and all beside them."""
+"""Drawings as CAD programs write them: parts of lines, arcs, polylines, splines, fills and blocks, and more."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -58,7 +58,7 @@ def _same_twice(random: Random, ring: Any) -> list[Rings]:
 
 
 def _overlapping(random: Random, ring: Any) -> list[Rings]:
-    return [[ring], [ring + [0.7, 0.1]]]
+    return [[ring], [np.add(ring, (0.7, 0.1))]]
 
 
 def _sliver(random: Random, ring: Any) -> list[Rings]:

@@ -128,11 +128,11 @@ def counties(folder: Path, number: int, random: Random) -> Drawn:
 
 
 def _cover(path: Path, parts: list[Shape]) -> Drawn:
-    """Neighbours with shared borders: together they have the area of their union, if they are a coverage."""
+    """Neighbours: their areas count also where they share borders exactly."""
     known = drawn(path, parts)
-    touching = len(parts) > 1 and known.areas is None
-    exact = all(part.is_valid for part in parts) and shapely.coverage_is_valid(np.array(parts, dtype=object))
-    return known._replace(areas=(shapely.union_all(parts).area,)) if touching and exact else known
+    if all(part.is_valid for part in parts) and shapely.coverage_is_valid(np.array(parts, dtype=object)):
+        return known._replace(areas=tuple(sorted((part.area for part in parts), reverse=True)))
+    return known
 
 
 def block(folder: Path, number: int, random: Random) -> Drawn:

@@ -20,11 +20,11 @@ HEAD = """# Intake: which files get in
 
 Made by `python -m benchmarks.intake --files FOLDER --rows FILE`, then once more with `--page`. The collection is drawn
 by scripts in `benchmarks/intake`, modelled on how such files look and what they hold, with the slips that they have;
-nothing in it was changed to suit the readers. Each file is meshed as `domain: {file: ...}` with a spacing of a thirtieth
-of its size; if it is refused, it is tried once more with the key that the message names, taken from its text. Every
-mesh is checked by code of its own (triangles counter-clockwise, no node unused or double, boundary edges are the free
-edges and do not cross), and its area is compared with that of what was drawn, where one part or all of them were asked
-for.
+nothing in it was changed to suit the readers. Each file is meshed as `domain: {file: ...}` with a spacing of a
+thirtieth of its size; if it is refused, it is tried once more with the key that the message names, taken from its
+text. Every mesh is checked by code of its own (triangles counter-clockwise, no node unused or double, boundary edges
+are the free edges and do not cross), and its area is compared with that of what was drawn, where one part or all of
+them were asked for.
 
 """
 
@@ -38,8 +38,8 @@ def page(rows_path: Path) -> str:
     crashes = sum(row["outcome"] in ("crash", "no end") for row in rows)
     share = (
         f"Of {len(rows)} files of {len({row['kind'] for row in rows})} kinds {len(hold)} hold an area; of those "
-        f"{len(meshed)} mesh, which is {len(meshed) / max(len(hold), 1):.1%}. {_many(crashes, 'crash', 'es')} or no end; "
-        f"{_many(len(wrong), 'mesh', 'es')} with something wrong.\n\n"
+        f"{len(meshed)} mesh, which is {len(meshed) / max(len(hold), 1):.1%}. "
+        f"{_many(crashes, 'crash', 'es')} or no end; {_many(len(wrong), 'mesh', 'es')} with something wrong.\n\n"
     )
     return HEAD + share + "\n".join([*_table(rows), "", *_stopped(rows), *_wrong(wrong)]) + "\n"
 

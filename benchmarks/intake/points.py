@@ -37,8 +37,9 @@ def airfoil(folder: Path, number: int, random: Random) -> Drawn:
         head = f"{name}\n {len(upper):7.1f} {len(lower):7.1f}\n\n"
         text = head + _rows(upper) + "\n" + _rows(lower)
     elif form == 3:  # Lednicer's without the numbers of points, tabs
+        upper, lower = (np.round(side, 5) for side in (upper, lower))
         text = f"{name}\n" + _rows(upper, "{:.5f}\t{:.5f}") + "\n" + _rows(lower, "{:.5f}\t{:.5f}")
-        elements = [np.round(ring, 5)]
+        elements = [np.concatenate([upper[::-1], lower[1:]])]
     elif form == 4:  # MSES, with a flap
         flap = 0.3 * ring @ np.array([[0.9, -0.4], [0.4, 0.9]]) + [1.02, -0.03]
         elements = [ring, np.round(flap, 6)]
