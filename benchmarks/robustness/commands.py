@@ -11,7 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
-LONGEST = 120.0  # seconds after which a command hangs
+LONGEST = 300.0  # seconds after which a command hangs, also on a machine that has much else to do
 
 
 class Ended(NamedTuple):

@@ -80,9 +80,9 @@ FILE_ERROR = 5
 MOST = 5000  # writes of a command
 
 
-def trials(kind: str, library: Path, step: int = 1) -> Iterator[tuple[str, list[str]]]:
-    """The first write that fails, and what is wrong then; up to the one with room for all."""
-    for number in range(1, MOST, step):
+def trials(kind: str, library: Path, step: int = 1, first: int = 1) -> Iterator[tuple[str, list[str]]]:
+    """The write from which on all fail, and what is wrong then; from a first one to that with room for all."""
+    for number in range(first, MOST, step):
         with tempfile.TemporaryDirectory(prefix="disk-") as name:
             folder = Path(name).resolve()
             (folder / "a.yaml").write_text(CASE)
@@ -116,8 +116,9 @@ def main(arguments: list[str]) -> None:
     """Let every write fail, and tell what is wrong afterwards."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--kinds", default=",".join(COMMANDS))
+    parser.add_argument("--first", type=int, default=1, help="the write to begin with")
     parser.add_argument("--step", type=int, default=1, help="every so many-th write only")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory(prefix="disk-") as folder:
         library = compiled(Path(folder), LIBRARY)
-        tell((f"disk, {kind}", trials(kind, library, options.step)) for kind in options.kinds.split(","))
+        tell((f"disk, {kind}", trials(kind, library, options.step, options.first)) for kind in options.kinds.split(","))

@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 
 from benchmarks.robustness.capped import Call
 from benchmarks.robustness.trials import Row, completed, counted_outcomes, note, row_options
@@ -71,6 +72,12 @@ def _text_files() -> dict[str, str]:
     ends = [(k, k % 9 + 1 if k != 5 else 1) for k in range(1, 6)] + [(6, 7), (7, 8), (8, 9), (9, 6)]
     points = "".join(f"{k} {x} {y} 0 1\n" for k, (x, y) in enumerate([*OUTLINE, *HOLE], start=1))
     segments = "".join(f"{k} {a} {b} {k % 3}\n" for k, (a, b) in enumerate(ends, start=1))
+    topology = {
+        "type": "Topology",
+        "transform": {"scale": [0.5, 0.5], "translate": [0, 0]},
+        "objects": {"a": {"type": "GeometryCollection", "geometries": [{"type": "Polygon", "arcs": [[0, -2]]}]}},
+        "arcs": [[[0, 0], [8, 0], [0, 6]], [[0, 0], [0, 6], [8, 0]]],
+    }
     svg = (
         '<svg xmlns="http://www.w3.org/2000/svg" width="9mm" viewBox="0 0 9 9"><style>.a{fill:red}</style><defs>'
         '<circle id="c" cx="1.5" cy="1.5" r="0.4"/></defs><g transform="translate(1 2) rotate(30)">'
@@ -80,7 +87,10 @@ def _text_files() -> dict[str, str]:
         ".geojson": json.dumps({"type": "FeatureCollection", "features": [feature]}),
         ".wkt": f"SRID=1;POLYGON (({_text_of(rings[0], ' ', ', ')}), ({_text_of(rings[1], ' ', ', ')}))",
         ".csv": "x, y\n" + _text_of(OUTLINE, ", ", "\n") + "\n\n# hole\n" + _text_of(HOLE, "; ", "\n"),
-        ".poly": f"9 2 1 1\n{points}9 1\n{segments}1\n1 1.5 1.5\n",
+        ".poly": f"9 2 1 1\n{points}9 1\n{segments}1\n1 1.5 1.5\n1\n1 0.5 0.5 7 1\n",
+        ".topojson": json.dumps(topology),
+        ".geojsonl": json.dumps(feature) + "\n" + json.dumps({"type": "Point", "coordinates": [1, 2]}),
+        ".wkb": shapely.to_wkb(shapely.Polygon(OUTLINE, [HOLE]), hex=True),
         ".svg": svg,
     }
 
@@ -97,12 +107,13 @@ def _drawing(folder: Path) -> None:
     space.add_ellipse((4, 2), (0.5, 0), 0.5)
     space.add_spline([(2, 2), (2.5, 2), (2.5, 2.5), (2, 2)])
     space.add_text("A")
+    space.add_point((3, 3))
+    space.add_hatch().paths.add_polyline_path([(0, 0), (1, 0), (1, 1)])
     document.saveas(folder / "a.dxf")
 
 
 def _layers(folder: Path) -> None:
     import pyogrio
-    import shapely
 
     shapes = np.array([shapely.to_wkb(shapely.Polygon(OUTLINE, [HOLE]))], dtype=object)
     for ending, driver in ((".shp", "ESRI Shapefile"), (".gpkg", "GPKG")):
@@ -168,6 +179,10 @@ def seeds() -> dict[str, Seed]:
             files = {f"a{end}": (folder / f"a{end}").read_bytes() for end in (ending, *others)}
             found[kind + ending] = Seed(case.encode(), files)
 
+        for ending in (".csv", ".geojson", ".dxf", ".wkt"):
+            inner = f"lines: [{{file: a{ending}, outside: skip}}]"
+            inner += f", points: [{{file: a{ending}, outside: skip}}]" if ending == ".dxf" else ""
+            add("inner", ending, f"domain: {{outer: {{rectangle: [0, 0, 9, 9]}}, {inner}}}\nspacing: 1\n")
         for ending in (*texts, ".dxf", ".gpkg"):
             add("domain", ending, f"domain: {{file: a{ending}}}\nspacing: 0.5\n")
         add("domain", ".shp", "domain: {file: a.shp}\nspacing: 0.5\n", ".shx", ".dbf", ".prj", ".cpg")

@@ -1,14 +1,15 @@
 """The domain of a case file: its rings, its regions, and the lines and points embedded in it."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Point, Strict, filled, listed
+from bubblemesh.case.embedded import LineKeys, PointKeys
+from bubblemesh.case.fields import Choice, Label, OneLabel, Positive, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.repair import RepairKeys
-from bubblemesh.case.shapes import PathLine, RingKeys
+from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.spacing import SpacingValue
 
 SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
@@ -20,27 +21,46 @@ class RegionKeys(DrawnKeys):
     name: Label = Field(description="Name of the region in the mesh files.")
     ring: RingKeys = Field(description="The ring around the region; what lies outside the domain is left out.")
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
+    largest: Positive | None = Field(default=None, description="Largest area of a triangle in the region.")
 
 
-class EmbeddedLine(PathLine):
-    """A line inside the domain that edges of the mesh follow: a crack, a wire."""
+class RegionFile(GeometryFile):
+    """Features of a file that share borders, as regions named by one of their properties."""
+
+    name: Text = Field(description="Property whose values name the regions: NAME, for example, or layer.")
+    spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in each of the regions.")
+    largest: Positive | None = Field(default=None, description="Largest area of a triangle in each of the regions.")
 
 
-class EmbeddedPoint(DrawnKeys):
-    """A point inside the domain that is a node of the mesh: a well, a sensor."""
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, dict | BaseModel) else value
 
-    at: Point = Field(description="The point [x, y].")
-    label: OneLabel = None
+
+RegionEntry = Annotated[
+    Annotated[RegionKeys, Tag("<ring>")] | Annotated[RegionFile, Tag("<file>")],
+    Discriminator(lambda value: "<file>" if _has(value, "file") else "<ring>"),
+]
+
+
+def _has(value: Any, key: str) -> bool:
+    return key in (
+        type(value).model_fields if isinstance(value, BaseModel) else value if isinstance(value, dict) else ()
+    )
+
+
+Regions = RegionFile | tuple[RegionEntry, ...]
 
 
 class InnerKeys(Strict):
     """Keys of a domain beside its rings."""
 
-    regions: tuple[RegionKeys, ...] = Field(default=(), description="Parts of the domain with names of their own.")
+    regions: Annotated[tuple[RegionEntry, ...], BeforeValidator(_as_list, json_schema_input_type=Regions)] = Field(
+        default=(), description="Parts of the domain with names of their own, drawn or from files."
+    )
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
-    lines: tuple[EmbeddedLine, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
+    lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
     periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
-    points: tuple[EmbeddedPoint, ...] = Field(default=(), description="Points that are nodes of the mesh.")
+    points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
 Outer = Annotated[
@@ -62,10 +82,27 @@ class FileDomain(GeometryFile, InnerKeys):
     hole_label: OneLabel = None
 
 
+class RegionDomain(InnerKeys):
+    """What the regions of files cover together, and what is embedded."""
+
+
 DOMAINS = Choice("a mapping", ("outer", "file"))
 
+
+def _of_regions(value: Any) -> bool:
+    """Whether a domain has no ring of its own, but regions of a file."""
+    if isinstance(value, BaseModel):
+        return isinstance(value, RegionDomain)
+    if not isinstance(value, dict) or "outer" in value or "file" in value:
+        return False
+    regions = _as_list(value.get("regions"))
+    return isinstance(regions, list | tuple) and any(_has(entry, "file") for entry in regions)
+
+
 DomainKeys = Annotated[
-    Annotated[RingDomain, Tag("<outer>")] | Annotated[FileDomain, Tag("<file>")],
-    Discriminator(DOMAINS.tag),
-    BeforeValidator(DOMAINS.checked),
+    Annotated[RingDomain, Tag("<outer>")]
+    | Annotated[FileDomain, Tag("<file>")]
+    | Annotated[RegionDomain, Tag("<regions>")],
+    Discriminator(lambda value: "<regions>" if _of_regions(value) else DOMAINS.tag(value)),
+    BeforeValidator(lambda value: value if _of_regions(value) else DOMAINS.checked(value)),
 ]

@@ -6,7 +6,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Filled, InputFile, OneLabel, Positive, Strict, Text
+from bubblemesh.case.fields import Filled, InputFile, Number, OneLabel, Positive, Strict, Text
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.readers.selection import Part, Unit
 
@@ -14,7 +14,7 @@ from bubblemesh.readers.selection import Part, Unit
 class FollowedKeys(Strict):
     """Keys by which the straight sides of a ring are followed as curves."""
 
-    corners: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=180)] | None = Field(
+    corners: Annotated[Number, Field(ge=0, le=180)] | None = Field(
         default=None, description="Only vertices that turn by more degrees are nodes; the rest is spaced anew."
     )
     smooth: bool = Field(default=False, description="With corners: follow a spline through the vertices between them.")
@@ -48,8 +48,8 @@ def _part(value: Any) -> Any:
     return value
 
 
-class GeometryFile(FollowedKeys, RepairKeys, DrawnKeys):
-    """A file with rings, and what to take of it."""
+class SelectedFile(DrawnKeys):
+    """A file with geometry, and what to take of it."""
 
     file: InputFile = Field(description="Name of the file, relative to the case file.")
     layer: Annotated[tuple[Text, ...], BeforeValidator(_one_or_more)] = Field(
@@ -59,13 +59,6 @@ class GeometryFile(FollowedKeys, RepairKeys, DrawnKeys):
         default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
     )
     units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
-    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
-        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
-    )
-    join: Positive | None = Field(
-        default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
-    )
-    label: OneLabel = None
 
     @field_validator("units")
     @classmethod
@@ -73,3 +66,15 @@ class GeometryFile(FollowedKeys, RepairKeys, DrawnKeys):
         if value is not None and info.data.get("scale") is not None:
             raise PydanticCustomError("scale", "and scale exclude each other: give one of the two")
         return value
+
+
+class GeometryFile(FollowedKeys, RepairKeys, SelectedFile):
+    """A file with rings, and what to take of it."""
+
+    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
+        default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
+    )
+    join: Positive | None = Field(
+        default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
+    )
+    label: OneLabel = None

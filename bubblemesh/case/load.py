@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
+from bubblemesh.case.domain import RegionFile
 from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
@@ -233,6 +234,8 @@ def _check_names(case: Case, places: _Places) -> None:
     """Every region needs a name of its own."""
     seen = {case.domain.region: "domain.region"}
     for number, region in enumerate(case.domain.regions):
+        if isinstance(region, RegionFile):  # which names regions are in it is known when it is read
+            continue
         path = ("domain", "regions", number, "name")
         if region.name in seen:
             problem = f"{region.name!r} is the name at {seen[region.name]} too: give every region a name of its own"

@@ -12,6 +12,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "method": ("method",),
     "seed": ("packing", "seed"),
     "repair": ("domain", "repair"),
+    "angle_min": ("angle_min",),
     "time_limit": ("limits", "seconds"),
 }
 # Keys whose plain value is short for a mapping with one key.

@@ -38,6 +38,9 @@ CASE_OPTIONS: dict[str, Any] = {
     "repair": Annotated[
         bool | None, typer.Option("--repair", help="Mend rings that cross or touch themselves or each other, and gaps.")
     ],
+    "angle_min": Annotated[
+        float | None, typer.Option(metavar="DEGREES", help="Least angle, up to 30: nodes are added for it.")
+    ],
     "time_limit": Annotated[
         float | None, typer.Option(metavar="SECONDS", help="End then, with the mesh as it is once there is one.")
     ],

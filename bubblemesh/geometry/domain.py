@@ -10,6 +10,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
+from bubblemesh.geometry.arrangement.outside import without_outside
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
@@ -82,14 +83,15 @@ class Domain:
                 simple_polygon(points, name)
         boundary = split_at_contacts(Boundary.of(rings, owner))
         require_domain(PolygonalCopy.of(boundary), names, [ring.key for ring in rings])
-        notes = (*(note for ring in rings for note in ring.notes), *(() if parts is None else parts.notes))
+        notes = tuple(note for ring in rings for note in ring.notes)
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
-        whole = partitioned(boundary, parts, simple.polygon) if parts else boundary
+        inner = Parts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
+        whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
         require_room(whole)
-        inner = Parts() if parts is None else parts
+        told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
         changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
-        return cls(whole, notes, inner, given_outlines, changes)
+        return cls(whole, told, inner, given_outlines, changes)
 
     @cached_property
     def periodic(self) -> Integers:

@@ -212,10 +212,17 @@ class OpenPath:
     label: str  # for sides that have none
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
     key: Key = field(default=Key(), compare=False)
+    optional: bool = False  # whether it is left out where it lies outside of the domain
 
     def moved(self, by: Similarity) -> "OpenPath":
         """The line where a similarity takes it, its labels with their sides."""
         return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)))
+
+    def labelled(self, label: str | None) -> "OpenPath":
+        """The line with all its sides called ``label``, if that is given."""
+        if label is None:
+            return self
+        return replace(self, sides=tuple(replace(side, label=label) for side in self.sides), label=label)
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
@@ -230,6 +237,7 @@ class InnerPoint:
     at: Point
     label: str
     key: Key = field(default=Key(), compare=False)
+    optional: bool = False  # whether it is left out where it lies outside of the domain
 
     def moved(self, by: Similarity) -> "InnerPoint":
         """The point where a similarity takes it."""

@@ -68,12 +68,19 @@ class Repair:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
         if not work.changes:
             return list(areas)
-        names = [area.name for area in areas]
-        name = names[0] if len(set(names)) == 1 else None
-        first, *others = [work.area(shape, name) for shape in shapes]
+        first, *others = map(work.area, shapes, _names(shapes, areas))
         notes = tuple(dict.fromkeys(note for ring in work.rings for note in ring.notes))
         changes = (*(change for ring in work.rings for change in ring.changes), *work.changes)
         return [replace(first, outer=replace(first.outer, notes=notes, changes=changes)), *others]
+
+
+def _names(shapes: Sequence[shapely.Polygon], areas: Sequence[Area]) -> list[str | None]:
+    """Name of each of some polygons: that of the area which it was, or a part of."""
+    if len({area.name for area in areas}) == 1:
+        return [areas[0].name] * len(shapes)
+    before = shapely.STRtree(shapely.make_valid(shapes_of(areas), method="structure", keep_collapsed=False))
+    inside = shapely.point_on_surface(np.array(shapes, dtype=object))
+    return [areas[number].name for number in before.nearest(inside).tolist()]
 
 
 @dataclass

@@ -6,21 +6,23 @@ from dataclasses import replace
 from pathlib import Path
 
 from bubblemesh.case import Case
-from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RingDomain
+from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
-from bubblemesh.errors import BubblemeshError, GeometryError, Key, about, prefixed
-from bubblemesh.geometry import rings
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, prefixed
+from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import with_holes
-from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring
+from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
+from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.repair import repair_of, with_repair
-from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, pieces_of, rings_of, selection_of
-from bubblemesh.readers.formats import read_areas
+from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, rings_of, selection_of
+from bubblemesh.readers.formats import read_areas, read_regions
+from bubblemesh.readers.regions import is_straight, united
 
 DOMAIN = Key(["domain"])
 
@@ -37,7 +39,10 @@ def case_domain(case: Case) -> Domain:
 
 
 def _domain(keys: DomainKeys) -> Domain:
-    return Domain.of_areas(domain_areas(keys), _inner_parts(keys))
+    parts = _inner_parts(keys)
+    if isinstance(keys, RegionDomain):
+        return Domain.of_areas(_covered(keys, parts), parts)
+    return Domain.of_areas(domain_areas(keys), parts)
 
 
 def _advice(keys: DomainKeys, key: Key) -> str:
@@ -53,6 +58,8 @@ def _advice(keys: DomainKeys, key: Key) -> str:
 
 def domain_areas(keys: DomainKeys) -> list[Area]:
     """The areas of a domain; errors of geometry, keys and files name the ring."""
+    if isinstance(keys, RegionDomain):
+        return _covered(keys, _inner_parts(keys))
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
     repair, areas, holes = repair_of(keys), list(_outer_areas(keys)), list(_holes(keys))
@@ -97,35 +104,48 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
 
 def _inner_parts(keys: InnerKeys) -> Parts:
     """Regions and what is embedded; errors tell which one it is."""
-    return Parts(tuple(_regions(keys)), keys.region, tuple(_lines(keys)), tuple(_points(keys)), keys.periodic)
-
-
-def _lines(keys: InnerKeys) -> Iterator[OpenPath]:
-    made = 0
-    for number, line in enumerate(keys.lines):
-        key = Key((*DOMAIN, "lines", number))
-        with prefixed(f"line {made + 1}"), about(key):
-            for path in drawn([rings.open_path(*pieces_of(line), line.label or "")], line):
-                made += 1
-                yield replace(path, label=path.label or f"line-{made}", key=key)
-
-
-def _points(keys: InnerKeys) -> Iterator[InnerPoint]:
-    made = 0
-    for number, point in enumerate(keys.points):
-        key = Key((*DOMAIN, "points", number))
-        with about(key):
-            for copy in drawn([InnerPoint(point.at, point.label or "", key)], point):
-                made += 1
-                yield replace(copy, label=copy.label or f"point-{made}")
+    points, notes = points_of(keys)
+    return Parts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
+    seen: dict[str, int] = {keys.region: -1}
     for number, model in enumerate(keys.regions):
         key = Key((*DOMAIN, "regions", number))
-        with prefixed(f"region {model.name!r}"), about(key):
-            found = drawn(areas_of(model.ring), model)
-        yield from (_region(area, model.name, key) for area in found)
+        if isinstance(model, RegionFile):
+            with about(key):
+                found = _regions_of_file(model)
+                for area in found:
+                    if seen.setdefault(str(area.name), number) != number:
+                        raise CaseError(f"{area.name!r} is the name of another region too: rename one of them")
+        else:
+            seen.setdefault(model.name, number)
+            with prefixed(f"region {model.name!r}"), about(key):
+                found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
+        yield from (_region(area, str(area.name), key) for area in found)
+
+
+def _regions_of_file(keys: RegionFile) -> list[Area]:
+    """Areas of a file that share borders, with their names."""
+    for key in ("corners", "part"):
+        if getattr(keys, key) is not None:
+            raise CaseError(f"{key} is not for regions that share borders: leave it out")
+    found = read_regions(Path(keys.file), selection_of(keys), keys.name)
+    return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
+
+
+def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
+    """What the regions of files cover together."""
+    files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
+    areas = [region.area for region in parts.regions if region.key[2] in files]
+    if all(map(is_straight, areas)):
+        return united(areas)
+    return overlaid("union", [[area.mapped(_plain)] for area in areas])
+
+
+def _plain(ring: Ring) -> Ring:
+    """The ring without labels and notes, which its region has."""
+    return replace(ring, sides=tuple(replace(side, label=None) for side in ring.sides), notes=(), changes=())
 
 
 def _region(area: Area, name: str, key: Key) -> Region:

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Integers
 from bubblemesh.case.drawing import AroundKeys, DrawnKeys, GridKeys, TurnKeys
 from bubblemesh.case.fields import MOST_COPIES
-from bubblemesh.case.geometry_files import GeometryFile
+from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.similarity import UNMOVED, Similarity
 from bubblemesh.spacing.expression import Expression
@@ -40,7 +40,7 @@ def drawn(things: Iterable[T], keys: DrawnKeys) -> list[T]:
 def similarities_of(keys: DrawnKeys) -> list[Similarity]:
     """Similarities that take what is drawn to its copies; lengths of files are scaled when they are read."""
     turn = keys.rotate if isinstance(keys.rotate, TurnKeys) else TurnKeys(by=keys.rotate or 0.0)
-    scale = 1.0 if isinstance(keys, GeometryFile) else keys.scale or 1.0
+    scale = 1.0 if isinstance(keys, SelectedFile) else keys.scale or 1.0
     first = Similarity.of(keys.mirror, scale, turn.by, turn.about, keys.move or (0.0, 0.0))
     match keys.repeat:
         case None:

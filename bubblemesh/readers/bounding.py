@@ -8,7 +8,7 @@ from typing import NamedTuple
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import counted, shown
-from bubblemesh.readers.features import FILL, SPARE, Feature
+from bubblemesh.readers.features import FILL, HIDDEN, SPARE, Feature
 from bubblemesh.readers.linework import rings_of_linework
 from bubblemesh.readers.rings import rings_of_curves
 from bubblemesh.readers.slips import Slips
@@ -39,7 +39,7 @@ def bounding(features: Sequence[Feature], join: float | None, mend: bool = False
             raise GeometryError(f"{error}{_layers_that_close(features, join)}") from None
         used, found = FILL, _bounding(kinds[FILL], join, mend)
         notes = [f"lines beside fills do not close and are left out ({error})"]
-    unused = {f"{kind} element": len(ones) for kind, ones in kinds.items() if kind not in (None, used)}
+    unused = {f"{kind} element": len(ones) for kind, ones in kinds.items() if kind in (FILL, HIDDEN) and kind != used}
     empty = [one for one in features if one.is_empty]
     left_out = found.left_out | unused | {"empty feature": sum(not one.slips.flat for one in empty)}
     told = ", ".join(counted(number, noun) for noun, number in left_out.items() if number)

@@ -24,8 +24,13 @@ from bubblemesh.readers.slips import Slips, clean_loop
 
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
-FILL, HIDDEN = "fill", "hidden"
-SPARE = (FILL, HIDDEN)  # kinds of features that count only where there are no others, the first before the second
+FILL, HIDDEN, REGION, INNER = "fill", "hidden", "region", "inner"
+SPARE = (
+    FILL,
+    HIDDEN,
+    REGION,
+    INNER,
+)  # kinds of features that count only where there are no others, the first before the second
 
 
 @contextmanager

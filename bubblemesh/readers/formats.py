@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from bubblemesh.messages import counted, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.bounding import bounding
 from bubblemesh.readers.degrees import degrees_notes
-from bubblemesh.readers.features import FeatureCollection, vertices_of
+from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
+from bubblemesh.readers.regions import named_areas
 from bubblemesh.readers.selection import Selection
 
 
@@ -30,6 +31,12 @@ class Format(NamedTuple):
     extra: str | None = None  # what of the package to install for it
     beside: tuple[str, ...] = ()  # endings of files that belong to it
     one_layer: bool = False  # the function reads one layer, its second argument
+    lines: str | None = None  # what reads open lines, where a list of points may be either
+    points: str | None = None  # what reads points, likewise
+    has_inner_lines: bool = False  # lines within the domain that it describes
+
+
+LISTS = Format("point_lists.read_rings", lines="point_lists.read_lines", points="point_lists.read_points")
 
 
 FORMATS = {
@@ -41,12 +48,13 @@ FORMATS = {
     ".ndjson": Format("simple_features.read_geojson_lines"),
     ".wkt": Format("simple_features.read_wkt"),
     ".wkb": Format("simple_features.read_wkb"),
-    ".csv": Format("point_lists.read_rings"),
-    ".dat": Format("point_lists.read_rings"),
-    ".tsv": Format("point_lists.read_rings"),
-    ".txt": Format("point_lists.read_rings"),
-    ".xy": Format("point_lists.read_rings"),
-    ".poly": Format("triangle.read_poly", beside=(".node",)),
+    ".csv": LISTS,
+    ".dat": LISTS,
+    ".tsv": LISTS,
+    ".txt": LISTS,
+    ".xy": LISTS,
+    ".poly": Format("triangle.read_poly", beside=(".node",), has_inner_lines=True),
+    ".node": Format("triangle.read_nodes"),
     ".dxf": Format("dxf.read_dxf", "dxf"),
     ".svg": Format("svg.read_svg", "svg"),
     ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True),
@@ -93,6 +101,22 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
     return _finished(path, selection, areas, chosen.notes)
 
 
+def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
+    """Areas of a file whose features share borders, with the values of their property ``key`` as names.
+
+    For ``key`` "layer" it is the layer. The first ring has the notes on the whole file; errors are those of
+    `read_areas`, and GeometryError if neighbours overlap.
+    """
+    with prefixed(path):
+        content = content_of(path, selection)
+        features = selection.of(content.features)
+        _, told = _measured(content, features, selection)
+        areas, notes = named_areas(features, key, selection)
+        if selection.repair is not None:
+            areas = selection.repair(areas, united=False)
+    return _finished(path, selection, areas, [*content.notes, *notes, *told])
+
+
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
     """Closed rings of a file; errors are those of `read_shapes`, and GeometryError if an area has holes."""
     return [require_ring(path, area) for area in read_shapes(path, selection)]
@@ -114,28 +138,38 @@ def files_of(path: Path) -> list[Path]:
 
 def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
-    content = _content(path, selection)
+    content = content_of(path, selection)
     features = selection.of(content.features)
-    points = vertices_of(features)
-    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-    tell_places_of(size)
+    size, told = _measured(content, features, selection)
     mending = selection.repair if selection.repair is not None and selection.repair.mend else None
     join = mending.gap_of(size) if mending is not None and selection.join is None else selection.join
     found = bounding(features, join, mending is not None)
-    notes = [*content.notes, *found.notes, *degrees_notes(points, content.degrees)]
+    areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
+    return Chosen(areas, found.loose, content.hole_points, [*content.notes, *found.notes, *told])
+
+
+def _measured(content: FeatureCollection, features: Sequence[Feature], selection: Selection) -> tuple[float, list[str]]:
+    """Size of the features, and notes on their unit; messages tell places as exactly as the size asks for."""
+    points = vertices_of(features)
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    tell_places_of(size)
+    notes = [*degrees_notes(points, content.degrees)]
     if selection.unit and content.unit and selection.unit != content.unit:
         notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
-    areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
-    return Chosen(areas, found.loose, content.hole_points, notes)
+    return size, notes
 
 
-def _content(path: Path, selection: Selection) -> FeatureCollection:
+def content_of(
+    path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
+) -> FeatureCollection:
+    """All that a file holds; of lists of points what they are read for. FileError or CaseError."""
     known = FORMATS.get(path.suffix.lower())
     if known is None:
         raise FileError(f"no known geometry format: the name must end in {', '.join(FORMATS)}")
     path = local_copy(path)
     require_readable(path)
-    module, function = known.read.split(".")
+    read_as = {"lines": known.lines, "points": known.points}.get(purpose) or known.read
+    module, function = read_as.split(".")
     try:
         read: Any = getattr(import_module(f"bubblemesh.readers.{module}"), function)
     except ModuleNotFoundError as error:

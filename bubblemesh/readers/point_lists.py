@@ -99,8 +99,8 @@ class _Blocks(NamedTuple):
 def _blocks(path: Path) -> _Blocks:
     text = read_text(path)
     notes: dict[str, None] = {}
-    named = named_rows(text)
-    if named is not None and any(len(row.cells) > 2 for row in named[0]):
+    named = named_rows(text, fewest=3)
+    if named is not None:
         lines = [Line(row.number, "", list(row.place) if row.place else []) for row in named[0]]
         notes[f"columns {named[1]} are taken as x and y, others are not used"] = None
         found = list(_parted(iter([*lines, Line(0, "", [])]), notes))

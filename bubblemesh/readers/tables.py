@@ -103,8 +103,10 @@ def has_decimal_commas(content: str) -> bool:
     return found
 
 
-def named_rows(content: str) -> tuple[list[Named], str] | None:
+def named_rows(content: str, fewest: int = 2) -> tuple[list[Named], str] | None:
     """Rows of a table whose first line names columns for x and y, and the names of these; None if it does not.
+
+    It does not either if it names fewer than ``fewest`` columns.
 
     A row has no place if it is blank or its x and y are no numbers (nan). CaseError with the line.
     """
@@ -115,7 +117,7 @@ def named_rows(content: str) -> tuple[list[Named], str] | None:
     names = _cells(header, delimiter)
     plain = [re.sub(r"[\W_]", "", name.partition("(")[0].partition("[")[0].lower()) for name in names]
     columns = [next((plain.index(name) for name in known if name in plain), None) for known in (X, Y)]
-    if columns[0] is None or columns[1] is None:
+    if columns[0] is None or columns[1] is None or len(names) < fewest:
         return None
     rows = []
     for number, text in enumerate(lines[first + 1 :], start=first + 2):

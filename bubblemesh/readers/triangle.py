@@ -1,14 +1,29 @@
 """Input of the Triangle program: ``.poly`` files with their vertices, segments, markers and holes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+
+import shapely
 
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
-from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, finite_points
+from bubblemesh.readers.copies import without_copies
+from bubblemesh.readers.features import (
+    INNER,
+    NO_PARTS,
+    REGION,
+    CompoundCurve,
+    Feature,
+    FeatureCollection,
+    feature_of,
+    finite_points,
+    parts_of,
+)
+from bubblemesh.readers.segments import split
 
 Row = tuple[int, list[float]]  # line and numbers
 
@@ -46,28 +61,79 @@ def _section(rows: Iterator[Row], count: int, what: str) -> Iterator[Row]:
 
 
 def read_poly(path: Path) -> FeatureCollection:
-    """The segments of a ``.poly`` file; a boundary marker other than 0 becomes the label of its segment.
+    """The segments of a ``.poly`` file: those around the domain, and inner ones and its regions as spare features.
 
-    Vertices that the file leaves out are read from the ``.node`` file beside it. FileError or CaseError with the line.
+    The domain is what segments enclose, without the parts in which hole points are. A boundary marker other than 0
+    becomes the label of its segment. A region, the part in which its point is, has its regional ``attribute`` and its
+    largest ``area`` as properties. Vertices that the file leaves out are read from the ``.node`` file beside it.
+    FileError or CaseError with the line.
     """
     rows = _rows(path)
     count, dimension = _head(rows, "the number of vertices")
     vertices = _vertices(rows, count, dimension) if count else _vertices_beside(path.with_suffix(".node"))
+    segments, slips = without_copies(list(_segments(rows, vertices)))
+    if not segments:
+        raise CaseError("it has no segments: give those around the domain, or the points as a .csv file in order")
+    holes = finite_points(
+        [(x, y) for _, (_, x, y, *_) in _optional_section(rows, "a hole: its number, x and y")], "hole"
+    )
+    regions = [row for _, row in _optional_section(rows, "a region: its number, x and y")]
+    around, inner, parts = split(segments, holes)
+    features = [Feature("the segments", properties={"kind": "boundary"}, curves=tuple(around), slips=slips)]
+    if inner:
+        features.append(Feature("the inner segments", properties={"kind": "inner"}, curves=tuple(inner), spare=INNER))
+    features += [_region(number, row, parts) for number, row in enumerate(regions)]
+    notes = ("its regions are not used: regions: {file: ..., name: attribute} reads them",) if regions else ()
+    return FeatureCollection(tuple(features), notes, tuple(holes))
+
+
+def read_nodes(path: Path) -> FeatureCollection:
+    """The points of a ``.node`` file, with their numbers, attributes and markers as properties."""
+    rows = _rows(path)
+    count, more = _head(rows, "the number of vertices")
+    attributes = int(more[1]) if len(more) > 1 else 0
+    if more and more[0] != 2:
+        raise _not_plane(more[0])
+    features = []
+    for line, (number, x, y, *rest) in _section(rows, count, "a vertex: its number, x and y"):
+        name = f"vertex in line {line}"
+        properties = {"number": number} | {
+            f"attribute {k}": value for k, value in enumerate(rest[:attributes], start=1)
+        }
+        properties |= dict(zip(["marker"], rest[attributes:], strict=False))
+        features.append(Feature(name, properties=properties, points=tuple(finite_points([(x, y)], name))))
+    return FeatureCollection(tuple(features))
+
+
+def _segments(rows: Iterator[Row], vertices: dict[float, Point]) -> Iterator[CompoundCurve]:
+    """The curve of each segment with a length."""
     count, marked = _head(rows, "the number of segments")
-    curves = []
     for line, (_, begin, end, *marker) in _section(rows, count, "a segment: its number and two vertices"):
         name = f"segment in line {line}"
         if begin not in vertices or end not in vertices:
             missing = begin if begin not in vertices else end
             raise CaseError(f"{name}: there is no vertex {missing:g}: vertices are named by their numbers")
         label = f"{marker[0]:g}" if marked and marked[0] and marker and marker[0] else None
-        curves.append(CompoundCurve(vertices[begin], (LineTo(vertices[end], label),), name))
-    count, _ = _head(rows, "the number of holes")
-    holes = [(x, y) for _, (_, x, y, *_) in _section(rows, count, "a hole: its number, x and y")]
-    notes = ("regions and area limits of the file are not used",) if next(rows, None) is not None else ()
-    return FeatureCollection(
-        (Feature("the segments", curves=tuple(curves)),), notes, tuple(finite_points(holes, "hole"))
-    )
+        if vertices[begin] != vertices[end]:
+            yield CompoundCurve(vertices[begin], (LineTo(vertices[end], label),), name)
+
+
+def _optional_section(rows: Iterator[Row], what: str) -> Iterator[Row]:
+    """Rows of a section that may be left out at the end of the file."""
+    first = next(rows, None)
+    if first is None:
+        return iter(())
+    count, _ = _head(iter([first]), f"the number of {what.split(':')[0].split()[-1]}s")
+    return _section(rows, count, what)
+
+
+def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> Feature:
+    """The part of the domain in which the point of a region is; an empty feature where there is none."""
+    name, (x, y) = f"region {row[0]:g}", row[1:3]
+    properties = {"kind": "region", "number": number} | dict(zip(("attribute", "area"), row[3:], strict=False))
+    around = next((part for part in parts if shapely.contains_xy(part, x, y)), None)
+    feature = feature_of(NO_PARTS if around is None else parts_of(around), name, None, properties)
+    return replace(feature, spare=REGION)
 
 
 def _vertices_beside(path: Path) -> dict[float, Point]:
@@ -80,10 +146,14 @@ def _vertices_beside(path: Path) -> dict[float, Point]:
 def _vertices(rows: Iterator[Row], count: int, dimension: list[float]) -> dict[float, Point]:
     """Vertices by their numbers."""
     if dimension and dimension[0] != 2:
-        raise CaseError(f"the vertices have {dimension[0]:g} dimensions: only those of the plane are read")
+        raise _not_plane(dimension[0])
     found: dict[float, Point] = {}
     for line, (number, x, y, *_) in _section(rows, count, "a vertex: its number, x and y"):
         if number in found:
             raise CaseError(f"line {line}: the vertex {number:g} is given twice: number them one after the other")
         (found[number],) = finite_points([(x, y)], f"vertex in line {line}")
     return found
+
+
+def _not_plane(dimension: float) -> CaseError:
+    return CaseError(f"the vertices have {dimension:g} dimensions: only those of the plane are read")

@@ -106,3 +106,6 @@ class TestColumns:
     def test_a_cell_that_is_no_number_is_an_error_with_its_line(self, written):
         with pytest.raises(CaseError, match="line 3: x and y are no numbers: '2,4,O': correct it"):
             domain(written("a.csv", "id,x,y\n1,0,0\n2,4,O\n3,4,4\n"))
+
+    def test_lines_of_one_file_may_have_different_separators(self, written):
+        assert area(written("a.csv", "x, y\n0, 0\n4, 0\n4; 4\n0 4\n")) == pytest.approx(16)

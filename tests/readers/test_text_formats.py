@@ -232,18 +232,13 @@ FAULTS = {
         GeometryError,
         r"2 separate areas .* 0: area 32 at \(0, 0\), ring 0 .*; 1: area 12.5 at \(2, 2\), ring 2",
     ),
-    "no hole point": (
-        "a.poly",
-        POLY.replace("1\n1 1.5 1.5", "0"),
-        GeometryError,
-        r"the ring at \(1, 1\) has no hole point",
-    ),
     "hole point outside": (
         "a.poly",
         POLY.replace("1\n1 1.5 1.5", "2\n1 1.5 1.5\n2 9 9"),
         GeometryError,
         r"\(9, 9\) is out",
     ),
+    "no segments": ("a.poly", "3 2 0 0\n1 0 0\n2 4 0\n3 0 4\n0 0\n0\n", CaseError, "it has no segments: give those"),
     "short poly": ("a.poly", "3 2 0 0\n1 0 0\n", CaseError, "end of the file: expected a vertex"),
     "nan poly": (
         "a.poly",

@@ -85,12 +85,13 @@ class Parts:
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match
+    remarks: tuple[str, ...] = ()  # notes on what is not among them
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on what was changed on reading."""
         inside = (*(ring.notes for ring in self.rings), *(path.notes for path in self.lines))
-        return tuple(note for some in inside for note in some)
+        return (*self.remarks, *(note for some in inside for note in some))
 
     def __bool__(self) -> bool:
         return bool(self.regions or self.lines or self.points)

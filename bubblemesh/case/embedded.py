@@ -1,0 +1,56 @@
+"""Lines and points embedded in the domain of a case file, drawn there or taken from other files."""
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from bubblemesh.case.drawing import DrawnKeys
+from bubblemesh.case.fields import Choice, OneLabel, Point, Strict, Text
+from bubblemesh.case.geometry_files import SelectedFile
+from bubblemesh.case.shapes import PathLine
+
+
+class OutsideKeys(Strict):
+    """Key of what may lie outside of the domain."""
+
+    outside: Literal["error", "skip"] = Field(
+        default="error", description="What lies outside of the domain is an error, or left out by skip."
+    )
+
+
+class EmbeddedLine(PathLine, OutsideKeys):
+    """A line inside the domain that edges of the mesh follow: a crack, a wire."""
+
+
+class LineFile(SelectedFile, OutsideKeys):
+    """Lines of a file, and the sides of its rings, that edges of the mesh follow."""
+
+    label: OneLabel = None
+
+
+class EmbeddedPoint(DrawnKeys, OutsideKeys):
+    """A point inside the domain that is a node of the mesh: a well, a sensor."""
+
+    at: Point = Field(description="The point [x, y].")
+    label: OneLabel = None
+
+
+class PointFile(SelectedFile, OutsideKeys):
+    """Points of a file that are nodes of the mesh."""
+
+    name: Text | None = Field(default=None, description="Property or column of the file that labels each point.")
+    label: OneLabel = None
+
+
+LINES, POINTS = Choice("a mapping", ("path", "file")), Choice("a mapping", ("at", "file"))
+
+LineKeys = Annotated[
+    Annotated[EmbeddedLine, Tag("<path>")] | Annotated[LineFile, Tag("<file>")],
+    Discriminator(LINES.tag),
+    BeforeValidator(LINES.checked),
+]
+PointKeys = Annotated[
+    Annotated[EmbeddedPoint, Tag("<at>")] | Annotated[PointFile, Tag("<file>")],
+    Discriminator(POINTS.tag),
+    BeforeValidator(POINTS.checked),
+]

@@ -1,0 +1,69 @@
+"""Embedded lines and points that lie outside of the domain: left out where the case says so, else an error."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import GeometryError, about
+from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
+from bubblemesh.messages import counted, place
+
+MOST_NAMED = 5
+
+
+def without_outside(
+    parts: Parts, polygon: shapely.Polygon | shapely.MultiPolygon, signed_distance: Callable[[Floats], Floats]
+) -> Parts:
+    """The parts without the optional lines and points outside of a domain, which are told among the notes.
+
+    ``signed_distance`` is that of points (m, 2) from its boundary, positive inside. GeometryError if other points are
+    outside, with their number and the first of them.
+    """
+    if not any(thing.optional for thing in parts.lines) and not parts.points:
+        return parts
+    x0, y0, x1, y1 = polygon.bounds
+    tolerance = TOUCHING * max(x1 - x0, y1 - y0)
+    at = np.array([point.at for point in parts.points], float).reshape(-1, 2)
+    outside = signed_distance(at) < -tolerance
+    points = [point for point, out in zip(parts.points, outside.tolist(), strict=True) if out]
+    _require_none([point for point in points if not point.optional])
+    lines = [line for line in parts.lines if line.optional and _length_inside(line, polygon) <= tolerance]
+    told = [f"{counted(len(points), 'point')} left out, outside of the domain: {_named(points)}"] if points else []
+    told += [f"{counted(len(lines), 'line')} left out, outside of the domain"] if lines else []
+    gone = {*map(id, points), *map(id, lines)}
+    return replace(
+        parts,
+        lines=tuple(line for line in parts.lines if id(line) not in gone),
+        points=tuple(point for point in parts.points if id(point) not in gone),
+        remarks=(*parts.remarks, *told),
+    )
+
+
+def _require_none(points: Sequence[InnerPoint]) -> None:
+    if not points:
+        return
+    with about(points[0].key):
+        if len(points) == 1:
+            one = f"the point {points[0].label!r} at {place(points[0].at)} lies outside the domain: move or remove it"
+            raise GeometryError(f"{one}, or leave it out by outside: skip")
+        many = f"{counted(len(points), 'point')} lie outside the domain ({_named(points)})"
+        raise GeometryError(f"{many}: move or remove them, or leave them out by outside: skip")
+
+
+def _named(points: Sequence[InnerPoint]) -> str:
+    named = ", ".join(f"{point.label!r} at {place(point.at)}" for point in points[:MOST_NAMED])
+    return f"{named} and {len(points) - MOST_NAMED} more" if len(points) > MOST_NAMED else named
+
+
+def _length_inside(line: OpenPath, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
+    """Length of the part of a line that is inside, or on the boundary."""
+    curves = Boundary.of([Ring(line.sides, line.vertices[:-1])])
+    piece, s, step = curves.stations()
+    pieces = shapely.linestrings(np.stack([curves.points(piece, s), curves.points(piece, s + step)], axis=1))
+    return float(shapely.length(shapely.intersection(pieces, polygon)).sum())

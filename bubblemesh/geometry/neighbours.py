@@ -1,0 +1,268 @@
+"""Neighbours given one by one: slivers and overlaps between them closed, so that borders are exactly shared."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
+from bubblemesh.geometry.nesting import Shapes
+from bubblemesh.messages import counted, place
+
+WIDEST_JOIN = 0.02  # of the size of all: neighbours farther apart are none
+NEAREST = 8  # vertices that are looked at for one to take the place of another
+HALVINGS = 12  # of the interval in which the width of an overlap is
+INNERMOST = 1e-6  # part of an area by which it may leave the one that it lies in
+
+
+class Matched(NamedTuple):
+    """Shapes whose borders are exactly shared, which of them changed, and a note on slivers that were closed."""
+
+    shapes: Shapes
+    changed: Booleans
+    note: str | None
+
+
+def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched:
+    """Valid polygons (n,) with slivers and overlaps up to ``join`` closed, by default only what is rounding.
+
+    Of two borders that one counts which belongs to the earlier shape. A shape within another one stays there.
+    GeometryError, with the names, the place, the width and the key, if more than that is between two shapes.
+    """
+    x0, y0, x1, y1 = shapely.total_bounds(shapes)
+    size = float(max(x1 - x0, y1 - y0))
+    rounding = max(TOUCHING * size, ROUNDINGS * float(np.spacing(np.abs([x0, y0, x1, y1]).max())))
+    if join is not None and join > WIDEST_JOIN * size:
+        raise GeometryError(f"join: {join:g} is too much for regions that are {size:g} wide together: make it smaller")
+    if shapely.coverage_is_valid(shapes, max(NEARLY * size, rounding) if join is None else join):
+        return Matched(shapes, np.zeros(len(shapes), bool), None)
+    if join is None:  # the widest overlap is told before the nearest miss
+        _without_overlaps(shapes, names, rounding)
+    borders = _Borders.of(shapes)
+    moves = borders.moves(max(NEARLY * size, rounding) if join is None else join)
+    widest = int(moves.distance.argmax())
+    width = float(moves.distance[widest])
+    where, pair = place(borders.points[widest]), _named(names, borders.owner[widest], moves.other[widest])
+    if join is None and width > rounding:
+        raise GeometryError(
+            f"{pair} are {width:.2g} apart at {where}, or overlap by that: set join: {_above(width)} to close it"
+        )
+    found = borders.rebuilt(shapes, moves)
+    found = _without_overlaps(found, names, rounding if join is None else join)
+    changed = ~shapely.equals_exact(found, shapes)
+    for number in np.flatnonzero(shapely.is_empty(found)).tolist():
+        raise GeometryError(f"nothing is left of {names[number]!r} with this join: make it smaller")
+    if width <= rounding:
+        return Matched(found, changed, None)
+    pairs = np.column_stack([borders.owner, moves.other])[moves.distance > rounding]
+    count = len(np.unique(np.sort(pairs, axis=1), axis=0))
+    closed = f"slivers and overlaps between {counted(count, 'pair')} of neighbours closed"
+    return Matched(found, changed, f"{closed}, the widest ({width:.2g}) of {pair} at {where}")
+
+
+class _Moves(NamedTuple):
+    """Where vertices go, by how much and because of which shape; vertices that edges take up, in their order."""
+
+    target: Floats  # (v, 2)
+    distance: Floats  # (v,)
+    other: Integers  # (v,), shape whose border they go to, -1 if they stay
+    edge: Integers  # (k,)
+    vertex: Integers  # (k,)
+
+
+@dataclass(frozen=True)
+class _Borders:
+    """Rings of shapes as walks over common vertices and edges."""
+
+    points: Floats  # (v, 2), each once
+    owner: Integers  # (v,), first shape with the vertex
+    ring_of: Integers  # (m,), ring of each step of a walk
+    shape_of: Integers  # (r,), shape of each ring
+    step: Integers  # (m,), vertex at which each step begins
+    edge: Integers  # (m,), edge along which it goes
+    backward: Booleans  # (m,), against the direction of the edge
+    ends: Integers  # (e, 2), vertices of the edges, the lower one first
+
+    @classmethod
+    def of(cls, shapes: Shapes) -> "_Borders":
+        rings, shape_of = shapely.get_rings(shapes, return_index=True)
+        coordinates, ring_of = shapely.get_coordinates(rings, return_index=True)
+        points, vertex = np.unique(coordinates, axis=0, return_inverse=True)
+        vertex = vertex.ravel()
+        inner = np.flatnonzero(np.diff(ring_of, append=-1) == 0)  # the last point of a ring is its first
+        pairs = np.column_stack([vertex[inner], vertex[inner + 1]])
+        ends, edge = np.unique(np.sort(pairs, axis=1), axis=0, return_inverse=True)
+        owner = np.full(len(points), len(shapes))
+        np.minimum.at(owner, vertex, shape_of[ring_of])
+        return cls(
+            points, owner, ring_of[inner], shape_of, vertex[inner], edge.ravel(), pairs[:, 0] > pairs[:, 1], ends
+        )
+
+    def moves(self, reach: float) -> _Moves:
+        """Vertices within ``reach`` of an earlier shape's border go there; edges take up those next to them."""
+        count, shape = len(self.points), self.shape_of[self.ring_of]
+        incidence = np.unique(np.column_stack([self.step, shape]), axis=0)
+        has = {tuple(row) for row in incidence.tolist()}
+        final, other = np.arange(count), np.full(count, -1)
+        from scipy.spatial import cKDTree
+
+        tree = cKDTree(self.points)
+        distance, near = map(np.asarray, tree.query(self.points, min(NEAREST, count), distance_upper_bound=reach))
+        for k in range(1, near.shape[1]):
+            v = np.flatnonzero((final == np.arange(count)) & np.isfinite(distance[:, k]))
+            w = near[v, k]
+            earlier = self.owner[w] < self.owner[v]
+            v, w = v[earlier], w[earlier]
+            apart = np.array([(b, a) not in has for a, b in zip(self.owner[v].tolist(), w.tolist(), strict=True)], bool)
+            final[v[apart]], other[v[apart]] = w[apart], self.owner[w[apart]]
+        while (final[final] != final).any():
+            final = final[final]
+        return self._with_edges(final, other, reach, shape, has)
+
+    def _with_edges(
+        self, final: Integers, other: Integers, reach: float, shape: Integers, has: set[tuple[int, ...]]
+    ) -> _Moves:
+        """Moves of the vertices that go to others, with those of vertices that go onto edges."""
+        edge_owner = np.full(len(self.ends), self.shape_of.max() + 1)
+        np.minimum.at(edge_owner, self.edge, shape)
+        start, end = self.points[self.ends[:, 0]], self.points[self.ends[:, 1]]
+        tree = shapely.STRtree(shapely.linestrings(np.stack([start, end], axis=1)))
+        v, e = tree.query(shapely.points(self.points), predicate="dwithin", distance=reach)
+        alone = (final[v] == v) & (final[self.ends[e]] != v[:, None]).all(axis=1)
+        v, e = v[alone], e[alone]
+        sides = [tuple(row) for row in np.unique(np.column_stack([self.edge, shape]), axis=0).tolist()]
+        beside: dict[int, list[int]] = {}
+        for one, which in sides:
+            beside.setdefault(one, []).append(which)
+        strange = [not any((a, s) in has for s in beside[b]) for a, b in zip(v.tolist(), e.tolist(), strict=True)]
+        v, e = v[np.array(strange, bool)], e[np.array(strange, bool)]
+        along = end[e] - start[e]
+        t = ((self.points[v] - start[e]) * along).sum(axis=1) / (along**2).sum(axis=1)
+        within = (t > 0) & (t < 1)
+        v, e, t = v[within], e[within], t[within]
+        foot = start[e] + t[:, None] * (end[e] - start[e])
+        gap = np.hypot(*(foot - self.points[v]).T)
+        target = self.points[final]
+        distance = np.hypot(*(target - self.points).T)
+        order = np.lexsort((-gap, v))  # of several edges the nearest is written last
+        order = order[edge_owner[e[order]] < self.owner[v[order]]]
+        target[v[order]], distance[v[order]], other[v[order]] = foot[order], gap[order], edge_owner[e[order]]
+        stays = edge_owner[e] > self.owner[v]  # the edge of a later shape bends to the vertex
+        later = np.flatnonzero(stays & (gap > distance[v]))
+        distance[v[later]], other[v[later]] = gap[later], edge_owner[e[later]]
+        order = np.lexsort((t, e))
+        return _Moves(target, distance, other, e[order], v[order])
+
+    def rebuilt(self, shapes: Shapes, moves: _Moves) -> Shapes:
+        """The shapes along the moved vertices."""
+        first = np.searchsorted(moves.edge, np.arange(len(self.ends) + 1))
+        more = np.diff(first)[self.edge]
+        length = 1 + more
+        begin = np.cumsum(length) - length
+        walk = np.empty(int(length.sum()), np.int64)
+        walk[begin] = self.step
+        for k in np.flatnonzero(more).tolist():
+            taken = moves.vertex[first[self.edge[k]] : first[self.edge[k] + 1]]
+            walk[begin[k] + 1 : begin[k] + length[k]] = taken[::-1] if self.backward[k] else taken
+        ring = np.repeat(self.ring_of, length)
+        points = moves.target[walk]
+        bounds = np.searchsorted(ring, np.arange(len(self.shape_of) + 1))
+        touched = np.zeros(len(self.shape_of), bool)
+        stay = (moves.target == self.points).all(axis=1)
+        touched[np.unique(ring[~stay[walk]])] = True
+        touched[self.ring_of[more > 0]] = True
+        changed = np.unique(self.shape_of[touched])
+        result = shapes.copy()
+        for number in changed.tolist():
+            loops = [points[bounds[k] : bounds[k + 1]] for k in np.flatnonzero(self.shape_of == number)]
+            outer, *holes = map(_without_spikes, loops)
+            result[number] = _valid(shapely.Polygon(outer, [hole for hole in holes if len(hole) > 2]))
+        return result
+
+
+def _without_spikes(loop: Floats) -> Floats:
+    """The ring without points twice and without parts that go there and back."""
+    kept: list[tuple[float, float]] = []
+    for point in map(tuple, loop.tolist()):
+        if kept and kept[-1] == point:
+            continue
+        if len(kept) > 1 and kept[-2] == point:
+            kept.pop()
+            continue
+        kept.append(point)
+    while len(kept) > 1 and kept[0] == kept[-1]:
+        kept.pop()
+    while len(kept) > 2 and kept[1] == kept[-1]:
+        kept = kept[2:]
+    return np.array(kept, float).reshape(-1, 2)
+
+
+def _valid(polygon: shapely.Polygon) -> shapely.Geometry:
+    if polygon.is_valid:
+        return polygon
+    parts = shapely.get_parts(shapely.make_valid(polygon, method="structure"))
+    areas = parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON]
+    return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas.tolist())
+
+
+def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shapes:
+    """The shapes, later ones without their overlaps of earlier ones; GeometryError for the widest above ``join``."""
+    i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    i, j = i[i < j], j[i < j]
+    common, size = shapely.intersection(shapes[i], shapes[j]), shapely.area(shapes)
+    area = shapely.area(common)
+    nested = area >= (1 - INNERMOST) * np.minimum(size[i], size[j])
+    over = np.flatnonzero((area > 0) & ~nested)
+    width = _widths(common[over])
+    wide = over[width > join]
+    if len(wide):
+        k = int(wide[width[width > join].argmax()])
+        largest = float(width.max())
+        more = f", and {len(wide) - 1} more pairs by less" if len(wide) > 1 else ""
+        raise GeometryError(
+            f"{_named(names, i[k], j[k])} overlap by {largest:.2g} at {place(_inside(common[k]))}{more}: set "
+            f"join: {_above(largest)} if they are to share a border there, or correct the file"
+        )
+    result = shapes.copy()
+    for k in over.tolist():
+        if area[k] > join * 1e-6 * np.sqrt(size[j[k]]):
+            result[j[k]] = _polygons(shapely.difference(result[j[k]], result[i[k]]))
+    return result
+
+
+def _polygons(shape: shapely.Geometry) -> shapely.Geometry:
+    parts = shapely.get_parts(shape)
+    return shapely.MultiPolygon(parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON].tolist())
+
+
+def _widths(shapes: Shapes) -> Floats:
+    """Widths (n,) of the widest places of shapes: twice how far they can be narrowed until nothing is left."""
+    if len(shapes) == 0:
+        return np.zeros(0)
+    area = shapely.area(shapes)
+    low, high = area / np.maximum(shapely.length(shapes), 1e-300), np.sqrt(area / np.pi) * (1 + 1e-9)
+    low, high = np.minimum(low, high), np.maximum(high, 1e-300)
+    for _ in range(HALVINGS):
+        middle = np.sqrt(np.maximum(low, 1e-300) * high)
+        gone = shapely.is_empty(shapely.buffer(shapes, -middle, quad_segs=2))
+        low, high = np.where(gone, low, middle), np.where(gone, middle, high)
+    return 2 * high
+
+
+def _inside(shape: shapely.Geometry) -> Floats:
+    parts = shapely.get_parts(shape)
+    return shapely.get_coordinates(shapely.point_on_surface(parts[shapely.area(parts).argmax()]))[0]
+
+
+def _above(width: float) -> str:
+    """A number of two digits that is a little more than the width."""
+    return f"{float(f'{1.05 * width:.1e}') + 10.0 ** (np.floor(np.log10(width)) - 1):.2g}"
+
+
+def _named(names: Sequence[str], one: int, other: int) -> str:
+    first, second = sorted([int(one), int(other)])
+    return f"{names[first]!r} and {names[second]!r}" if first >= 0 else repr(names[second])

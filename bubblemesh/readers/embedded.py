@@ -1,0 +1,122 @@
+"""Lines and points of files, which a domain holds inside."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import reduce
+from operator import add
+from pathlib import Path
+from typing import NamedTuple
+
+from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.paths import OpenPath, Point
+from bubblemesh.geometry.similarity import Similarity
+from bubblemesh.messages import counted, meant
+from bubblemesh.readers.copies import without_copies
+from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
+from bubblemesh.readers.formats import FORMATS, content_of
+from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.slips import Slips
+
+
+class Place(NamedTuple):
+    """A point of a file, and its label if it has one."""
+
+    at: Point
+    label: str | None
+
+
+def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
+    """Lines of a file, and the sides of its rings and areas; the first has the notes on the whole file.
+
+    Sides have the labels of the file, and the lines none. FileError, CaseError or GeometryError with the file.
+    """
+    with prefixed(path):
+        content = content_of(path, selection, "lines")
+        features = selection.of(content.features)
+        used = _first_with(features, lambda one: one.bounds)
+        curves, slips = without_copies([curve for one in used for curve in one.curves])
+        found = []
+        for curve in curves:
+            with prefixed(curve.name):
+                found.append(rings.open_path(curve.start, curve.pieces, ""))
+        loops = [ring for one in used for ring in (*one.rings, *(ring for area in one.areas for ring in area))]
+        found += [OpenPath.around(ring, "") for ring in loops]
+        left_out = counted(sum(len(one.points) for one in used), "point")
+        if not found:
+            raise CaseError(
+                f"there is no line in it (but {left_out}): give lines or rings, or another layer or feature"
+            )
+    slips = reduce(add, (one.slips for one in used), slips)
+    notes = [*content.notes, *slips.notes, *([f"left out: {left_out}"] if not left_out.startswith("no ") else [])]
+    return [_finished(line, path, selection, notes if k == 0 else ()) for k, line in enumerate(found)]
+
+
+def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
+    """Lines within the domain that a file describes, where its format has such."""
+    known = FORMATS.get(path.suffix.lower())
+    if known is None or not known.has_inner_lines or selection.feature is not None:
+        return []
+    with prefixed(path):
+        features = content_of(path, selection).features
+    curves = [curve for one in features if one.spare == INNER for curve in one.curves]
+    lines = (rings.open_path(curve.start, curve.pieces, "") for curve in curves)
+    return [_finished(line, path, selection, ()) for line in lines]
+
+
+def _finished(line: OpenPath, path: Path, selection: Selection, notes: Sequence[str]) -> OpenPath:
+    """The line in the case's lengths, with the file before its notes."""
+    named = tuple(f"{path.name}: {note}" for note in (*notes, *line.notes))
+    return replace(line.moved(Similarity.of(scale=selection.factor)), notes=named)
+
+
+def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[Place], tuple[str, ...]]:
+    """Points of a file, each place once, and notes; the property or column ``name`` labels them.
+
+    Without it, the property ``label``, else ``name``, does. FileError or CaseError with the file.
+    """
+    with prefixed(path):
+        content = content_of(path, selection, "points")
+        features = selection.of(content.features)
+        used = _first_with(features, lambda one: bool(one.points))
+        if not any(one.points for one in used):
+            more = ", as no drawing in SVG has" if path.suffix.lower() == ".svg" else ""
+            lines = counted(sum(len(one.curves) for one in features), "line")
+            areas = counted(sum(len(one.areas) + len(one.rings) for one in features), "area")
+            raise CaseError(f"there is no point in it{more} (but {lines}, {areas}): give points, or another layer")
+        if name is not None:
+            _require_property(used, name)
+        notes = list(content.notes)
+        found: dict[Point, str | None] = {}
+        slips = Slips()
+        for at, label in _places(used, name, notes):
+            if at in found:
+                slips += Slips(doubles=1, first=at)
+            else:
+                found[at] = label
+    factor = selection.factor
+    places = [Place((x * factor, y * factor), label) for (x, y), label in found.items()]
+    return places, tuple(f"{path.name}: {note}" for note in (*dict.fromkeys(notes), *slips.notes))
+
+
+def _first_with(features: Sequence[Feature], has: Callable[[Feature], bool]) -> list[Feature]:
+    """Features that count: the spare ones only where the others have none of what is looked for."""
+    kinds = ([one for one in features if one.spare == kind] for kind in (None, *SPARE))
+    return next((ones for ones in kinds if any(map(has, ones))), list(features))
+
+
+def _places(features: Sequence[Feature], name: str | None, notes: list[str]) -> Iterator[tuple[Point, str | None]]:
+    """Points with their labels; what is no label is added to the notes."""
+    keys = ("label", "name") if name is None else (name.lower(),)
+    for one in features:
+        label, more = writable_label(text_of(one.properties, *keys), one.name)
+        notes += more
+        for at in one.points:
+            yield at, label
+
+
+def _require_property(features: Sequence[Feature], name: str) -> None:
+    known = dict.fromkeys(str(key) for one in features for key in one.properties)
+    if name.lower() not in map(str.lower, known):
+        advice = meant(name, known) if known else "give the columns names in the first line, or leave name out"
+        raise CaseError(f"no point has a {name!r} for its name: {advice}")

@@ -1,0 +1,112 @@
+"""Features of a file as regions that share their borders."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.files import FORBIDDEN, is_writable
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.neighbours import matched
+from bubblemesh.geometry.nesting import shapes_of
+from bubblemesh.geometry.paths import Area, Line, Ring
+from bubblemesh.geometry.polygonal_copy import outline
+from bubblemesh.geometry.validity import simple_polygon
+from bubblemesh.messages import counted, unknown
+from bubblemesh.readers.areas import areas_of
+from bubblemesh.readers.bounding import bounding
+from bubblemesh.readers.features import Feature
+from bubblemesh.readers.selection import Selection
+
+LAYER = "layer"  # name of the property that a feature's layer is
+
+
+def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> tuple[list[Area], list[str]]:
+    """Areas of features, named by their property ``key``, whose borders are exactly shared, and notes.
+
+    Those with one name that share a border become one area. CaseError if there is no such property, or a value of it is
+    no name; GeometryError if neighbours overlap by more than the selection's ``join``.
+    """
+    groups: dict[str, list[Feature]] = {}
+    for one in features:
+        groups.setdefault(_value(one, key), []).append(one)
+    nameless = groups.pop("", [])
+    if not groups:
+        known = dict.fromkeys(
+            [LAYER] * any(one.layer for one in features) + [k for one in features for k in one.properties]
+        )
+        raise CaseError(unknown("property", key, known) if known else "its features have no properties to name them by")
+    notes = [f"left out: {counted(len(nameless), 'feature')} without {key}"] if nameless else []
+    found = list[Area]()
+    for name, members in groups.items():
+        if not is_writable(name):
+            raise CaseError(
+                f"{members[0].name}: {name[:40]!r} is no name of a region: it is too long or has {FORBIDDEN}"
+            )
+        with prefixed(f"region {name!r}"):
+            bounds = bounding(members, selection.join)
+            given = [Area(outer, tuple(holes)) for outer, *holes in bounds.areas]
+            found += [replace(area, name=name) for area in areas_of(given, bounds.loose, None)]
+        notes += bounds.notes
+    if not all(map(is_straight, found)):
+        return found, notes
+    return _matched(found, notes, selection.join)
+
+
+def is_straight(area: Area) -> bool:
+    """Whether an area has straight sides only."""
+    return all(isinstance(side.curve, Line) for ring in area.rings for side in ring.sides)
+
+
+def _value(feature: Feature, key: str) -> str:
+    """Value of a feature's property as a name, empty if it has none."""
+    value: Any = feature.properties.get(key, feature.layer if key == LAYER else None)
+    if value is None or isinstance(value, list | dict):
+        return ""
+    return f"{value:g}" if isinstance(value, float) else str(value).strip()
+
+
+def _matched(areas: list[Area], notes: list[str], join: float | None) -> tuple[list[Area], list[str]]:
+    """Straight-sided areas with exactly shared borders, without those between areas of one name."""
+    for area in areas:
+        for ring in area.rings:
+            with prefixed(f"region {area.name!r}"):
+                simple_polygon(outline(ring), ring.origin or "its ring")
+    names = [str(area.name) for area in areas]
+    shapes, changed, note = matched(shapes_of(areas), names, join)
+    members: dict[str, list[int]] = {}
+    for number, name in enumerate(names):
+        members.setdefault(name, []).append(number)
+    found = list[Area]()
+    for numbers in members.values():
+        whole = shapes[numbers[0]] if len(numbers) == 1 else shapely.union_all(shapes[numbers])
+        parts = shapely.get_parts(whole).tolist()
+        if len(parts) == len(numbers) and not changed[numbers].any():
+            found += [areas[number] for number in numbers]
+        else:
+            like = areas[numbers[0]]
+            labels = {side.label for ring in like.rings for side in ring.sides}
+            label = next(iter(labels)) if len(labels) == 1 else None
+            found += [replace(_area(part, label, like.outer.origin), name=like.name) for part in parts]
+    return found, [*notes, *([note] if note else [])]
+
+
+def _area(shape: shapely.Polygon, label: str | None = None, origin: str | None = None) -> Area:
+    """The area of a polygon whose sides have one label, if any."""
+
+    def ring(loop: shapely.LinearRing) -> Ring:
+        return replace(rings.polygon(shapely.get_coordinates(loop).tolist(), label=label), origin=origin)
+
+    return Area(ring(shape.exterior), tuple(map(ring, shape.interiors)))
+
+
+def united(areas: Sequence[Area]) -> list[Area]:
+    """The areas that straight-sided ones cover together."""
+    shapes = shapes_of(areas)
+    whole = shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapely.union_all(shapes)
+    parts = np.array([part for part in shapely.get_parts(whole).tolist() if not part.is_empty])
+    order = np.argsort(-shapely.area(parts), kind="stable")
+    return [_area(part) for part in parts[order]]

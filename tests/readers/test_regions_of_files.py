@@ -1,0 +1,187 @@
+"""Features of files as regions of one mesh."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import shapely
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.meshes.conformity import require_conforming
+from bubblemesh.problem.domain import case_domain
+from bubblemesh.run.pipeline import mesh_case
+
+WEST, EAST = shapely.box(0, 0, 1, 2), shapely.box(1, 0, 3, 1)
+NORTH = shapely.box(1, 1, 3, 2).difference(shapely.box(1.5, 1.25, 2, 1.75))
+LAKE = shapely.box(1.5, 1.25, 2, 1.75)
+
+
+def features(**shapes):
+    """GeoJSON of shapes by the names of regions."""
+    rows = [
+        {"type": "Feature", "properties": {"NAME": name, "zone": name[0]}, "geometry": shapely.geometry.mapping(shape)}
+        for name, shape in shapes.items()
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": rows})
+
+
+@pytest.fixture
+def found(written):
+    def read(text, **shapes):
+        written("land.geojson", features(**shapes))
+        return case_domain(load_case(written("case.yaml", f"domain: {text}\nspacing: 0.3\n")))
+
+    return read
+
+
+LAND = "{regions: {file: land.geojson, name: NAME}}"
+
+
+def sizes(domain):
+    return {region.name: region.polygon.area for region in domain.parts.regions}
+
+
+def test_neighbours_are_regions_and_the_domain_is_all_of_them(found):
+    domain = found(LAND, west=WEST, east=EAST, north=NORTH)
+    assert sizes(domain) == {"west": 2, "east": 2, "north": 1.75}
+    assert (domain.polygon.area, domain.piece_count, domain.hole_count) == (5.75, 1, 1)
+    assert set(domain.labels) == {"outer", "hole-1", "west-rim", "east-rim"}
+    corners = domain.boundary.corners
+    assert len(np.unique(corners, axis=0)) == len(corners) == 12
+    assert (shapely.get_coordinates(domain.polygon)[:-1] >= 0).all()
+
+
+def test_a_region_may_fill_the_hole_of_another_one(found):
+    domain = found(LAND, west=WEST, east=EAST, north=NORTH, lake=LAKE)
+    assert (domain.polygon.area, domain.hole_count) == (6, 0)
+    assert sizes(domain)["lake"] == 0.25
+
+
+def test_features_of_one_name_are_one_region(found):
+    domain = found(LAND.replace("NAME", "zone"), north=NORTH, neck=EAST, west=WEST)
+    assert sizes(domain) == {"n": 3.75, "w": 2}
+
+
+def test_a_list_may_have_regions_of_files_and_others(found):
+    disc = "{name: disc, ring: {circle: {center: [-0.5, 0], radius: 0.2}}}"
+    regions = f"[{disc}, {{file: land.geojson, name: NAME}}]"
+    domain = found(f"{{outer: {{rectangle: [-1, -1, 4, 3]}}, regions: {regions}}}", west=WEST, east=EAST)
+    assert [region.name for region in domain.parts.regions] == ["disc", "west", "east"]
+    assert domain.polygon.area == 20
+
+
+@pytest.mark.parametrize("shift", [1e-3, -1e-3])
+def test_slivers_and_overlaps_are_closed_up_to_join_and_told(found, shift):
+    west = shapely.box(0, 0, 1, 2)
+    shapes = {"west": west, "east": shapely.box(1 + shift, 0.2, 3, 0.8), "north": shapely.box(0, 2 + shift / 2, 1, 3)}
+    domain = found("{regions: {file: land.geojson, name: NAME, join: 0.01}}", **shapes)
+    assert sizes(domain) == pytest.approx({"west": 2, "east": 1.2, "north": 1})
+    assert domain.polygon.area == pytest.approx(4.2, rel=1e-12)
+    assert domain.piece_count == 1
+    (note,) = domain.notes
+    assert re.search(r"between 2 pairs of neighbours closed, the widest \(0.001\) of 'west' and 'east' at", note)
+
+
+def test_borders_of_different_vertices_are_one(found):
+    y = np.linspace(0, 2, 41)
+    x = 1 + 2e-3 * np.sin(40 * y)
+    wavy = shapely.Polygon([(3, 2), (3, 0), *zip(x, y, strict=True)])
+    domain = found("{regions: {file: land.geojson, name: NAME, join: 0.01}}", west=WEST, east=wavy)
+    assert sizes(domain)["west"] + sizes(domain)["east"] == pytest.approx(domain.polygon.area, rel=1e-12)
+    assert (domain.piece_count, domain.hole_count) == (1, 0)
+
+
+@pytest.mark.parametrize("shift", [3e-7, -1e-3, -0.2])
+def test_without_join_an_error_names_both_the_width_and_the_key_that_helps(found, shift):
+    shapes = {"west": WEST, "east": shapely.box(1 + shift, 0.2, 3, 0.8)}
+    with pytest.raises(GeometryError) as caught:
+        found(LAND, **shapes)
+    message = str(caught.value)
+    assert re.search(r"land.geojson: 'west' and 'east' (overlap by|are) .* at \(.*\).*: set join: ", message), message
+    if shift == -0.2:
+        return
+    join = re.search(r"set join: (\S+)", message)[1]
+    assert float(join) >= abs(shift)
+    domain = found(f"{{regions: {{file: land.geojson, name: NAME, join: {join}}}}}", **shapes)
+    assert domain.piece_count == 1
+
+
+def test_a_gap_wider_than_join_stays(found):
+    domain = found(LAND, west=WEST, east=shapely.box(1.1, 0, 3, 1))
+    assert domain.piece_count == 2
+
+
+@pytest.mark.parametrize(
+    ("keys", "kind", "message"),
+    [
+        ("name: NAMES", CaseError, "unknown property 'NAMES'; did you mean 'NAME'"),
+        ("name: NAME, part: all", CaseError, "part is not for regions that share borders"),
+        ("name: NAME, corners: 30", CaseError, "corners is not for regions"),
+        ("name: NAME, join: 1", GeometryError, "join: 1 is too much for regions that are 3 wide"),
+    ],
+)
+def test_what_regions_of_a_file_cannot_be(found, keys, kind, message):
+    with pytest.raises(kind, match=message):
+        found(f"{{regions: {{file: land.geojson, {keys}}}}}", west=WEST, east=EAST)
+
+
+def test_a_name_is_needed(found):
+    with pytest.raises(CaseError, match=r"domain\.regions.*\.name: is missing"):
+        found("{regions: {file: land.geojson}}", west=WEST)
+
+
+def test_layers_of_a_drawing_are_regions(written, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    for layer, (x0, x1) in {"STEEL": (0, 1), "COPPER": (1, 3)}.items():
+        corners = [(x0, 0), (x1, 0), (x1, 1), (x0, 1)]
+        drawing.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
+    drawing.saveas(tmp_path / "parts.dxf")
+    text = "domain: {regions: {file: parts.dxf, name: layer}}\nspacing: 0.3\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain) == {"STEEL": 1, "COPPER": 2}
+    assert domain.polygon.area == 3
+
+
+def test_curves_stay_curves(written, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    space.add_lwpolyline([(0, 0), (2, 0), (2, 2), (0, 2)], close=True, dxfattribs={"layer": "PLATE"})
+    space.add_lwpolyline([(2, 0, 1), (2, 2, 0)], close=True, format="xyb", dxfattribs={"layer": "CAP"})
+    space.add_circle((1, 1), 0.5, dxfattribs={"layer": "CORE"})
+    drawing.saveas(tmp_path / "parts.dxf")
+    text = "domain: {regions: {file: parts.dxf, name: layer}}\nspacing: 0.3\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain).keys() == {"PLATE", "CAP", "CORE"}
+    assert domain.polygon.area == pytest.approx(4 + np.pi / 2, rel=1e-4)
+    assert domain.nearest(np.array([[4, 1]])).distance == pytest.approx(1, rel=1e-12)
+
+
+def test_ids_of_a_picture_are_regions(written):
+    pytest.importorskip("svgelements")
+    shapes = '<rect id="a" width="1" height="2"/><rect id="b" x="1" width="2" height="2"/>'
+    written("parts.svg", f'<svg xmlns="http://www.w3.org/2000/svg">{shapes}</svg>')
+    text = "domain: {regions: {file: parts.svg, name: id}}\nspacing: 0.3\n"
+    assert sizes(case_domain(load_case(written("case.yaml", text)))) == {"a": 2, "b": 4}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["multilevel", "accelerated"])
+def test_regions_of_files_are_meshed(written, method):
+    written("land.geojson", features(west=WEST, east=EAST, north=NORTH, lake=LAKE))
+    text = f"""
+domain:
+  regions: {{file: land.geojson, name: NAME, spacing: 0.1}}
+  lines: [{{path: [[0.2, 1.5], [2.8, 0.5]], label: road}}]
+spacing: 0.2
+method: {method}
+"""
+    mesh = mesh_case(load_case(written("case.yaml", text))).mesh
+    require_conforming(mesh)
+    assert mesh.regions == ("west", "east", "north", "lake")
+    assert len(mesh.points) > 600
+    areas = np.abs(np.linalg.det(np.diff(mesh.points[mesh.triangles], axis=1))) / 2
+    np.testing.assert_allclose(np.bincount(mesh.triangle_regions, areas), [2, 2, 1.75, 0.25], rtol=1e-12)
