@@ -118,7 +118,8 @@ def _advice(ends: Floats, loose: Integers, widest: float) -> str:
 
     if len(loose) < 2:
         return "close the curve"
-    gap = cKDTree(ends[loose]).query(ends[loose], k=2)[0][:, 1]
+    distances, _ = cKDTree(ends[loose]).query(ends[loose], k=2)
+    gap = np.asarray(distances)[:, 1]
     told = f"the next one is {gap[0]:.3g} away from the first: draw what is missing"
     if not 0 < gap.max() <= widest:
         return told
