@@ -21,6 +21,7 @@ from bubblemesh.packing.configure import OptionError, configured, options
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.python_input import polygon_domain, spacing_of
+from bubblemesh.problem.spacing import with_areas_below
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem
 from bubblemesh.run.report import RoundRow
 
@@ -39,6 +40,8 @@ def mesh(
     schedule: Mapping[str, Any] | None = None,
     max_nodes: int = MAX_NODES,
     nodes: int | None = None,
+    angle_min: float = 0.0,
+    largest: float | None = None,
 ) -> Mesh:
     """Mesh a domain.
 
@@ -58,6 +61,10 @@ def mesh(
     max_nodes : int
     nodes : int, optional
         Number of nodes that the mesh gets, within 2 %: the spacing is scaled for it.
+    angle_min : float
+        Least angle of the triangles in degrees, up to 30: nodes are added for it, but not for sharper corners.
+    largest : float, optional
+        Largest area of a triangle.
 
     Raises
     ------
@@ -69,21 +76,39 @@ def mesh(
         If the polygons are empty or invalid, or overlap.
     LimitError
         If the mesh would need more than ``max_nodes`` nodes, or ``nodes`` are too few for the polygon.
+    RequirementError
+        If ``angle_min`` or ``largest`` cannot be reached.
     """
     if nodes is not None and (isinstance(nodes, bool) or not isinstance(nodes, int | np.integer) or nodes < 3):
         raise CaseError(f"nodes: must be a whole number of at least 3 (found {nodes!r})")
+    if not 0 <= angle_min <= 30:
+        raise CaseError(f"angle_min: must be from 0 to 30 degrees (found {angle_min!r})")
+    if largest is not None and not largest > 0:
+        raise CaseError(f"largest: must be an area greater than 0 (found {largest!r})")
     try:
         bound = configured(method, dict(packing or {}), dict(schedule or {}))
     except OptionError as error:
         raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
     domain = polygon_domain(geometry, labels)
-    wanted = spacing_of(spacing, domain)
+    wanted = with_areas_below(spacing_of(spacing, domain), domain, largest, {})
     parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
-    task = Task("mesh", method, bound, max_nodes, None, parameters)
+    task = Task(
+        "mesh",
+        method,
+        bound,
+        max_nodes,
+        None,
+        parameters,
+        least_angle=angle_min,
+        largest=np.inf if largest is None else largest,
+    )
     problem = prepare_in(
         domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, Key(["nodes"])
     )
-    return mesh_problem(problem).mesh
+    result = mesh_problem(problem)
+    if result.verdict is not None:
+        raise result.verdict
+    return result.mesh
 
 
 def adapt(

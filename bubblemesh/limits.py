@@ -23,6 +23,7 @@ STAGES = {
     "spacing": ("checking the spacing", "use fewer and simpler terms, or rings of fewer points"),
     "placement": ("placing bubbles", "coarsen the spacing"),
     "packing": ("ending the packing", "coarsen the spacing"),
+    "refinement": ("adding nodes for angle_min or largest", "ask for less"),
     "quality": ("measuring the mesh", "coarsen the spacing"),
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }

@@ -64,11 +64,6 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}" if number == 1 else f"{f'{number:,}' if number else 'no'} {noun}s"
 
 
-def just_above(width: float) -> str:
-    """A number of two digits that is a little more than the width, for a key that is to cover it."""
-    return f"{float(f'{1.05 * width:.1e}') + 10.0 ** (floor(log10(width)) - 1):.2g}"
-
-
 def duration(seconds: float) -> str:
     """A time in the unit that suits it: 30 ms, 2.5 s, 3 min 20 s, 2 h 5 min."""
     if seconds < 0.9995:
@@ -79,6 +74,11 @@ def duration(seconds: float) -> str:
     if minutes < 60:
         return f"{minutes} min {rest} s"
     return "{} h {} min".format(*divmod(round(seconds / 60), 60))
+
+
+def just_above(width: float) -> str:
+    """A number of two digits that is a little more than the width, as the value of a key that messages advise."""
+    return f"{float(f'{1.05 * width:.1e}') + 10.0 ** (floor(log10(width)) - 1):.2g}"
 
 
 def meant(word: str, known: Iterable[str]) -> str:

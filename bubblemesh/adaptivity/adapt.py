@@ -25,7 +25,7 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.spacing import SpacingRequest, rules_of, within_limits
+from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
 from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
@@ -109,7 +109,7 @@ def _next_problem(
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
     at = within_limits(terms, (Spacing(field),), field.spots)
-    task, rules = task_of(case), rules_of(terms)
+    task, rules = task_of(case, domain), rules_of(terms)
     rules = replace(rules, growth=rules.growth or DEFAULT_GROWTH)
     inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
@@ -117,7 +117,10 @@ def _next_problem(
     if share >= FEWEST_KEPT:
         task = replace(task, method=warm_started(task.method, present))
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_in(domain, SpacingRequest(at, rules, nodes, case.warnings), task, seconds, Key(["nodes"])), start
+    request = with_areas_below(
+        SpacingRequest(at, rules, nodes, case.warnings), domain, case.largest, largest_areas(case, domain)
+    )
+    return prepare_in(domain, request, task, seconds, Key(["nodes"])), start
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

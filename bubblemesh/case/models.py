@@ -124,6 +124,14 @@ class Case(Strict):
     spacing: WantedSpacing = Field(
         description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
     )
+    angle_min: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=30)] | None = Field(
+        default=None,
+        description="Least angle of the triangles in degrees, but in sharper corners: nodes are added where they need "
+        "it.",
+    )
+    largest: Positive | None = Field(
+        default=None, description="Largest area of a triangle: the spacing is finer, and nodes are added, if need be."
+    )
     method: str = Field(default="multilevel", description="Name of the packing method.")
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 OPTIONS: dict[str, tuple[str, ...]] = {
     "method": ("method",),
     "seed": ("packing", "seed"),
+    "angle_min": ("angle_min",),
     "time_limit": ("limits", "seconds"),
 }
 # Keys whose plain value is short for a mapping with one key.

@@ -35,6 +35,9 @@ CASE_OPTIONS: dict[str, Any] = {
     "set": Annotated[list[str] | None, typer.Option(metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")],
     "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.")],
     "seed": Annotated[int | None, typer.Option(help="Seed of the random numbers, over the case's.")],
+    "angle_min": Annotated[
+        float | None, typer.Option(metavar="DEGREES", help="Least angle, up to 30: nodes are added for it.")
+    ],
     "time_limit": Annotated[
         float | None, typer.Option(metavar="SECONDS", help="End then, with the mesh as it is once there is one.")
     ],

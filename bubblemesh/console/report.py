@@ -75,10 +75,21 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         budget = figures["budget"]
         meshes = counted(len(budget["attempts"]), "attempt")
         rows["budget"] = f"{budget['nodes']} nodes, met by the spacing times {budget['scale']:.4g}, in {meshes}"
+    if "refinement" in figures:
+        rows["refined"] = _refinement(figures["refinement"])
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = f"{figures['seconds']['total']:.2f} s"
     _show(rows)
+
+
+def _refinement(figures: Mapping[str, Any]) -> str:
+    """Line on the nodes that a least angle and largest areas took, and what was reached."""
+    corners = len(figures["excused"])
+    but = f", but for {counted(corners, 'sharper corner')}" if corners else ""
+    least = f", least angle {figures['least_angle']:.1f} degrees{but}" if figures["angle_min"] else ""
+    area = f", largest area {figures['largest_excess']:.2f} of the one allowed" if figures["largest_excess"] else ""
+    return f"{counted(figures['nodes_added'], 'node')} added{least}{area}"
 
 
 def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:

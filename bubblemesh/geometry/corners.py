@@ -43,9 +43,11 @@ def corner_fans(boundary: Boundary) -> CornerFans:
     direction = np.arctan2(leaving[:, 1], leaving[:, 0])
     (ax, ay), (bx, by) = leaving.T, later.T
     turn = np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
-    corner = np.concatenate([boundary.start[piece], boundary.end[piece]])
-    forward = np.repeat([True, False], len(piece))
-    order = np.lexsort((direction + GLANCE * turn, corner))
+    corner, step = np.concatenate([boundary.start[piece], boundary.end[piece]]), np.concatenate([ahead, back])
+    forward, curvature = np.repeat([True, False], len(piece)), turn / step
+    common = np.full(len(boundary.corners), np.inf)  # the same glance for all curves at a corner
+    np.minimum.at(common, corner, step)
+    order = np.lexsort((direction + GLANCE * curvature * common[corner], corner))
     corner = corner[order]
     begins = np.diff(corner, prepend=-1) != 0
     group = np.flatnonzero(begins)[np.cumsum(begins) - 1]
@@ -57,7 +59,7 @@ def corner_fans(boundary: Boundary) -> CornerFans:
         np.tile(piece, 2)[order],
         forward[order],
         direction[order],
-        (turn / np.concatenate([ahead, back]))[order],
+        curvature[order],
         following,
     )
 

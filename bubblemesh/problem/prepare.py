@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import replace
+from math import inf
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, Key, LimitError, about
@@ -14,7 +15,7 @@ from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.spacing import SpacingRequest, case_spacing
+from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
@@ -30,7 +31,7 @@ def prepare(case: Case) -> Problem:
     with timed(seconds, "geometry"):
         domain = case_domain(case)
     enter("spacing")
-    return prepare_in(domain, case_spacing(case, domain), task_of(case), seconds)
+    return prepare_in(domain, case_spacing(case, domain), task_of(case, domain), seconds)
 
 
 def prepare_in(
@@ -113,7 +114,7 @@ def check_spacing(
     )
 
 
-def task_of(case: Case) -> Task:
+def task_of(case: Case, domain: Domain) -> Task:
     """Task of a case: its method, limits and requirements."""
     method = case.configured_method
     parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
@@ -126,4 +127,7 @@ def task_of(case: Case) -> Task:
         parameters=parameters,
         order=case.output.order,
         requirements=case.require.model_dump(exclude_none=True),
+        least_angle=case.angle_min or 0.0,
+        largest=inf if case.largest is None else case.largest,
+        largest_in=largest_areas(case, domain),
     )

@@ -5,8 +5,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.methods import Method
+from bubblemesh.packing.refinement import Demands
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes
@@ -27,6 +30,9 @@ class Task:
     parameters: dict[str, Any]  # defaults included, as reports tell them
     order: int = 1  # of the triangles, 1 or 2
     requirements: Mapping[str, float] = field(default_factory=dict)  # quality_min, quality_mean, angle_min if required
+    least_angle: float = 0.0  # degrees, for which nodes are added
+    largest: float = np.inf  # area of a triangle
+    largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,14 @@ class Problem:
     def method(self) -> Method:
         """The packing method."""
         return self.task.method
+
+    @property
+    def demands(self) -> Demands:
+        """What each triangle has to be like."""
+        task, parts = self.task, self.domain.parts
+        by_name = [min(task.largest, task.largest_in.get(name, np.inf)) for name in parts.names]
+        areas = tuple(by_name[k] for k in parts.name_indices.tolist()) if task.largest_in else (task.largest,)
+        return Demands(task.least_angle, areas, task.max_nodes)
 
     @property
     def refined(self) -> bool:

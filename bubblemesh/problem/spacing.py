@@ -31,6 +31,7 @@ from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
 from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
 
 UNLIMITED = (0.0, np.inf)
+USUAL = 0.75  # of the largest area: mean one of triangles few of which are larger
 NO_RULES = Rules()
 OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
 MOST_TERMS = 64  # near something: of more of them, only those in question are evaluated
@@ -56,7 +57,43 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     }
     with own_files(case.spacing_terms, case.root):
         request = spacing_request(case.spacing, domain, own)
+    request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     return replace(request, warnings=(*case.warnings, *request.warnings))
+
+
+def largest_areas(case: Case, domain: Domain) -> dict[str, float]:
+    """Largest areas of triangles in regions, by name; of several of one name the smallest."""
+    areas: dict[str, float] = {}
+    for region in domain.parts.regions:
+        largest = case.domain.regions[int(region.key[2])].largest
+        if largest is not None:
+            areas[region.name] = min(largest, areas.get(region.name, np.inf))
+    return areas
+
+
+def with_areas_below(
+    request: SpacingRequest, domain: Domain, largest: float | None, within: Mapping[str, float]
+) -> SpacingRequest:
+    """The request at which hardly a triangle is larger than ``largest``, or within regions larger than there.
+
+    These areas do not go with the scale of the spacing.
+    """
+    limits = [] if largest is None else [_bound(_side(largest), domain, "largest")]
+    limits += _limits_within({name: _side(area) for name, area in within.items()}, domain)
+    if not limits:
+        return request
+
+    def at(scale: float | None) -> Spacing:
+        given = request.at(scale)
+        both = Combination((given, *limits))
+        return Spacing(both, key=both.key, costly=both.costly, spots=given.spots)
+
+    return replace(request, at=at)
+
+
+def _side(area: float) -> float:
+    """Spacing at which triangles are hardly ever larger than the area."""
+    return float(np.sqrt(4 / np.sqrt(3) * USUAL * area))
 
 
 def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
@@ -68,7 +105,7 @@ def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValue
     functions = data_functions(terms)
     found = (
         _by_region(rest, domain, own or {}),
-        *_limits_within(terms, domain),
+        *_limits_within(terms.regions, domain),
         *_near(terms, domain),
         *(Spacing(data, key=_always(key)) for key, data in functions.items()),
     )
@@ -169,10 +206,10 @@ def _distance(near: NearTerm, domain: Domain) -> Distance:
     return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
-def _limits_within(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
-    """The largest spacings within regions."""
+def _limits_within(largest: Mapping[str, Value], domain: Domain) -> Iterator[Spacing]:
+    """The largest spacings within regions, by name."""
     regions, rest = domain.parts.regions, domain.parts.rest
-    for name, value in terms.regions.items():
+    for name, value in largest.items():
         key = Key(["spacing", "regions", name])
         term = _bound(value, domain, *key)
         mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))

@@ -10,6 +10,7 @@ from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import counted, place
+from bubblemesh.packing.refinement import Refined
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
@@ -168,6 +169,17 @@ def straight_facets(count: int) -> list[str]:
         return []
     edges = "1 boundary edge keeps" if count == 1 else f"{count} boundary edges keep"
     return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
+
+
+def sharper_corners(refined: Refined, angle: float) -> list[str]:
+    """Corners in which triangles are sharper than the least angle that is asked for."""
+    corners = sorted(refined.excused, key=lambda corner: corner.angle)
+    if not corners:
+        return []
+    told = ", ".join(f"{corner.angle:.3g} degrees at {place(corner.at)}" for corner in corners[:MOST_ANGLES])
+    more = f" and {len(corners) - MOST_ANGLES} more" if len(corners) > MOST_ANGLES else ""
+    which = "a corner that is" if len(corners) == 1 else f"{len(corners)} corners that are"
+    return [f"angle_min: {angle:g} holds but in {which} sharper, with {told}{more}: no mesh can do better there"]
 
 
 def missed_node_target(wanted: int, found: int) -> list[str]:

@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
-from bubblemesh.messages import counted, shown
+from bubblemesh.messages import counted
 from bubblemesh.readers.features import FILL, HIDDEN, SPARE, Feature
 from bubblemesh.readers.rings import Joining, rings_of_curves
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
 from bubblemesh.readers.ways_out import ways_out
-
-MOST_LAYERS = 10  # that one message lists
 
 
 class Bounding(NamedTuple):
@@ -25,11 +23,12 @@ class Bounding(NamedTuple):
     notes: list[str]
 
 
-def bounding(features: Sequence[Feature], joining: Joining) -> Bounding:
+def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = False) -> Bounding:
     """What bounds areas: polygons alone where there are some, else closed curves and lines that meet.
 
     Spare features count where there are no others, and fills also where the others do not close. CaseError if there is
-    nothing that bounds an area; GeometryError if lines do not close, with the keys that help and the layers that do.
+    nothing that bounds an area; GeometryError if lines do not close, with the keys that help, and the layers or
+    features that do; these can be chosen by number if they are the ``whole`` of the file or its layers.
     """
     kinds = {kind: [one for one in features if one.spare == kind and not one.is_empty] for kind in (None, *SPARE)}
     used = next((kind for kind, ones in kinds.items() if any(one.bounds for one in ones)), None)
@@ -37,9 +36,8 @@ def bounding(features: Sequence[Feature], joining: Joining) -> Bounding:
         found, notes = _bounding(kinds[used], joining), []
     except GeometryError as error:
         if used is not None or not kinds[FILL]:
-            curves = [curve for one in kinds[used] for curve in one.curves]
-            advice = ways_out(curves, joining, lambda other: _found(kinds[used], other))
-            raise GeometryError(f"{error}: {advice}{_layers_that_close(features, joining)}") from None
+            advice = ways_out(kinds[used], features, joining, rings_by, whole)
+            raise GeometryError(f"{error}: {advice}") from None
         used, found = FILL, _bounding(kinds[FILL], joining)
         notes = [f"lines beside fills do not close and are left out ({error})"]
     unused = {f"{kind} element": len(ones) for kind, ones in kinds.items() if kind in (FILL, HIDDEN) and kind != used}
@@ -90,21 +88,7 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
     return CaseError(f"there is no ring in it{but}: give closed curves, or lines that meet")
 
 
-def _layers_that_close(features: Sequence[Feature], joining: Joining) -> str:
-    """Advice that names the layers which bound areas by themselves, where there are several layers."""
-    layers: dict[str, list[Feature]] = {}
-    for one in features:
-        if one.layer is not None:
-            layers.setdefault(one.layer, []).append(one)
-    closing = [layer for layer, ones in layers.items() if len(layers) > 1 and _found(ones, joining)]
-    if not closing:
-        return ""
-    more = f" and {len(closing) - MOST_LAYERS} more" if len(closing) > MOST_LAYERS else ""
-    named = ", ".join(shown(layer, 40) for layer in closing[:MOST_LAYERS])
-    return f"; layers that close by themselves: {named}{more}: choose by layer: {shown(closing[0], 40)}"
-
-
-def _found(features: Sequence[Feature], joining: Joining) -> int:
+def rings_by(features: Sequence[Feature], joining: Joining) -> int:
     """Number of the rings and areas that features give, without any that collapse; 0 if they do not close."""
     try:
         found = _bounding(features, joining)

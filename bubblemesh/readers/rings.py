@@ -132,7 +132,7 @@ def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers
         k = int(crowded[0])
         names = sorted({curves[j // 2].name for j in np.flatnonzero(node == node[k]).tolist()})
         raise GeometryError(
-            f"{count[k]} ends meet at {place(ends[k])} ({', '.join(names[:MOST_NAMED])}), but a ring passes a point once"
+            f"{count[k]} ends meet at {place(ends[k])}, where a ring passes once ({', '.join(names[:MOST_NAMED])})"
         )
 
 

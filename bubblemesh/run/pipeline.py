@@ -1,7 +1,7 @@
 """From a case to a mesh, within a time limit: the whole story on one screen."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter, thread_time
 from typing import Any
 
@@ -10,12 +10,13 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError
 from bubblemesh.geometry.followed import deviation
-from bubblemesh.limits import time_left, timed
+from bubblemesh.limits import enter, time_left, timed
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
+from bubblemesh.packing.refinement import Demands, Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
@@ -23,7 +24,15 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.assembly import mesh_of
-from bubblemesh.run.report import NodeTargetRow, Report, RoundRow, StartRow, spacing_changes, triangle_fields
+from bubblemesh.run.report import (
+    NodeTargetRow,
+    RefinementRow,
+    Report,
+    RoundRow,
+    StartRow,
+    spacing_changes,
+    triangle_fields,
+)
 from bubblemesh.spacing.grid.table import tabulated
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -99,6 +108,7 @@ class Packing:
     last: Round
     clock: Clock
     seconds: dict[str, float]
+    refined: Refined | None = None  # if there are demands on each triangle
 
     @property
     def nodes(self) -> int:
@@ -167,7 +177,13 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
             speeds.append(done.speeds)
             on_round(rows[-1])
             last_end = perf_counter()
-    return Packing(problem, first, tuple(rows), tuple(speeds), done, clock, seconds)
+    refined: Refined | None = None
+    if problem.demands:
+        enter("refinement")
+        with timed(seconds, "refinement"):
+            refined = Refinement(domain, problem.packing_spacing, problem.demands)(done.net, clock)
+            done = replace(done, net=refined.net)
+    return Packing(problem, first, tuple(rows), tuple(speeds), done, clock, seconds, refined)
 
 
 def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result:
@@ -217,7 +233,9 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *warnings.poor_result(figures, None if problem.refined else ideal_nodes),
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
+            *([] if best.refined is None else warnings.sharper_corners(best.refined, task.least_angle)),
         ),
+        refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
         adaptation=adaptation,
     )
@@ -233,6 +251,8 @@ def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | 
     """Why the mesh is not what the case requires, if it is not."""
     if packing.clock.over:
         return LimitError(f"limits.seconds: stopped by {packing.last.stop_reason}: the mesh is written as it was then")
+    if packing.refined is not None and packing.refined.stopped is not None:
+        return _unrefined(packing.refined, packing.problem.demands)
     quality = figures["quality"]
     reached = {"quality_min": quality["min"], "quality_mean": quality["mean"], "angle_min": quality["angle_min"]}
     missed = [
@@ -243,3 +263,14 @@ def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | 
     if missed:
         return RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
     return None
+
+
+def _unrefined(refined: Refined, demands: Demands) -> BubblemeshError:
+    """Why a refinement ended before its demands were met."""
+    told = f"the least angle is {refined.angle:.4g} degrees" if demands.angle > refined.angle else ""
+    if refined.excess > 1:
+        told += f"{' and ' if told else ''}a triangle has {refined.excess:.3g} times the largest area"
+    kind = LimitError if refined.out_of_nodes else RequirementError
+    return kind(
+        f"the refinement for angle_min or largest was stopped {refined.stopped}: the mesh is written, but {told}"
+    )

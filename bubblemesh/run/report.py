@@ -10,6 +10,7 @@ from bubblemesh.geometry.followed import Deviation
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.refinement import Demands, Refined
 from bubblemesh.packing.rounds import Round
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
@@ -86,11 +87,29 @@ class NodeTargetRow:
 
 
 @dataclass(frozen=True)
+class RefinementRow:
+    """Nodes that a least angle or largest areas took, what was reached, and the sharper corners that are excused."""
+
+    angle_min: float
+    nodes_added: int
+    least_angle: float  # of the triangles that no corner excuses
+    largest_excess: float  # of an area in terms of the largest one allowed; 0 if any is
+    excused: tuple[Mapping[str, Any], ...]  # places of corners, and the least angle of triangles due to each
+    stopped: str | None
+
+    @classmethod
+    def of(cls, refined: Refined, demands: Demands) -> Self:
+        """Figures of a refinement."""
+        excused = tuple(corner._asdict() for corner in refined.excused)
+        return cls(demands.angle, refined.added, refined.angle, refined.excess, excused, refined.stopped)
+
+
+@dataclass(frozen=True)
 class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. Parts that are None unless the case asks for
-    them (``rules``, ``periodic``, ``deviation``, ``budget``, ``adaptation``) have no key then.
+    them (``rules``, ``periodic``, ``deviation``, ``budget``, ``refinement``, ``adaptation``) have no key then.
     """
 
     case: str
@@ -119,6 +138,7 @@ class Report(Mapping[str, Any]):
     peak_memory_mb: float | None
     warnings: tuple[str, ...]
     budget: NodeTargetRow | None = None
+    refinement: RefinementRow | None = None
     adaptation: Mapping[str, Any] | None = None
 
     @cached_property
@@ -137,7 +157,7 @@ class Report(Mapping[str, Any]):
         return len(self.data)
 
 
-OPTIONAL = ("rules", "periodic", "deviation", "budget", "adaptation")
+OPTIONAL = ("rules", "periodic", "deviation", "budget", "refinement", "adaptation")
 
 
 def _plain(value: Any) -> Any:

@@ -48,7 +48,7 @@ def test_open_curves_are_left_out_where_asked_with_their_count_and_places(domain
         (GAP + BORE, [15.5]),
         (GAP, [16]),
         (GAP + BORE + TICKS[1:], [15.5]),
-        (WIDE_GAP + ["1 1, 3 1, 3 3, 1 1"], [2]),
+        ([*WIDE_GAP, "1 1, 3 1, 3 3, 1 1"], [2]),
     ],
 )
 def test_each_way_that_is_named_works(domain, lines, areas):
@@ -61,11 +61,10 @@ def test_each_way_that_is_named_works(domain, lines, areas):
 def test_a_join_is_advised_only_where_gaps_are_narrow(domain):
     message, _ = advice(domain, [*WIDE_GAP, *BORE])
     assert "lines.wkt: open ends: feature 0 (line 1) at (4, 0), feature 1 (line 2) at (4, 1); the" in message
-    assert message.endswith(
-        "; the widest gap to a next one is 1, at (4, 0): set open: skip to leave out what forms no ring (1 ring stays)"
-    ), message
+    assert "; the widest gap to a next one is 1, at (4, 0): set open: skip, which leaves out" in message
+    assert "forms no ring (1 ring stays); what closes by itself: feature 4 (line 5): choose by feature: 4" in message
     message, _ = advice(domain, WIDE_GAP)
-    assert message.endswith("draw what is missing and remove double lines, or choose by layer or feature")
+    assert message.endswith("draw what is missing and remove double lines, or choose a layer or feature")
 
 
 def test_a_line_between_two_rings_is_part_of_none(domain):
