@@ -5,10 +5,12 @@ from functools import reduce
 from operator import add
 from typing import NamedTuple
 
+import numpy as np
+
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import counted, shown
-from bubblemesh.readers.features import FILL, HIDDEN, SPARE, Feature
+from bubblemesh.readers.features import FILL, HIDDEN, SPARE, Feature, vertices_of
 from bubblemesh.readers.rings import rings_of_curves
 from bubblemesh.readers.slips import Slips
 
@@ -23,11 +25,12 @@ class Bounding(NamedTuple):
     notes: list[str]
 
 
-def bounding(features: Sequence[Feature], join: float | None) -> Bounding:
+def bounding(features: Sequence[Feature], join: float | None, *, whole: bool = False) -> Bounding:
     """What bounds areas: polygons alone where there are some, else closed curves and lines that meet.
 
     Spare features count where there are no others, and fills also where the others do not close. CaseError if there is
-    nothing that bounds an area; GeometryError if lines do not close, with the layers that do.
+    nothing that bounds an area; GeometryError if lines do not close, with the layers that do, or else the features, if
+    these are the ``whole`` of the file or its layers, so that they can be chosen by number.
     """
     kinds = {kind: [one for one in features if one.spare == kind and not one.is_empty] for kind in (None, *SPARE)}
     used = next((kind for kind, ones in kinds.items() if any(one.bounds for one in ones)), None)
@@ -35,7 +38,8 @@ def bounding(features: Sequence[Feature], join: float | None) -> Bounding:
         found, notes = _bounding(kinds[used], join), []
     except GeometryError as error:
         if used is not None or not kinds[FILL]:
-            raise GeometryError(f"{error}{_layers_that_close(features, join)}") from None
+            closing = _layers_that_close(features, join) or (_features_that_close(features, join) if whole else "")
+            raise GeometryError(f"{error}{closing}") from None
         used, found = FILL, _bounding(kinds[FILL], join)
         notes = [f"lines beside fills do not close and are left out ({error})"]
     unused = {f"{kind} element": len(ones) for kind, ones in kinds.items() if kind in (FILL, HIDDEN) and kind != used}
@@ -93,6 +97,17 @@ def _layers_that_close(features: Sequence[Feature], join: float | None) -> str:
     more = f" and {len(closing) - MOST_LAYERS} more" if len(closing) > MOST_LAYERS else ""
     named = ", ".join(shown(layer, 40) for layer in closing[:MOST_LAYERS])
     return f"; layers that close by themselves: {named}{more}: choose by layer: {shown(closing[0], 40)}"
+
+
+def _features_that_close(features: Sequence[Feature], join: float | None) -> str:
+    """Advice that names the features which bound areas by themselves, the widest of them first."""
+    found = [k for k, one in enumerate(features) if len(features) > 1 and one.bounds and _closes([one], join)]
+    if not found:
+        return ""
+    found.sort(key=lambda k: -float(np.ptp(vertices_of([features[k]]), axis=0).max()))
+    more = f" and {len(found) - MOST_LAYERS} more" if len(found) > MOST_LAYERS else ""
+    named = ", ".join(features[k].name for k in found[:MOST_LAYERS])
+    return f"; what closes by itself: {named}{more}: choose by feature: {found[0]}"
 
 
 def _closes(features: Sequence[Feature], join: float | None) -> bool:

@@ -134,7 +134,7 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     content = content_of(path, selection)
     features = selection.of(content.features)
     told = _measured(content, features, selection)
-    found = bounding(features, selection.join)
+    found = bounding(features, selection.join, whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     return Chosen(areas, found.loose, content.hole_points, [*content.notes, *found.notes, *told])
 

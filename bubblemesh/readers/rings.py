@@ -13,13 +13,14 @@ from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
-from bubblemesh.messages import place
+from bubblemesh.messages import just_above, place
 from bubblemesh.readers.copies import without_copies
 from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.slips import Slips, clean_loop
 
 JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
 MOST_NAMED = 5
+WIDEST_GAP = 0.05  # of the drawing's size: wider ones are no slips of drawing
 
 
 class Link(NamedTuple):
@@ -62,7 +63,7 @@ def _closed(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[l
     rounding = JOIN * _extent(curves)
     reach = rounding if join is None else join
     node = _clustered(ends, reach)
-    _require_pairs(curves, ends, node)
+    _require_pairs(curves, ends, node, WIDEST_GAP * _extent(curves))
     meet = np.column_stack([np.bincount(node, ends[:, k]) / np.bincount(node) for k in range(2)])
     gap = np.hypot(*(ends - meet[node]).T)
     notes = []
@@ -93,14 +94,14 @@ def _clustered(ends: Floats, reach: float) -> Integers:
     return connected_components(links, directed=False)[1].astype(np.int64)
 
 
-def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers) -> None:
-    """Every meeting place must have two ends."""
+def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers, widest: float) -> None:
+    """Every meeting place must have two ends; messages advise to join gaps that are not wider than ``widest``."""
     count = np.bincount(node)[node]
     loose = np.flatnonzero(count == 1)
     if len(loose):
         gaps = [f"{curves[k // 2].name} at {place(ends[k])}" for k in loose[:MOST_NAMED].tolist()]
         more = f" and {len(loose) - MOST_NAMED} more" if len(loose) > MOST_NAMED else ""
-        raise GeometryError(f"open ends: {', '.join(gaps)}{more}: {_advice(ends, loose)}")
+        raise GeometryError(f"open ends: {', '.join(gaps)}{more}: {_advice(ends, loose, widest)}")
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         k = int(crowded[0])
@@ -111,13 +112,20 @@ def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers
         )
 
 
-def _advice(ends: Floats, loose: Integers) -> str:
-    """Advice on how to close the gap at the first loose end."""
-    first, *others = ends[loose]
-    if not others:
+def _advice(ends: Floats, loose: Integers, widest: float) -> str:
+    """Advice on how to close the gaps at loose ends."""
+    from scipy.spatial import cKDTree
+
+    if len(loose) < 2:
         return "close the curve"
-    gap = np.hypot(*(np.array(others) - first).T)
-    return f"the next one is {gap.min():.3g} away from the first: draw what is missing, or set join above the gaps"
+    distances, _ = cKDTree(ends[loose]).query(ends[loose], k=2)
+    gap = np.asarray(distances)[:, 1]
+    told = f"the next one is {gap[0]:.3g} away from the first: draw what is missing"
+    if not 0 < gap.max() <= widest:
+        return told
+    join = just_above(gap.max())
+    closed = (np.bincount(_clustered(ends, float(join))) == 2).all()
+    return f"{told}, or set join: {join}, which closes all gaps" if closed else told
 
 
 def _loops(node: Integers) -> list[list[Link]]:
