@@ -76,6 +76,11 @@ def duration(seconds: float) -> str:
     return "{} h {} min".format(*divmod(round(seconds / 60), 60))
 
 
+def just_above(width: float) -> str:
+    """A number of two digits that is a little more than the width, as the value of a key that messages advise."""
+    return f"{float(f'{1.05 * width:.1e}') + 10.0 ** (floor(log10(width)) - 1):.2g}"
+
+
 def meant(word: str, known: Iterable[str]) -> str:
     """The known word that ``word`` may mean, or all of them."""
     words = list(known)

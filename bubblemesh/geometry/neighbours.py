@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.nesting import Shapes
-from bubblemesh.messages import counted, place
+from bubblemesh.messages import counted, just_above, place
 
 WIDEST_JOIN = 0.02  # of the size of all: neighbours farther apart are none
 NEAREST = 8  # vertices that are looked at for one to take the place of another
@@ -49,7 +49,7 @@ def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched
     where, pair = place(borders.points[widest]), _named(names, borders.owner[widest], moves.other[widest])
     if join is None and width > rounding:
         raise GeometryError(
-            f"{pair} are {width:.2g} apart at {where}, or overlap by that: set join: {_above(width)} to close it"
+            f"{pair} are {width:.2g} apart at {where}, or overlap by that: set join: {just_above(width)} to close it"
         )
     found = borders.rebuilt(shapes, moves)
     found = _without_overlaps(found, names, rounding if join is None else join)
@@ -225,7 +225,7 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shap
         more = f", and {len(wide) - 1} more pairs by less" if len(wide) > 1 else ""
         raise GeometryError(
             f"{_named(names, i[k], j[k])} overlap by {largest:.2g} at {place(_inside(common[k]))}{more}: set "
-            f"join: {_above(largest)} if they are to share a border there, or correct the file"
+            f"join: {just_above(largest)} if they are to share a border there, or correct the file"
         )
     result = shapes.copy()
     for k in over.tolist():
@@ -256,11 +256,6 @@ def _widths(shapes: Shapes) -> Floats:
 def _inside(shape: shapely.Geometry) -> Floats:
     parts = shapely.get_parts(shape)
     return shapely.get_coordinates(shapely.point_on_surface(parts[shapely.area(parts).argmax()]))[0]
-
-
-def _above(width: float) -> str:
-    """A number of two digits that is a little more than the width."""
-    return f"{float(f'{1.05 * width:.1e}') + 10.0 ** (np.floor(np.log10(width)) - 1):.2g}"
 
 
 def _named(names: Sequence[str], one: int, other: int) -> str:

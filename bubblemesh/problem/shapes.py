@@ -160,7 +160,7 @@ def selection_of(keys: GeometryFile) -> Selection:
     """Selection of what a file holds."""
     repair = repair_of(keys)
     asked = repair if repair.asked else None
-    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, asked)
+    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, keys.open, asked)
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:

@@ -114,7 +114,7 @@ def detail(found: Detail) -> list[str]:
     at, steep = found.spacing.ratio_at, found.spacing.steepest is not None  # which takes nodes as well, and is told
     edges = f"{counted(len(found.short) // 2, 'boundary edge')} shorter than the spacing"
     causes = {edges: found.short, "tight curves": found.coarse, "narrow parts": found.gaps}
-    few = max(found.expected_nodes, FEW_NODES) < MANY_TIMES * found.ideal_nodes
+    few = found.expected_nodes < MANY_TIMES * found.ideal_nodes
     if few or at is None or steep or not any(map(len, causes.values())):
         return refined_boundary(found.short, found.coarse)
     keys = {
@@ -123,7 +123,7 @@ def detail(found: Detail) -> list[str]:
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)
     return [
-        f"the mesh needs about {found.expected_nodes:.0f} nodes, {found.expected_nodes / found.ideal_nodes:.2g} times "
+        f"the mesh needs about {found.expected_nodes:.0f} nodes, {found.expected_nodes / found.ideal_nodes:.3g} times "
         f"those of the spacing, for {' and '.join(cause for cause, sources in causes.items() if len(sources))}: the "
         f"spacing is {found.spacing.ratio:.3g} times finer at {place(at)}{f' ({advice})' if advice else ''}"
     ]

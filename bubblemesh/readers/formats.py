@@ -17,7 +17,7 @@ from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
-from bubblemesh.readers.bounding import bounding
+from bubblemesh.readers.bounding import bounding, joining_of
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.regions import named_areas
@@ -141,9 +141,7 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     content = content_of(path, selection)
     features = selection.of(content.features)
     size, told = _measured(content, features, selection)
-    mending = selection.repair if selection.repair is not None and selection.repair.mend else None
-    join = mending.gap_of(size) if mending is not None and selection.join is None else selection.join
-    found = bounding(features, join, mending is not None)
+    found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     return Chosen(areas, found.loose, content.hole_points, [*content.notes, *found.notes, *told])
 

@@ -16,22 +16,22 @@ from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
-from bubblemesh.readers.rings import Joined, rings_of_curves
+from bubblemesh.readers.rings import Joined, Joining, rings_of_curves
 from bubblemesh.readers.slips import Slips
 
 OVER = 1e-9  # of the gap: so far an end is drawn over what it is to meet
 
 
-def rings_of_linework(curves: Sequence[CompoundCurve], gap: float | None) -> Joined:
+def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
     """Rings of the curves, and if they do not close, those around all that their polygonal copies enclose together.
 
-    Ends nearer than ``gap`` to another line are drawn to it. What is in several rings that are not connected is told by
-    how these nest. GeometryError if no area is enclosed.
+    Ends that are near enough to another line are drawn to it. Of rings that are not connected it counts how they nest.
+    GeometryError if no area is enclosed.
     """
     try:
-        return rings_of_curves(curves, gap)
+        return rings_of_curves(curves, joining)
     except GeometryError:
-        reach = gap or 0.0
+        reach = joining.reach or 0.0
     copies = [_copy(curve) for curve in curves]
     drawn = [shapely.LineString(points) for points, _ in copies]
     drawn += _links(drawn, reach)
