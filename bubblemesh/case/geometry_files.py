@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Filled, InputFile, Number, OneLabel, Positive, Strict, Text
-from bubblemesh.readers.selection import Part, Unit
+from bubblemesh.readers.selection import Open, Part, Unit
 
 
 class FollowedKeys(Strict):
@@ -76,4 +76,5 @@ class GeometryFile(FollowedKeys, SelectedFile):
     join: Positive | None = Field(
         default=None, description="Ends of curves nearer to each other than this meet, in the file's lengths."
     )
+    open: Open | None = Field(default=None, description="With skip, curves that form no ring are left out.")
     label: OneLabel = None

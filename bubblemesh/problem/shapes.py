@@ -156,7 +156,7 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
 
 def selection_of(keys: GeometryFile) -> Selection:
     """Selection of what a file holds."""
-    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join)
+    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, keys.open)
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:

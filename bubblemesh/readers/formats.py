@@ -17,7 +17,7 @@ from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
-from bubblemesh.readers.bounding import bounding
+from bubblemesh.readers.bounding import bounding, joining_of
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.regions import named_areas
@@ -134,7 +134,7 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     content = content_of(path, selection)
     features = selection.of(content.features)
     told = _measured(content, features, selection)
-    found = bounding(features, selection.join, whole=selection.feature is None)
+    found = bounding(features, joining_of(selection), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     return Chosen(areas, found.loose, content.hole_points, [*content.notes, *found.notes, *told])
 

@@ -17,7 +17,7 @@ from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_of
-from bubblemesh.readers.bounding import bounding
+from bubblemesh.readers.bounding import bounding, joining_of
 from bubblemesh.readers.features import Feature
 from bubblemesh.readers.selection import Selection
 
@@ -47,7 +47,7 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
                 f"{members[0].name}: {name[:40]!r} is no name of a region: it is too long or has {FORBIDDEN}"
             )
         with prefixed(f"region {name!r}"):
-            bounds = bounding(members, selection.join)
+            bounds = bounding(members, joining_of(selection))
             given = [Area(outer, tuple(holes)) for outer, *holes in bounds.areas]
             found += [replace(area, name=name) for area in areas_of(given, bounds.loose, None)]
         notes += bounds.notes

@@ -13,14 +13,21 @@ from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
-from bubblemesh.messages import just_above, place
+from bubblemesh.messages import counted, place
 from bubblemesh.readers.copies import without_copies
 from bubblemesh.readers.features import CompoundCurve
+from bubblemesh.readers.open_curves import on_rings
 from bubblemesh.readers.slips import Slips, clean_loop
 
 JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
 MOST_NAMED = 5
-WIDEST_GAP = 0.05  # of the drawing's size: wider ones are no slips of drawing
+
+
+class Joining(NamedTuple):
+    """How curves become rings."""
+
+    reach: float | None = None  # ends nearer to each other than this meet; by default those that differ by rounding
+    skip: bool = False  # leave out curves that are part of no ring
 
 
 class Link(NamedTuple):
@@ -33,40 +40,43 @@ class Link(NamedTuple):
 
 
 class Joined(NamedTuple):
-    """Rings of curves, notes on gaps that were closed, and what was dropped."""
+    """Rings of curves, notes on gaps that were closed and curves that were left out, and what was dropped."""
 
     rings: list[Ring]
     notes: list[str]
     slips: Slips
 
 
-def rings_of_curves(curves: Sequence[CompoundCurve], join: float | None) -> Joined:
+def rings_of_curves(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
     """Rings of the curves; what is given twice counts once.
 
-    Ends nearer to each other than ``join`` meet in their common mean; by default they may differ by rounding only.
-    GeometryError if an end meets no other one, or more than one.
+    Ends that are near enough meet in their common mean. GeometryError if an end meets no other one, or more than one.
     """
     curves, slips = without_copies(curves)
-    loops, notes = _closed(curves, join)
+    loops, notes = _closed(curves, joining)
     made = [_ring(loop) for loop in loops]
     dropped = (some for _, some in made)
     return Joined([ring for ring, _ in made if ring is not None], notes, reduce(add, dropped, slips))
 
 
-def _closed(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[list[CompoundCurve]], list[str]]:
-    """Curves that close each other, and notes on gaps."""
+def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[list[CompoundCurve]], list[str]]:
+    """Curves that close each other, and notes on gaps and on open curves."""
     closed = [[curve] for curve in curves if curve.start == curve.end]
     curves = [curve for curve in curves if curve.start != curve.end]
     if not curves:
         return closed, []
-    ends = np.array([point for curve in curves for point in (curve.start, curve.end)], float)
-    rounding = JOIN * _extent(curves)
-    reach = rounding if join is None else join
-    node = _clustered(ends, reach)
-    _require_pairs(curves, ends, node, WIDEST_GAP * _extent(curves))
+    ends, node, notes = *meeting(curves, joining.reach), list[str]()
+    rounding = JOIN * extent(curves)
+    if joining.skip:
+        kept = on_rings(node.reshape(-1, 2))
+        notes += _skipped([curve for curve, keep in zip(curves, kept.tolist(), strict=True) if not keep])
+        curves = [curve for curve, keep in zip(curves, kept.tolist(), strict=True) if keep]
+        if not curves:
+            return closed, notes
+        ends, node = ends[np.repeat(kept, 2)], np.unique(node[np.repeat(kept, 2)], return_inverse=True)[1]
+    _require_pairs(curves, ends, node)
     meet = np.column_stack([np.bincount(node, ends[:, k]) / np.bincount(node) for k in range(2)])
     gap = np.hypot(*(ends - meet[node]).T)
-    notes = []
     if 2 * gap.max() > rounding:
         widest = int(gap.argmax())
         gaps = len(np.unique(node[2 * gap > rounding]))
@@ -75,7 +85,22 @@ def _closed(curves: Sequence[CompoundCurve], join: float | None) -> tuple[list[l
     return closed + open_, notes
 
 
-def _extent(curves: Sequence[CompoundCurve]) -> float:
+def meeting(curves: Sequence[CompoundCurve], reach: float | None) -> tuple[Floats, Integers]:
+    """Ends (2m, 2) of open curves, two of each, and the number (2m,) of the place where each meets others."""
+    ends = np.array([point for curve in curves for point in (curve.start, curve.end)], float)
+    return ends, _clustered(ends, JOIN * extent(curves) if reach is None else reach)
+
+
+def _skipped(curves: Sequence[CompoundCurve]) -> list[str]:
+    """Note on curves that are part of no ring."""
+    if not curves:
+        return []
+    places = ", ".join(place(curve.start) for curve in curves[:MOST_NAMED])
+    which = "at" if len(curves) <= MOST_NAMED else "the first at"
+    return [f"{counted(len(curves), 'open curve')} left out, {which} {places}"]
+
+
+def extent(curves: Sequence[CompoundCurve]) -> float:
     """The longer side of the box around all points that the curves are given by."""
     points = [curve.start for curve in curves]
     for piece in (piece for curve in curves for piece in curve.pieces):
@@ -94,38 +119,38 @@ def _clustered(ends: Floats, reach: float) -> Integers:
     return connected_components(links, directed=False)[1].astype(np.int64)
 
 
-def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers, widest: float) -> None:
-    """Every meeting place must have two ends; messages advise to join gaps that are not wider than ``widest``."""
+def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers) -> None:
+    """Every meeting place must have two ends."""
     count = np.bincount(node)[node]
     loose = np.flatnonzero(count == 1)
     if len(loose):
-        gaps = [f"{curves[k // 2].name} at {place(ends[k])}" for k in loose[:MOST_NAMED].tolist()]
+        named = [f"{curves[k // 2].name} at {place(ends[k])}" for k in loose[:MOST_NAMED].tolist()]
         more = f" and {len(loose) - MOST_NAMED} more" if len(loose) > MOST_NAMED else ""
-        raise GeometryError(f"open ends: {', '.join(gaps)}{more}: {_advice(ends, loose, widest)}")
+        raise GeometryError(f"open ends: {', '.join(named)}{more}{_widest_gap(ends[loose])}")
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         k = int(crowded[0])
         names = sorted({curves[j // 2].name for j in np.flatnonzero(node == node[k]).tolist()})
         raise GeometryError(
-            f"{count[k]} ends meet at {place(ends[k])} ({', '.join(names[:MOST_NAMED])}): a ring passes a point once; "
-            "remove double lines, or choose a layer or feature"
+            f"{count[k]} ends meet at {place(ends[k])}, where a ring passes once ({', '.join(names[:MOST_NAMED])})"
         )
 
 
-def _advice(ends: Floats, loose: Integers, widest: float) -> str:
-    """Advice on how to close the gaps at loose ends."""
+def _widest_gap(ends: Floats) -> str:
+    """How far loose ends (n, 2) are from each other."""
+    if len(ends) == 1:
+        return ""
+    gap = to_next(ends)
+    widest = int(gap.argmax())
+    nearest = f", the nearest {gap.min():.3g}" if gap.min() < gap[widest] * (1 - 1e-6) else ""
+    return f"; the widest gap to a next one is {gap[widest]:.3g}, at {place(ends[widest])}{nearest}"
+
+
+def to_next(ends: Floats) -> Floats:
+    """Distances (n,) of two points or more (n, 2) from the nearest other one."""
     from scipy.spatial import cKDTree
 
-    if len(loose) < 2:
-        return "close the curve"
-    distances, _ = cKDTree(ends[loose]).query(ends[loose], k=2)
-    gap = np.asarray(distances)[:, 1]
-    told = f"the next one is {gap[0]:.3g} away from the first: draw what is missing"
-    if not 0 < gap.max() <= widest:
-        return told
-    join = just_above(gap.max())
-    closed = (np.bincount(_clustered(ends, float(join))) == 2).all()
-    return f"{told}, or set join: {join}, which closes all gaps" if closed else told
+    return np.asarray(cKDTree(ends).query(ends, 2)[0])[:, 1]
 
 
 def _loops(node: Integers) -> list[list[Link]]:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
 Part = int | Literal["largest", "all"]
+Open = Literal["skip"]
 METRES: dict[Unit, float] = {
     "m": 1.0,
     "km": 1e3,
@@ -36,6 +37,7 @@ class Selection:
     unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case's is the metre
     part: Part | None = None  # of its areas: one, from 0, the largest first, or all of them
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
+    open: Open | None = None  # what becomes of curves that form no ring; by default they are an error
 
     @property
     def factor(self) -> float:

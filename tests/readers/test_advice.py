@@ -20,7 +20,7 @@ def message(path, **keys):
 def test_gaps_name_the_join_that_closes_all_of_them(written):
     path = written("a.wkt", GAPS)
     text = message(path)
-    assert "the next one is 0.01 away from the first" in text
+    assert "the widest gap to a next one is 0.02, at (4, 3), the nearest 0.01" in text
     join = float(re.search(r"set join: (\S+), which closes all gaps", text)[1])
     assert 0.02 < join < 0.025
     assert domain(path, join=join).polygon.area == pytest.approx(12, rel=0.01)

@@ -212,7 +212,7 @@ FAULTS = {
         "a.wkt",
         "LINESTRING (0 0, 1 0, 1 1, 0.25 0)",
         GeometryError,
-        r"open ends: feature 0 \(line 1\) at \(0, 0\), .* at \(0.25, 0\): the next one is 0.25 away",
+        r"open ends: feature 0 \(line 1\) at \(0, 0\), .*; the widest gap to a next one is 0.25, at \(0, 0\): draw",
     ),
     "junction": (
         "a.wkt",
