@@ -52,7 +52,7 @@ def _advice(keys: DomainKeys, key: Key) -> str:
         if repaired is not None:
             with suppress(BubblemeshError):
                 _domain(repaired)
-                return f"; or have it mended by repair: true in {Key((*DOMAIN, *path))}"
+                return f"; repair: true in {Key((*DOMAIN, *path))} mends it"
     return ""
 
 

@@ -19,6 +19,7 @@ from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.rings import Joined, Joining, rings_of_curves
 from bubblemesh.readers.slips import Slips
 
+MOST_LOOSE = 0.1  # of the length of all lines: loose ones that may be left out
 OVER = 1e-9  # of the gap: so far an end is drawn over what it is to meet
 
 
@@ -26,27 +27,26 @@ def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Join
     """Rings of the curves, and if they do not close, those around all that their polygonal copies enclose together.
 
     Ends that are near enough to another line are drawn to it. Of rings that are not connected it counts how they nest.
-    GeometryError if no area is enclosed.
+    GeometryError if no area is enclosed, or much is left out.
     """
     try:
         return rings_of_curves(curves, joining)
-    except GeometryError:
-        reach = joining.reach or 0.0
+    except GeometryError as error:
+        problem = error
     copies = [_copy(curve) for curve in curves]
     drawn = [shapely.LineString(points) for points, _ in copies]
-    drawn += _links(drawn, reach)
+    drawn += _links(drawn, joining.reach or 0.0)
     noded = shapely.get_parts(shapely.union_all(drawn))
     enclosed = [ring for group in _connected(noded) for ring in _around(group)]
-    if not enclosed:
-        raise GeometryError("the lines enclose no area, also if ends are joined: raise the gap of repair, or draw more")
-    cuts, dangles = shapely.polygonize_full(noded)[1:3]
-    loose = [*shapely.get_parts(cuts).tolist(), *shapely.get_parts(dangles).tolist()]
+    loose = np.concatenate([shapely.get_parts(some) for some in shapely.polygonize_full(noded)[1:3]])
+    if not enclosed or shapely.length(loose).sum() > MOST_LOOSE * shapely.length(noded).sum():
+        raise problem  # an outline that does not close must not be left out
     ends = np.concatenate([np.stack([points[:-1], points[1:]], axis=1) for points, _ in copies])
     chords = shapely.STRtree(shapely.linestrings(ends))
     labels = [label for _, some in copies for label in some]
     made = [_ring(points, chords, labels, curves[0].name) for points in enclosed]
     told = [Change("lines that do not close cut where they cross, and closed", as_point(enclosed[0][0]), 0.0, ())]
-    if loose:
+    if len(loose):
         longest = max(loose, key=shapely.length)
         before = tuple(shapely.get_coordinates(line) for line in loose)
         told.append(Change(f"{counted(len(loose), 'loose line')} left out", as_point(longest.coords[0]), 0.0, before))

@@ -47,7 +47,7 @@ def test_the_option_repairs_the_domain():
     ],
 )
 def test_messages_name_the_key_where_it_helps(text, key):
-    with pytest.raises(BubblemeshError, match=f"; or have it mended by repair: true in {key}$"):
+    with pytest.raises(BubblemeshError, match=f"; repair: true in {key} mends it$"):
         domain(text)
 
 
