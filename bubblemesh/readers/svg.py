@@ -278,12 +278,12 @@ def _by_fill_rule(feature: Feature) -> Feature:
     loops = [curve for curve in feature.curves if curve.start == curve.end]
     if rule is None or not loops:
         return feature
-    kept, notes = filled(loops, rule)
-    if kept == loops:
+    found = filled(loops, rule)
+    if found.loops == loops:
         return feature
     others = [curve for curve in feature.curves if curve.start != curve.end]
-    notes = tuple(f"{feature.name}: {note}" for note in notes)
-    return replace(feature, curves=(*kept, *others), notes=(*feature.notes, *notes))
+    notes = tuple(f"{feature.name}: {note}" for note in found.notes)
+    return replace(feature, curves=(*found.loops, *others), rings=tuple(found.rings), notes=(*feature.notes, *notes))
 
 
 def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
