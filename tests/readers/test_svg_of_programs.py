@@ -118,6 +118,36 @@ class TestFills:
         assert area(drawing(written, frame)) == pytest.approx(576)
 
 
+class TestSizes:
+    """Lengths in metres by the size on paper."""
+
+    @pytest.mark.parametrize(
+        ("head", "millimetres"),
+        [
+            ('width="80mm" height="80mm" viewBox="0 0 40 40"', 2),
+            ('width="8cm" viewBox="-5 -5 40 40"', 2),
+            ('height="2in" viewBox="0 0 40 50.8"', 1),
+            ('width="72pt" height="100" viewBox="0 0 127 127"', 0.2),
+            ('width="80mm" height="40mm" viewBox="0 0 40 40"', 1),
+            ('width="80mm" height="40mm" viewBox="0 0 40 40" preserveAspectRatio="xMidYMid slice"', 2),
+        ],
+    )
+    def test_width_and_height_tell_it(self, written, head, millimetres):
+        path = drawing(written, '<rect width="20" height="30"/>', head)
+        assert area(path, unit="mm") == pytest.approx(600e-6 * millimetres**2)
+        assert area(path, unit="in") == pytest.approx(600e-6 * millimetres**2)
+        assert area(path) == pytest.approx(600)
+        assert notes_of(path, unit="mm") == []
+
+    @pytest.mark.parametrize("head", ["", 'width="80mm"', 'viewBox="0 0 40 40"', 'width="40" viewBox="0 0 40 40"'])
+    def test_else_96_pixels_are_an_inch_with_a_note(self, written, head):
+        path = drawing(written, '<rect width="96" height="96"/>', head)
+        assert area(path, unit="mm") == pytest.approx(0.0254**2)
+        (note,) = notes_of(path, unit="mm")
+        assert "96 of its lengths are an inch; if they are in mm, set scale: 0.001 in place of units" in note
+        assert area(path, scale=0.001) == pytest.approx(0.096**2)
+
+
 class TestStructure:
     """Uses, symbols, nested drawings, clips, switches."""
 
