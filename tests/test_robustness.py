@@ -8,6 +8,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from benchmarks.intake.collection import KINDS
 from benchmarks.robustness import fuzz
 from benchmarks.robustness.capped import called
 from benchmarks.robustness.corpus import FAMILIES, glyphs, random_domains
@@ -81,6 +82,18 @@ def test_a_sample_of_the_trial_is_sound():
     assert len(rows) == 16
     assert [row for row in rows if row["outcome"] not in ("sound", "refused, and invalid")] == []
     assert len(list(table(rows))) > 3
+
+
+def test_every_kind_of_the_collection_is_damaged():
+    assert {name.partition("-")[0] for name in fuzz.seeds()} >= {*KINDS}
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_a_few_damaged_files_are_read_or_refused_by_an_error_of_ours(number):
+    known = fuzz.seeds()
+    for kind in [*known][number::24]:
+        row = fuzz.read_one(known, {"name": f"{kind}-{number}", "kind": kind})
+        assert row["outcome"] == "read" or row["outcome"].startswith("refused ("), kind
 
 
 @pytest.mark.long

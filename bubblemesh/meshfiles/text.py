@@ -94,8 +94,10 @@ def json_ready(value: Any) -> Any:
 
     A value that JSON has no form for is a TypeError.
     """
-    if value is None or isinstance(value, (bool, int, str)):
+    if value is None or isinstance(value, (str, int, bool)):
         return value
+    if type(value) is dict:  # as nearly all are, of very many
+        return {str(key): json_ready(item) for key, item in value.items()}
     if isinstance(value, (np.generic, np.ndarray)):
         # A 0-dimensional array and a scalar of a subclass of float both become a Python number here.
         return json_ready(value.tolist())

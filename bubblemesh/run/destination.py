@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, partial
-from os.path import isdir, realpath
+from os.path import isdir, join, realpath
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -108,8 +108,8 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
     page = case.output.report if options.page is None else options.page
     place = Destination(folder, name, formats, options.history, page)
     # Only the folder is followed: a link that has the name of a file is replaced by it.
-    parent = Path(realpath(place.folder))
-    written = {str(parent / path.name) for path in place.files}
+    parent = realpath(place.folder)
+    written = {join(parent, path.name) for path in place.files}  # noqa: PTH118 (ten times faster, for very many cases)
     for path in (None if source == "-" else Path(source), solution):
         if path is not None and realpath(path) in written:
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
