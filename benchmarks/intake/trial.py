@@ -15,7 +15,7 @@ from benchmarks.robustness.trials import Row
 
 PARTS = 30  # of the size: the spacing
 # What messages name: a key with a value that can be taken as it stands. Values in capitals stand for others.
-KEYS = "part|open|repair|join|simplify|smallest|layer|feature|regions|units"
+KEYS = "part|repair|join|open|simplify|smallest|layer|feature|regions|units"
 ADVICE = re.compile(rf"\b({KEYS}): (\{{[^{{}}]*\}}|'[^']*'|[^\s,;:)]+)")
 AT_ONCE, WITH_KEY, REFUSED = "at once", "with the key", "refused"
 

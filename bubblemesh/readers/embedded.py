@@ -14,7 +14,7 @@ from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant
 from bubblemesh.readers.copies import without_copies
 from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
-from bubblemesh.readers.formats import FORMATS, content_of
+from bubblemesh.readers.formats import FORMATS, content_of, length_notes
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
 
@@ -48,8 +48,14 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
                 f"there is no line in it (but {left_out}): give lines or rings, or another layer or feature"
             )
     slips = reduce(add, (one.slips for one in used), slips)
-    notes = [*content.notes, *slips.notes, *([f"left out: {left_out}"] if not left_out.startswith("no ") else [])]
-    return [_finished(line, path, selection, notes if k == 0 else ()) for k, line in enumerate(found)]
+    notes = [
+        *content.notes,
+        *length_notes(content, selection),
+        *slips.notes,
+        *([f"left out: {left_out}"] if not left_out.startswith("no ") else []),
+    ]
+    factor = selection.factor(content)
+    return [_finished(line, path, factor, notes if k == 0 else ()) for k, line in enumerate(found)]
 
 
 def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
@@ -58,16 +64,16 @@ def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
     if known is None or not known.has_inner_lines or selection.feature is not None:
         return []
     with prefixed(path):
-        features = content_of(path, selection).features
-    curves = [curve for one in features if one.spare == INNER for curve in one.curves]
+        content = content_of(path, selection)
+    curves = [curve for one in content.features if one.spare == INNER for curve in one.curves]
     lines = (rings.open_path(curve.start, curve.pieces, "") for curve in curves)
-    return [_finished(line, path, selection, ()) for line in lines]
+    return [_finished(line, path, selection.factor(content), ()) for line in lines]
 
 
-def _finished(line: OpenPath, path: Path, selection: Selection, notes: Sequence[str]) -> OpenPath:
+def _finished(line: OpenPath, path: Path, factor: float, notes: Sequence[str]) -> OpenPath:
     """The line in the case's lengths, with the file before its notes."""
     named = tuple(f"{path.name}: {note}" for note in (*notes, *line.notes))
-    return replace(line.moved(Similarity.of(scale=selection.factor)), notes=named)
+    return replace(line.moved(Similarity.of(scale=factor)), notes=named)
 
 
 def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[Place], tuple[str, ...]]:
@@ -94,7 +100,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
                 slips += Slips(doubles=1, first=at)
             else:
                 found[at] = label
-    factor = selection.factor
+    factor = selection.factor(content)
     places = [Place((x * factor, y * factor), label) for (x, y), label in found.items()]
     return places, tuple(f"{path.name}: {note}" for note in (*dict.fromkeys(notes), *slips.notes))
 

@@ -87,6 +87,13 @@ class Feature:
         return bool(self.areas or self.rings or self.curves)
 
 
+class PhysicalLength(NamedTuple):
+    """How long one of a file's lengths is on paper."""
+
+    metres: float
+    assumed: bool  # since the file does not tell
+
+
 @dataclass(frozen=True)
 class FeatureCollection:
     """All that a reader finds in a file."""
@@ -95,6 +102,7 @@ class FeatureCollection:
     notes: tuple[str, ...] = ()  # on what was changed or left out
     hole_points: tuple[Point, ...] | None = None  # in the holes, where the format has them
     unit: str | None = None  # of length, if the file names it
+    physical: PhysicalLength | None = None  # of a length, where numbers of the format have none by themselves
     degrees: bool | None = False  # whether coordinates are degrees; None if what they look like decides
 
 

@@ -3,7 +3,7 @@
 A new format is a module beside this one, and its rows in `FORMATS`.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -21,7 +21,7 @@ from bubblemesh.readers.bounding import bounding, joining_of
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.regions import named_areas
-from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.selection import METRES, Selection
 
 
 class Format(NamedTuple):
@@ -69,6 +69,7 @@ class Chosen(NamedTuple):
     loose: list[Ring]
     hole_points: Sequence[Point] | None
     notes: list[str]
+    factor: float  # of lengths, for those of the case
 
 
 def read_areas(path: Path, selection: Selection) -> list[Area]:
@@ -80,7 +81,7 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = chosen_areas(areas_of(chosen.areas, chosen.loose, chosen.hole_points), selection.part)
-    return _finished(path, selection, areas, chosen.notes)
+    return _finished(path, chosen.factor, areas, chosen.notes)
 
 
 def read_shapes(path: Path, selection: Selection) -> list[Area]:
@@ -93,7 +94,7 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
         areas = [*chosen.areas, *map(Area, chosen.loose)]
         if selection.part is not None:
             areas = chosen_areas(areas, selection.part)
-    return _finished(path, selection, areas, chosen.notes)
+    return _finished(path, chosen.factor, areas, chosen.notes)
 
 
 def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
@@ -107,7 +108,7 @@ def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
         features = selection.of(content.features)
         told = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
-    return _finished(path, selection, areas, [*content.notes, *notes, *told])
+    return _finished(path, selection.factor(content), areas, [*content.notes, *notes, *told])
 
 
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
@@ -136,17 +137,26 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     told = _measured(content, features, selection)
     found = bounding(features, joining_of(selection), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
-    return Chosen(areas, found.loose, content.hole_points, [*content.notes, *found.notes, *told])
+    notes = [*content.notes, *found.notes, *told]
+    return Chosen(areas, found.loose, content.hole_points, notes, selection.factor(content))
 
 
 def _measured(content: FeatureCollection, features: Sequence[Feature], selection: Selection) -> list[str]:
     """Notes on the unit of the features; messages tell places as exactly as their size asks for."""
     points = vertices_of(features)
     tell_places_of(float(np.ptp(points, axis=0).max()) if len(points) else None)
-    notes = [*degrees_notes(points, content.degrees)]
+    return [*degrees_notes(points, content.degrees), *length_notes(content, selection)]
+
+
+def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[str]:
+    """Notes on the unit of length that a case gives, where the file has another one or none."""
     if selection.unit and content.unit and selection.unit != content.unit:
-        notes.append(f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts")
-    return notes
+        yield f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts"
+    if selection.unit and content.physical and content.physical.assumed:
+        yield (
+            "it has no width or height with a unit beside a viewBox: 96 of its lengths are an inch; if they are in "
+            f"{selection.unit}, set scale: {METRES[selection.unit]:g} in place of units"
+        )
 
 
 def content_of(
@@ -174,15 +184,15 @@ def content_of(
     return read(path, next(iter(selection.layers), None))
 
 
-def _finished(path: Path, selection: Selection, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:
+def _finished(path: Path, factor: float, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:
     """The areas in the case's lengths, with the file before where rings come from and before their notes."""
-    factor = "" if selection.factor == 1 else f", lengths times {selection.factor:g}"
+    times = "" if factor == 1 else f", lengths times {factor:g}"
     left = [*notes]
 
     def finished(ring: Ring) -> Ring:
         named = tuple(f"{path.name}: {note}" for note in (*left, *ring.notes))
         left.clear()
-        origin = f"{path.name}: {ring.origin}{factor}"
-        return replace(ring.moved(Similarity.of(scale=selection.factor)), notes=named, origin=origin)
+        origin = f"{path.name}: {ring.origin}{times}"
+        return replace(ring.moved(Similarity.of(scale=factor)), notes=named, origin=origin)
 
     return [area.mapped(finished) for area in areas]

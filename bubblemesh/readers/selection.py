@@ -8,7 +8,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 
 if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
-    from bubblemesh.readers.features import Feature
+    from bubblemesh.readers.features import Feature, FeatureCollection
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
 Part = int | Literal["largest", "all"]
@@ -39,10 +39,11 @@ class Selection:
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
     open: Open | None = None  # what becomes of curves that form no ring; by default they are an error
 
-    @property
-    def factor(self) -> float:
-        """By which the file's lengths are multiplied."""
-        return self.scale if self.unit is None else METRES[self.unit]
+    def factor(self, content: "FeatureCollection") -> float:
+        """By which the file's lengths are multiplied: with a unit, for metres."""
+        if self.unit is None:
+            return self.scale
+        return METRES[self.unit] if content.physical is None else content.physical.metres
 
     def of(self, features: "Sequence[Feature]") -> "list[Feature]":
         """The features to take; CaseError, with a list of what there is, if there is none of them."""

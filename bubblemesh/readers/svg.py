@@ -26,6 +26,7 @@ from bubblemesh.readers.features import (
 )
 from bubblemesh.readers.sampling import splines
 from bubblemesh.readers.svg_fill import area_of, filled
+from bubblemesh.readers.svg_size import physical_length
 from bubblemesh.readers.svg_source import HREFS, UNDRAWN, Element, checked
 from bubblemesh.readers.svg_style import Style, StyleSheet
 
@@ -126,7 +127,7 @@ def _features(drawing: _Drawing) -> FeatureCollection:
     features = [_by_fill_rule(one) for one in features]
     if not any(one.bounds for one in features):
         raise CaseError(f"there are no closed paths or shapes in it{''.join(f'; {note}' for note in (*notes, *more))}")
-    return FeatureCollection(tuple(features), (*notes, *more))
+    return FeatureCollection(tuple(features), (*notes, *more), physical=physical_length(drawing.root))
 
 
 def _shapes(drawing: _Drawing, element: Element, around: _Around) -> Iterator[_Drawn]:
@@ -278,12 +279,12 @@ def _by_fill_rule(feature: Feature) -> Feature:
     loops = [curve for curve in feature.curves if curve.start == curve.end]
     if rule is None or not loops:
         return feature
-    kept, notes = filled(loops, rule)
-    if kept == loops:
+    found = filled(loops, rule)
+    if found.loops == loops:
         return feature
     others = [curve for curve in feature.curves if curve.start != curve.end]
-    notes = tuple(f"{feature.name}: {note}" for note in notes)
-    return replace(feature, curves=(*kept, *others), notes=(*feature.notes, *notes))
+    notes = tuple(f"{feature.name}: {note}" for note in found.notes)
+    return replace(feature, curves=(*found.loops, *others), rings=tuple(found.rings), notes=(*feature.notes, *notes))
 
 
 def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:

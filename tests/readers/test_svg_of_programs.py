@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 from geometry_files import area, domain
 
 from bubblemesh.geometry.paths import Arc, Line
@@ -51,6 +52,35 @@ class TestFills:
         assert area(path) == pytest.approx(400 + 256 - 64)
         assert "subpaths that cross are united by fill-rule nonzero: what they bound is 1 ring" in notes_of(path)[0]
 
+    def test_curves_that_cross_stay_curves(self, written):
+        discs = "".join(f"M{x} 10a5 5 0 0 1 10 0a5 5 0 0 1 -10 0Z" for x in (2, 8))
+        path = drawing(written, f'<path id="rim" d="{discs}"/>')
+        (ring,) = read_rings(path, Selection())
+        assert {type(side.curve) for side in ring.sides} == {Arc}
+        assert {side.label for side in ring.sides} == {"rim"}
+        lens = 2 * 25 * np.arccos(0.6) - 6 * 4
+        assert area(path) == pytest.approx(50 * np.pi - lens, rel=1e-3)
+        path = drawing(written, f'<path fill-rule="evenodd" d="{discs}"/>')
+        assert area(path, part="all") == pytest.approx(50 * np.pi - 2 * lens, rel=1e-3)
+
+    def test_a_loop_of_one_curve_that_crosses_itself(self, written):
+        path = drawing(written, '<path d="M4 20C40 -10 -16 -10 20 20Z"/>')
+        rings = read_rings(path, Selection())
+        assert sorted({type(side.curve).__name__ for side in ring.sides} == {"Section"} for ring in rings) == [
+            False,
+            True,
+        ]
+        t = np.linspace(0, 1, 20_001)
+        x = 4 * (1 - t) ** 3 + 120 * t * (1 - t) ** 2 - 48 * t**2 * (1 - t) + 20 * t**3
+        y = 20 * (1 - t) ** 3 - 30 * t * (1 - t) ** 2 - 30 * t**2 * (1 - t) + 20 * t**3
+        faces = shapely.polygonize([shapely.node(shapely.LinearRing(np.column_stack([x, y])))])
+        assert area(path, part="all") == pytest.approx(faces.area, rel=1e-3)
+
+    def test_subpaths_that_nearly_touch_are_united_with_straight_lines(self, written):
+        path = drawing(written, '<path d="M0 0H10V10H0ZM10.000001 2H20V8H9Z"/>')
+        assert "of straight lines, since" in notes_of(path)[0]
+        assert area(path) == pytest.approx(100 + 60, rel=0.05)
+
     def test_a_star_drawn_in_one_line(self, written):
         turn = np.radians(90 + 144 * np.arange(5))
         points = " ".join(f"{x},{y}" for x, y in np.column_stack([np.cos(turn), -np.sin(turn)]) * 10 + 12)
@@ -86,6 +116,36 @@ class TestFills:
         assert area(path) == pytest.approx(25 * np.pi, rel=1e-3)
         assert notes_of(path) == ["left out: 1 hidden element"]
         assert area(drawing(written, frame)) == pytest.approx(576)
+
+
+class TestSizes:
+    """Lengths in metres by the size on paper."""
+
+    @pytest.mark.parametrize(
+        ("head", "millimetres"),
+        [
+            ('width="80mm" height="80mm" viewBox="0 0 40 40"', 2),
+            ('width="8cm" viewBox="-5 -5 40 40"', 2),
+            ('height="2in" viewBox="0 0 40 50.8"', 1),
+            ('width="72pt" height="100" viewBox="0 0 127 127"', 0.2),
+            ('width="80mm" height="40mm" viewBox="0 0 40 40"', 1),
+            ('width="80mm" height="40mm" viewBox="0 0 40 40" preserveAspectRatio="xMidYMid slice"', 2),
+        ],
+    )
+    def test_width_and_height_tell_it(self, written, head, millimetres):
+        path = drawing(written, '<rect width="20" height="30"/>', head)
+        assert area(path, unit="mm") == pytest.approx(600e-6 * millimetres**2)
+        assert area(path, unit="in") == pytest.approx(600e-6 * millimetres**2)
+        assert area(path) == pytest.approx(600)
+        assert notes_of(path, unit="mm") == []
+
+    @pytest.mark.parametrize("head", ["", 'width="80mm"', 'viewBox="0 0 40 40"', 'width="40" viewBox="0 0 40 40"'])
+    def test_else_96_pixels_are_an_inch_with_a_note(self, written, head):
+        path = drawing(written, '<rect width="96" height="96"/>', head)
+        assert area(path, unit="mm") == pytest.approx(0.0254**2)
+        (note,) = notes_of(path, unit="mm")
+        assert "96 of its lengths are an inch; if they are in mm, set scale: 0.001 in place of units" in note
+        assert area(path, scale=0.001) == pytest.approx(0.096**2)
 
 
 class TestStructure:

@@ -60,13 +60,23 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
             simple_polygon(copy, f"the ring ({ring.origin})" if ring.origin else "the ring")
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
     before = Boundary.empty().with_inner(paths)
-    size = _size(np.vstack(copies))
+    size = size_of(np.vstack(copies))
     split = noded(before, size, 0, Parts(lines=paths))
     shapes = _shapes(areas, split)
     split = without_doubles(split, TOUCHING * size)
     left, right = (RULES[rule](_inside(points, shapes, owner, len(operands))) for points in probes(split))
+    return areas_beside(rings, before, split, left, right)
+
+
+def areas_beside(
+    rings: Sequence[Ring], before: Boundary, split: Boundary, left: Booleans, right: Booleans
+) -> list[Area]:
+    """Areas on the ``left`` or ``right`` of the pieces (p,) of rings that were split, with the curves of the rings.
+
+    ``before`` has the rings' sides as they were. The first ring has the notes on all.
+    """
     runs = [Run(int(piece), bool(right[piece])) for piece in np.flatnonzero(left != right)]
-    assembly = _Assembly(split, before, [side.curve for path in paths for side in path.sides])
+    assembly = _Assembly(split, before, [side.curve for ring in rings for side in ring.sides])
     found = [assembly.ring(loop) for loop in _simple(split, _loops(split, runs))]
     notes = tuple(dict.fromkeys(note for ring in rings for note in ring.notes))
     outlines = [outline(ring) for ring in found]
@@ -78,7 +88,7 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
     return [replace(area, outer=replace(area.outer, notes=() if k else notes)) for k, area in enumerate(result)]
 
 
-def _size(points: Floats) -> float:
+def size_of(points: Floats) -> float:
     """Size of all operands that tolerances are parts of, or more where rounding makes them larger."""
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     return max(float(np.ptp(points, axis=0).max()), rounding / TOUCHING)

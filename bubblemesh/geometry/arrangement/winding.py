@@ -1,0 +1,60 @@
+"""What closed curves enclose that cross themselves and each other, by how often they turn around a place."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.arrangement.noding import noded
+from bubblemesh.geometry.arrangement.overlay import areas_beside, size_of
+from bubblemesh.geometry.arrangement.partition import probes, without_doubles
+from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.paths import Area, OpenPath, Ring
+from bubblemesh.geometry.polygonal_copy import outline
+
+BATCH = 500  # places that are looked at together, for the memory that it takes
+
+# What is enclosed, for numbers (m,) of turns to the left around places.
+FillRule = Literal["nonzero", "evenodd"]
+FILL_RULES: Mapping[FillRule, Callable[[Integers], Booleans]] = {
+    "nonzero": lambda turns: turns != 0,
+    "evenodd": lambda turns: turns % 2 == 1,
+}
+
+
+def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
+    """Areas that rings enclose by a rule, with the rings' curves cut where they cross.
+
+    GeometryError, with the place, if curves are next to each other, but not the same.
+    """
+    paths = tuple(OpenPath.around(ring, "") for ring in rings)
+    before = Boundary.empty().with_inner(paths)
+    size = size_of(np.vstack([outline(ring) for ring in rings]))
+    split = noded(before, size, 0, Parts(lines=paths))
+    chords = split.chords()
+    lines = np.stack([chords.start, chords.end], axis=1)
+    split = without_doubles(split, TOUCHING * size)
+    left, right = (FILL_RULES[rule](turns(lines, points)) for points in probes(split))
+    return areas_beside(rings, before, split, left, right)
+
+
+def turns(chords: Floats, points: Floats) -> Integers:
+    """How often closed walks along chords (m, 2, 2) turn to the left around each of the points (n, 2)."""
+    low, high = np.sort(chords[:, :, 1], axis=1).T
+    # Those chords count that cross the ray from a point to the right.
+    far = chords[:, :, 0].max(axis=1)
+    boxes = shapely.STRtree(shapely.box(chords[:, :, 0].min(axis=1), low, far, high))
+    found = np.zeros(len(points), np.int64)
+    for first in range(0, len(points), BATCH):
+        x, y = points[first : first + BATCH].T
+        rays = shapely.linestrings(np.stack([x, np.maximum(far.max(), x)], 1), np.stack([y, y], 1))
+        i, k = boxes.query(rays)
+        (ax, ay), (bx, by) = chords[k, 0].T, chords[k, 1].T
+        side = (bx - ax) * (y[i] - ay) - (by - ay) * (x[i] - ax)
+        upward, downward = (ay <= y[i]) & (by > y[i]) & (side > 0), (ay > y[i]) & (by <= y[i]) & (side < 0)
+        np.add.at(found, first + i, upward.astype(np.int64) - downward)
+    return found
