@@ -132,7 +132,7 @@ def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> 
     properties = {"kind": "region", "number": number} | dict(zip(("attribute", "area"), row[3:], strict=False))
     around = next((part for part in parts if shapely.contains_xy(part, x, y)), None)
     feature = feature_of(NO_PARTS if around is None else parts_of(around), name, None, properties)
-    area = properties.get("area", 0.0)
+    area = row[4] if len(row) > 4 else 0.0
     told = f"{name}: its largest area is not used: largest: {area:g} beside name sets it for all regions of the file"
     return replace(feature, spare=REGION, notes=(told,) if area > 0 else ())
 

@@ -13,6 +13,7 @@ from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 WEST, EAST = shapely.box(0, 0, 1, 2), shapely.box(1, 0, 3, 1)
@@ -312,3 +313,32 @@ def test_second_order_follows_round_regions_of_a_file(written, tmp_path):
     assert folded == 0
     assert len(rim) > 8
     np.testing.assert_allclose(np.hypot(*(mesh.points[rim] - 1).T), 0.5, rtol=1e-12)
+
+
+def gap_warnings(written, keys="", spacing=0.5, **shapes):
+    written("land.geojson", features(**shapes))
+    case = load_case(
+        written("case.yaml", f"domain: {{regions: {{file: land.geojson, name: NAME{keys}}}}}\nspacing: {spacing}\n")
+    )
+    problem = prepare(case)
+    return [text for text in problem.warnings if "narrow gap" in text], problem.domain
+
+
+@pytest.mark.parametrize(("keys", "factor"), [("", 1), (", scale: 2", 2)])
+def test_narrow_gaps_that_stay_open_are_told_once_with_the_join_that_closes_them(written, keys, factor):
+    shapes = {"west": WEST, "east": shapely.box(1.003, 0, 3, 0.99), "north": NORTH}
+    (text,), domain = gap_warnings(written, keys, 0.5 * factor, **shapes)
+    assert text.startswith("land.geojson: 1 narrow gap between regions stay open, the widest (0.0")
+    join = re.search(r": set join: (\S+) to close what is not meant$", text)[1]
+    told, domain = gap_warnings(written, f"{keys}, join: {join}", 0.5 * factor, **shapes)
+    assert told == []
+    assert (domain.polygon.area, domain.hole_count) == (pytest.approx(5.75 * factor**2, rel=0.01), 1)
+
+
+def test_gaps_that_are_wide_beside_the_spacing_and_corners_between_regions_are_not_told(written):
+    wedge = shapely.Polygon([(1, 0), (3, -0.8), (3, -0.4)])
+    shapes = {"west": WEST, "east": EAST, "south": wedge, "north": NORTH}
+    assert gap_warnings(written, **shapes)[0] == []
+    shapes = {"west": WEST, "east": shapely.box(1.003, 0, 3, 1)}
+    assert len(gap_warnings(written, spacing=0.2, **shapes)[0]) == 1
+    assert gap_warnings(written, spacing=0.012, **shapes)[0] == []
