@@ -28,6 +28,7 @@ SQLITE = b"SQLite format 3\0"
 GEOPACKAGE = (b"GPKG", b"GP10", b"GP11")  # at APPLICATION
 APPLICATION = slice(68, 72)
 VERSIONS = slice(18, 20)  # of the formats to read and write: 2 with a log file beside, which is nothing but bytes
+DAMAGED = sqlite3.Error, UnicodeError  # the second where SQLite quotes bytes that are no text
 NO_NETWORK = {"CPL_VSIL_CURL_ALLOWED_FILENAME": "none", "PROJ_NETWORK": "OFF", "GDAL_PAM_ENABLED": "NO"}
 
 
@@ -78,7 +79,7 @@ def _plain(content: bytes) -> bytes:
             for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall():
                 _require_table(database, name)
             return database.serialize() if views else version_of_no_log
-    except sqlite3.Error as error:
+    except DAMAGED as error:
         raise _invalid("GeoPackage", shown(error, 90)) from None
 
 
@@ -89,7 +90,7 @@ def _system(content: bytes, layer: str) -> str | None:
         with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
             database.deserialize(content)
             found = database.execute(query, (layer,)).fetchone()
-    except sqlite3.Error:
+    except DAMAGED:
         return None
     return str(found[0]) if found else None
 

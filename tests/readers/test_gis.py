@@ -159,3 +159,11 @@ class TestDatabases:
         path.write_bytes(path.read_bytes()[:cut])
         with pytest.raises(CaseError, match="not a valid GeoPackage: "):
             domain(path)
+
+    def test_a_schema_that_is_no_text(self, package):
+        path = package()
+        before = path.read_bytes()
+        path.write_bytes(before.replace(b'" = NEW."', b'"\xff\xff\xff\xffEW."'))
+        assert path.read_bytes() != before
+        with pytest.raises(CaseError, match="not a valid GeoPackage: "):
+            domain(path)
