@@ -2,6 +2,6 @@
 
 
 def balanced(grid):
-    while (large := grid.unbalanced()).any():
+    while (large := grid.unbalanced()[0]).any():
         grid, _, _ = grid.split(large)
     return grid

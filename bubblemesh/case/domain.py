@@ -8,6 +8,7 @@ from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.embedded import LineKeys, PointKeys
 from bubblemesh.case.fields import Choice, Label, OneLabel, Positive, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
+from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.spacing import SpacingValue
 
@@ -68,7 +69,7 @@ Outer = Annotated[
 ]
 
 
-class RingDomain(InnerKeys):
+class RingDomain(RepairKeys, InnerKeys):
     """The domain: an outer ring or several with holes, regions, and what is embedded."""
 
     outer: Outer = Field(description="The ring around the domain, or a list of rings around separate pieces of it.")

@@ -7,6 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Filled, InputFile, Number, OneLabel, Positive, Strict, Text
+from bubblemesh.case.repair import RepairKeys
 from bubblemesh.readers.selection import Open, Part, Unit
 
 
@@ -67,7 +68,7 @@ class SelectedFile(DrawnKeys):
         return value
 
 
-class GeometryFile(FollowedKeys, SelectedFile):
+class GeometryFile(FollowedKeys, RepairKeys, SelectedFile):
     """A file with rings, and what to take of it."""
 
     part: Annotated[Part | None, BeforeValidator(_part)] = Field(

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 OPTIONS: dict[str, tuple[str, ...]] = {
     "method": ("method",),
     "seed": ("packing", "seed"),
+    "repair": ("domain", "repair"),
     "angle_min": ("angle_min",),
     "time_limit": ("limits", "seconds"),
 }

@@ -20,6 +20,7 @@ from bubblemesh.case.fields import (
     listed,
 )
 from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
+from bubblemesh.case.repair import RepairKeys
 
 
 class LinePiece(Strict):
@@ -129,7 +130,7 @@ SideLabels = Annotated[
 ]
 
 
-class PolygonRing(FollowedKeys, DrawnKeys):
+class PolygonRing(FollowedKeys, RepairKeys, DrawnKeys):
     """A polygon; each of its corners is a node, unless `corners` says otherwise."""
 
     polygon: tuple[Point, ...] = Field(description="Corners [x, y] in order, turning either way.")
@@ -216,7 +217,7 @@ RINGS = Choice(
 )
 
 # Rings that are not made of others.
-PlainKeys = PolygonRing | RectangleRing | CircleRing | EllipseRing | PathRing | FileRing
+PlainKeys = RectangleRing | CircleRing | EllipseRing | PathRing | FileRing
 
 RingKeys = Annotated[
     Annotated[PolygonRing, Tag("<polygon>")]

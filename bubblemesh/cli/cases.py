@@ -257,11 +257,16 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
 
 
 def draw_preview(problem: "Problem", picture: Path) -> None:
-    """Draw the spacing of a problem."""
+    """Draw the spacing of a problem, or its rings before and after a repair that changed them."""
     from bubblemesh.pictures.plots import require_picture
+    from bubblemesh.pictures.repairs import draw_repairs
     from bubblemesh.pictures.spacing_plots import draw_spacing
     from bubblemesh.run.assembly import previewed
 
     require_picture(picture)  # before the work
+    if changes := problem.domain.changes:
+        before = [points for change in changes for points in change.before]
+        draw_repairs(problem.domain.polygon, before, [change.at for change in changes], picture)
+        return
     extremes = problem.packing_extremes
     draw_spacing(*previewed(problem), (extremes[:2], extremes[2:]), picture, problem.task.name)

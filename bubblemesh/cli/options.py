@@ -35,6 +35,9 @@ CASE_OPTIONS: dict[str, Any] = {
     "set": Annotated[list[str] | None, typer.Option(metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")],
     "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.")],
     "seed": Annotated[int | None, typer.Option(help="Seed of the random numbers, over the case's.")],
+    "repair": Annotated[
+        bool | None, typer.Option("--repair", help="Mend rings that cross or touch themselves or each other, and gaps.")
+    ],
     "angle_min": Annotated[
         float | None, typer.Option(metavar="DEGREES", help="Least angle, up to 30: nodes are added for it.")
     ],

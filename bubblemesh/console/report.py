@@ -11,6 +11,7 @@ from bubblemesh import console
 from bubblemesh.meshes.quality import Histogram
 from bubblemesh.messages import coordinate, counted, place
 
+MOST_REPAIRS = 20  # that a table shows
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
@@ -36,6 +37,22 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
         "method": figures["method"],
     }
     _show(rows)
+    if "repairs" in figures:
+        show_repairs(figures["repairs"], size)
+
+
+def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
+    """A table of the changes of rings: what was changed, where, and by how much the area."""
+    table = console.new_table()
+    table.add_column("repair")
+    table.add_column("at", no_wrap=True)
+    table.add_column("area", justify="right", no_wrap=True)
+    for row in rows[:MOST_REPAIRS]:
+        table.add_row(row["what"], place(row["at"], size), f"{row['area']:+.4g}" if row["area"] else "0")
+    if len(rows) > MOST_REPAIRS:
+        rest = sum(row["area"] for row in rows[MOST_REPAIRS:])
+        table.add_row(f"and {len(rows) - MOST_REPAIRS:,} more", "", f"{rest:+.4g}")
+    console.terminal.print(table)
 
 
 def _extremes(spacing: Mapping[str, Any], size: float) -> str:
@@ -81,6 +98,8 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = f"{figures['seconds']['total']:.2f} s"
     _show(rows)
+    if "repairs" in figures:
+        show_repairs(figures["repairs"], size)
 
 
 def _refinement(figures: Mapping[str, Any]) -> str:

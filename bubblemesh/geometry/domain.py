@@ -16,7 +16,7 @@ from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
-from bubblemesh.geometry.paths import Area, Ring
+from bubblemesh.geometry.paths import Area, Change, Ring
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import require_domain, simple_polygon
@@ -40,12 +40,15 @@ class Domain:
         Regions and embedded lines and points, which are pieces and corners of the boundary too.
     given_outlines : dict
         Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
+    changes : tuple of Change
+        What the case has changed of the rings as given.
     """
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
     parts: Parts = field(default_factory=Parts)
     given_outlines: dict[int, Floats] = field(default_factory=dict)
+    changes: tuple[Change, ...] = ()
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
@@ -87,7 +90,8 @@ class Domain:
         whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
         require_room(whole)
         told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
-        return cls(whole, told, inner, given_outlines)
+        changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
+        return cls(whole, told, inner, given_outlines, changes)
 
     @cached_property
     def periodic(self) -> Integers:

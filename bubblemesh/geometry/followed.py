@@ -1,6 +1,6 @@
 """Rings of many short edges followed as curves between the vertices that stay nodes, and how far a mesh departs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -44,7 +44,7 @@ class Following:
         if not fixed.any() and self.tolerance is None:
             points = np.array([*ring.vertices, ring.vertices[0]])
             side = Side(Spline(points) if self.smooth else Polyline(points), ring.sides[0].label)
-            return Ring((side,), (), ring.notes, outline(ring))
+            return replace(ring, sides=(side,), vertices=(), given=outline(ring))
         cornered = bool(fixed.any())
         fixed[0] = fixed[0] or not cornered
         sides, vertices = list[Side](), list[Point]()
@@ -55,7 +55,7 @@ class Following:
             curves = self._curves(np.array(corners), cornered) if straight else {0: run.curve}
             sides += [Side(curve, run.label) for curve in curves.values()]
             vertices += [corners[first] for first in curves]
-        return Ring(tuple(sides), tuple(vertices), ring.notes, outline(ring))
+        return replace(ring, sides=tuple(sides), vertices=tuple(vertices), given=outline(ring))
 
     def _fixed(self, ring: Ring) -> Booleans:
         """Mask (n,) of the vertices that stay nodes whatever the tolerance."""

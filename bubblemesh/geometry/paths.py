@@ -131,12 +131,27 @@ class Side:
 
 
 @dataclass(frozen=True)
+class Change:
+    """A change of rings that a case asks for: what it was, where, by how much it made the area larger."""
+
+    what: str
+    at: Point
+    area: float
+    before: tuple[Floats, ...] = field(default=(), compare=False)  # the rings (m, 2) as they were, for pictures
+
+    def moved(self, by: Similarity) -> "Change":
+        """The change where a similarity takes it."""
+        return Change(self.what, by.point(self.at), self.area * by.scale**2, tuple(map(by.points, self.before)))
+
+
+@dataclass(frozen=True)
 class Ring:
     """A closed ring. Errors are about its key in the case."""
 
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]  # start of each side; empty for a whole circle or ellipse, which has no fixed node
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
+    changes: tuple[Change, ...] = ()  # that the case asks for
     given: Floats | None = field(default=None, compare=False)  # its outline (m, 2) where it is followed as a curve
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)
@@ -157,7 +172,9 @@ class Ring:
     def moved(self, by: Similarity) -> "Ring":
         """The ring where a similarity takes it, its labels with their sides."""
         given = None if self.given is None else by.points(self.given)
-        return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)), given=given)
+        changes = tuple(change.moved(by) for change in self.changes)
+        vertices = tuple(map(by.point, self.vertices))
+        return replace(self, sides=_moved(self.sides, by), vertices=vertices, changes=changes, given=given)
 
 
 @dataclass(frozen=True)

@@ -135,6 +135,11 @@ def _require_separate(a: shapely.Polygon, b: shapely.Polygon, name_a: str, name_
         )
 
 
+def fault_place(polygon: shapely.Polygon) -> Floats:
+    """Coordinates (2,) of the fault of a polygon that is not valid."""
+    return np.array(explain_validity(polygon).rstrip("]").partition("[")[2].split(), float)
+
+
 def explained(polygon: shapely.Polygon) -> tuple[str, str]:
     """The fault and its coordinates, from GEOS's text "Self-intersection[x y]"."""
     fault, _, where = explain_validity(polygon).rstrip("]").partition("[")

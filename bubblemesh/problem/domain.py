@@ -1,12 +1,15 @@
 """The domain that a case describes: its rings, regions and lines as geometry."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
-from bubblemesh.errors import CaseError, Key, about, prefixed
+from bubblemesh.case.repair import RepairKeys
+from bubblemesh.case.shapes import RingKeys
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, prefixed
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
@@ -16,6 +19,7 @@ from bubblemesh.messages import ring_name, tell_places_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
+from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, rings_of, selection_of
 from bubblemesh.readers.formats import read_areas, read_regions
 from bubblemesh.readers.regions import is_straight, united
@@ -27,10 +31,29 @@ def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
     tell_places_of(None)
     with about(DOMAIN), own_files(case.domain, case.root):
-        parts = _inner_parts(case.domain)
-        if isinstance(case.domain, RegionDomain):
-            return Domain.of_areas(_covered(case.domain, parts), parts)
-        return Domain.of_areas(domain_areas(case.domain), parts)
+        try:
+            return _domain(case.domain)
+        except GeometryError as error:
+            error.args = (f"{error}{_advice(case.domain, error.about)}",)
+            raise
+
+
+def _domain(keys: DomainKeys) -> Domain:
+    parts = _inner_parts(keys)
+    if isinstance(keys, RegionDomain):
+        return Domain.of_areas(_covered(keys, parts), parts)
+    return Domain.of_areas(domain_areas(keys), parts)
+
+
+def _advice(keys: DomainKeys, key: Key) -> str:
+    """Advice on what mends rings that an error is about, if a repair does."""
+    for path in dict.fromkeys((key[1:], ())):
+        repaired = with_repair(keys, path)
+        if repaired is not None:
+            with suppress(BubblemeshError):
+                _domain(repaired)
+                return f"; repair: true in {Key((*DOMAIN, *path))} mends it"
+    return ""
 
 
 def domain_areas(keys: DomainKeys) -> list[Area]:
@@ -39,12 +62,14 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
         return _covered(keys, _inner_parts(keys))
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
-    return with_holes(list(_outer_areas(keys)), list(_holes(keys)))
+    repair, areas, holes = repair_of(keys), list(_outer_areas(keys)), list(_holes(keys))
+    return repair(areas, holes) if repair.mend else repair(with_holes(areas, holes))
 
 
 def _outer_areas(keys: RingDomain) -> Iterator[Area]:
     several = isinstance(keys.outer, tuple)
-    for number, ring in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
+    for number, own in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
+        ring = _inheriting(own, keys)
         key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
         with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
             found = outer_areas_of(ring)
@@ -53,12 +78,19 @@ def _outer_areas(keys: RingDomain) -> Iterator[Area]:
 
 def _holes(keys: RingDomain) -> Iterator[Ring]:
     made = 0
-    for number, ring in enumerate(keys.holes):
+    for number, own in enumerate(keys.holes):
+        ring = _inheriting(own, keys)
         key = Key((*DOMAIN, "holes", number))
         with prefixed(ring_name(made + 1)), about(key):
             found = [replace(one, key=key) for one in rings_of(ring)]
         made += len(found)
         yield from found
+
+
+def _inheriting(ring: RingKeys, keys: RingDomain) -> RingKeys:
+    """The keys of a ring, which is mended by itself too if the domain is: lines of a file may not even close."""
+    mends = keys.repair and isinstance(ring, RepairKeys) and not ring.repair
+    return ring.model_copy(update={"repair": keys.repair}) if mends else ring
 
 
 def _areas_of_file(keys: FileDomain) -> list[Area]:
@@ -113,7 +145,7 @@ def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
 
 def _plain(ring: Ring) -> Ring:
     """The ring without labels and notes, which its region has."""
-    return replace(ring, sides=tuple(replace(side, label=None) for side in ring.sides), notes=())
+    return replace(ring, sides=tuple(replace(side, label=None) for side in ring.sides), notes=(), changes=())
 
 
 def _region(area: Area, name: str, key: Key) -> Region:

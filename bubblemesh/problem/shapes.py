@@ -35,6 +35,7 @@ from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.problem.drawing import drawn
+from bubblemesh.problem.repair import repair_of
 from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
 from bubblemesh.readers.selection import Selection
 
@@ -44,7 +45,7 @@ def rings_of(keys: RingKeys) -> list[Ring]:
 
     GeometryError if what they enclose has holes.
     """
-    if isinstance(keys, OverlaidKeys):
+    if isinstance(keys, OverlaidKeys | PolygonRing):
         return [_without_holes(area) for area in areas_of(keys)]
     found = drawn(_rings(keys), keys)
     return [followed(ring, keys) for ring in found] if isinstance(keys, FollowedKeys) else found
@@ -53,8 +54,6 @@ def rings_of(keys: RingKeys) -> list[Ring]:
 def _rings(keys: PlainKeys) -> list[Ring]:
     """Rings before they are moved."""
     match keys:
-        case PolygonRing():
-            return [rings.polygon(keys.polygon, keys.labels, keys.label)]
         case RectangleRing():
             return [rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)]
         case CircleRing():
@@ -90,6 +89,9 @@ def areas_of(keys: RingKeys) -> list[Area]:
     match keys:
         case FileRing():
             return _finished(read_shapes(Path(keys.file), selection_of(keys)), keys)
+        case PolygonRing():
+            ring = rings.polygon(keys.polygon, keys.labels, keys.label)
+            return _finished(repair_of(keys)([Area(ring)]), keys)
         case UnionRing():
             return _finished(_overlaid("union", keys.union), keys)
         case MinusRing():
@@ -100,7 +102,7 @@ def areas_of(keys: RingKeys) -> list[Area]:
             return [Area(ring) for ring in rings_of(keys)]
 
 
-def _finished(areas: Sequence[Area], keys: FileRing | OverlaidKeys) -> list[Area]:
+def _finished(areas: Sequence[Area], keys: FileRing | PolygonRing | OverlaidKeys) -> list[Area]:
     """The areas with the label that the keys give, where they take them, and followed as they say."""
     labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in areas]
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
@@ -156,7 +158,9 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
 
 def selection_of(keys: GeometryFile) -> Selection:
     """Selection of what a file holds."""
-    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, keys.open)
+    repair = repair_of(keys)
+    asked = repair if repair.asked else None
+    return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, keys.open, asked)
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:

@@ -9,6 +9,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import FILL, HIDDEN, SPARE, Feature
+from bubblemesh.readers.linework import rings_of_linework
 from bubblemesh.readers.rings import Joining, rings_of_curves
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
@@ -51,9 +52,12 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
     return Bounding(found.areas, found.rings, [*notes, f"left out: {told}"] if told else notes)
 
 
-def joining_of(selection: Selection) -> Joining:
-    """How curves of what is selected become rings."""
-    return Joining(selection.join, selection.open == "skip")
+def joining_of(selection: Selection, size: float | None = None) -> Joining:
+    """How curves of what is selected become rings; if it has a ``size`` they may be mended."""
+    joining, repair = Joining(selection.join, selection.open == "skip"), selection.repair
+    if repair is None or not repair.mend or size is None:
+        return joining
+    return joining._replace(reach=repair.gap_of(size) if joining.reach is None else joining.reach, mend=True)
 
 
 class _Found(NamedTuple):
@@ -73,7 +77,7 @@ def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
     left_out = {"line": len(curves) if areas else 0, "point": sum(len(one.points) for one in features)}
     if areas:
         return _Found(areas, rings, left_out, (), slips)
-    joined = rings_of_curves(curves, joining)
+    joined = rings_of_linework(curves, joining) if joining.mend else rings_of_curves(curves, joining)
     return _Found(areas, rings + joined.rings, left_out, joined.notes, slips + joined.slips)
 
 

@@ -80,7 +80,10 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     """
     with prefixed(path):
         chosen = _chosen(path, selection)
-        areas = chosen_areas(areas_of(chosen.areas, chosen.loose, chosen.hole_points), selection.part)
+        areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
+        if selection.repair is not None:
+            areas = selection.repair(areas)
+        areas = chosen_areas(areas, selection.part)
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
@@ -92,6 +95,8 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = [*chosen.areas, *map(Area, chosen.loose)]
+        if selection.repair is not None:
+            areas = selection.repair(areas, united=False)
         if selection.part is not None:
             areas = chosen_areas(areas, selection.part)
     return _finished(path, chosen.factor, areas, chosen.notes)
@@ -106,8 +111,10 @@ def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
     with prefixed(path):
         content = content_of(path, selection)
         features = selection.of(content.features)
-        told = _measured(content, features, selection)
+        _, told = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
+        if selection.repair is not None:
+            areas = selection.repair(areas, united=False)
     return _finished(path, selection.factor(content), areas, [*content.notes, *notes, *told])
 
 
@@ -134,18 +141,19 @@ def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = content_of(path, selection)
     features = selection.of(content.features)
-    told = _measured(content, features, selection)
-    found = bounding(features, joining_of(selection), whole=selection.feature is None)
+    size, told = _measured(content, features, selection)
+    found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     notes = [*content.notes, *found.notes, *told]
     return Chosen(areas, found.loose, content.hole_points, notes, selection.factor(content))
 
 
-def _measured(content: FeatureCollection, features: Sequence[Feature], selection: Selection) -> list[str]:
-    """Notes on the unit of the features; messages tell places as exactly as their size asks for."""
+def _measured(content: FeatureCollection, features: Sequence[Feature], selection: Selection) -> tuple[float, list[str]]:
+    """Size of the features, and notes on their unit; messages tell places as exactly as the size asks for."""
     points = vertices_of(features)
-    tell_places_of(float(np.ptp(points, axis=0).max()) if len(points) else None)
-    return [*degrees_notes(points, content.degrees), *length_notes(content, selection)]
+    size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    tell_places_of(size)
+    return size, [*degrees_notes(points, content.degrees), *length_notes(content, selection)]
 
 
 def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[str]:

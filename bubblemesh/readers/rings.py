@@ -28,6 +28,7 @@ class Joining(NamedTuple):
 
     reach: float | None = None  # ends nearer to each other than this meet; by default those that differ by rounding
     skip: bool = False  # leave out curves that are part of no ring
+    mend: bool = False  # cut curves where they cross, and make rings of what they enclose, if they form none
 
 
 class Link(NamedTuple):

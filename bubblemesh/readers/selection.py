@@ -8,6 +8,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 
 if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
+    from bubblemesh.geometry.repair import Repair
     from bubblemesh.readers.features import Feature, FeatureCollection
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
@@ -38,6 +39,7 @@ class Selection:
     part: Part | None = None  # of its areas: one, from 0, the largest first, or all of them
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
     open: Open | None = None  # what becomes of curves that form no ring; by default they are an error
+    repair: "Repair | None" = None  # what to change of its areas
 
     def factor(self, content: "FeatureCollection") -> float:
         """By which the file's lengths are multiplied: with a unit, for metres."""

@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Deviation
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
@@ -86,6 +87,19 @@ class NodeTargetRow:
     attempts: tuple[Mapping[str, Any], ...]
 
 
+class RepairRow(NamedTuple):
+    """A change of the rings that the case asks for: what it was, where, by how much it made the area larger."""
+
+    what: str
+    at: tuple[float, float]
+    area: float
+
+
+def repair_rows(domain: Domain) -> tuple[RepairRow, ...] | None:
+    """Changes of the rings of a domain; None if there are none."""
+    return tuple(RepairRow(change.what, change.at, change.area) for change in domain.changes) or None
+
+
 @dataclass(frozen=True)
 class RefinementRow:
     """Nodes that a least angle or largest areas took, what was reached, and the sharper corners that are excused."""
@@ -109,7 +123,7 @@ class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. Parts that are None unless the case asks for
-    them (``rules``, ``periodic``, ``deviation``, ``budget``, ``refinement``, ``adaptation``) have no key then.
+    them (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``) have no key.
     """
 
     case: str
@@ -137,6 +151,7 @@ class Report(Mapping[str, Any]):
     seconds: Mapping[str, float]
     peak_memory_mb: float | None
     warnings: tuple[str, ...]
+    repairs: tuple[RepairRow, ...] | None = None
     budget: NodeTargetRow | None = None
     refinement: RefinementRow | None = None
     adaptation: Mapping[str, Any] | None = None
@@ -157,7 +172,7 @@ class Report(Mapping[str, Any]):
         return len(self.data)
 
 
-OPTIONAL = ("rules", "periodic", "deviation", "budget", "refinement", "adaptation")
+OPTIONAL = ("rules", "periodic", "deviation", "repairs", "budget", "refinement", "adaptation")
 
 
 def _plain(value: Any) -> Any:
@@ -194,6 +209,7 @@ def estimate(problem: Problem) -> dict[str, Any]:
         "pieces": domain.piece_count,
         "holes": domain.hole_count,
         "labels": domain.labels,
+        **({} if (repairs := repair_rows(domain)) is None else {"repairs": [row._asdict() for row in repairs]}),
         "spacing": survey.extremes._asdict(),
         **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
         **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},

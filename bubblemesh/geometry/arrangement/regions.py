@@ -90,7 +90,7 @@ class Parts:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on what was changed on reading."""
-        inside = (*(ring.notes for ring in self._rings), *(path.notes for path in self.lines))
+        inside = (*(ring.notes for ring in self.rings), *(path.notes for path in self.lines))
         return (*self.remarks, *(note for some in inside for note in some))
 
     def __bool__(self) -> bool:
@@ -103,7 +103,8 @@ class Parts:
         return *self.lines, *around
 
     @property
-    def _rings(self) -> list[Ring]:
+    def rings(self) -> list[Ring]:
+        """Rings of all regions."""
         return [ring for region in self.regions for ring in region.area.rings]
 
     @property

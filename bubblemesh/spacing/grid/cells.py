@@ -1,6 +1,6 @@
 """Cells of a quadtree over a domain that are split until they follow the spacing: its leaves, and samples in them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,11 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
     return Leaves(centers[order], sides[order], d[order])
 
 
+# Of a grid, its new cells (k,), and the samples (k, p) of the cells from which they stem: the samples (k, p) of the new
+# cells. Quarters of a cell follow each other in the order of its corners.
+Values = Callable[[Quadtree, Integers, Floats], Floats]
+
+
 @dataclass(frozen=True)
 class Samples:
     """A quadtree around a domain, and a spacing at some places of each cell."""
@@ -59,30 +64,33 @@ class Samples:
     inside: Booleans  # (n,): cells that reach into the domain, or nearly so
     d: Floats  # (n, p): spacing at the places, whether or not they lie in the domain
 
-    def refined(
-        self,
-        domain: Domain,
-        coarse: Callable[["Samples"], Booleans],
-        values: Callable[[Quadtree, Integers, Floats], Floats],
-        most: int,
-    ) -> "Samples":
-        """The samples with cells split in four until none is ``coarse``, or ``most`` times.
-
-        Of a grid, its new cells (k,), and the samples (k, p) of the cells from which they stem, ``values`` makes the
-        samples (k, p) of the new cells. Quarters of a cell follow each other in the order of its corners.
-        """
-        samples = self
-        for _ in range(most):
-            split = coarse(samples)
+    def refined(self, domain: Domain, coarse: Callable[["Samples"], Booleans], values: Values) -> "Samples":
+        """The samples with cells split in four as long as they are ``coarse``, which is asked once for each cell."""
+        front, done = self, list[Samples]()
+        for _ in range(GRID_LEVELS + 1):
+            split = coarse(front)
+            done.append(front.select(~split))
             if not split.any():
                 break
-            grid, origin, fresh = samples.grid.split(split)
-            new = np.flatnonzero(fresh)
-            inside, d = samples.inside[origin], samples.d[origin]
-            inside[new] = _reaching(domain, grid.centers[new], grid.sides[new])
-            d[new] = values(grid, new, d[new])
-            samples = Samples(grid, inside, d)
-        return samples
+            front = front.quarters(split, domain, values)
+        return Samples.merged(done)[0]
+
+    def quarters(self, cells: Booleans, domain: Domain, values: Values) -> "Samples":
+        """The quarters of some cells (n,), with samples of their own."""
+        grid, origin, _ = self.grid.select(cells).split(np.ones(int(cells.sum()), bool))
+        d = values(grid, np.arange(len(grid)), self.d[cells][origin])
+        return Samples(grid, _reaching(domain, grid.centers, grid.sides), d)
+
+    def select(self, cells: Booleans) -> "Samples":
+        """Samples of some cells (n,)."""
+        return Samples(self.grid.select(cells), self.inside[cells], self.d[cells])
+
+    @classmethod
+    def merged(cls, parts: Sequence["Samples"]) -> tuple["Samples", Integers]:
+        """Samples of all cells of parts of one grid, and the number (n,) of each in these, one after the other."""
+        grid, order = Quadtree.merged([part.grid for part in parts])
+        inside, d = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("inside", "d"))
+        return cls(grid, inside, d), order
 
 
 def _reaching(domain: Domain, centers: Floats, sides: Floats) -> Booleans:

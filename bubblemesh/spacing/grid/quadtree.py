@@ -1,6 +1,7 @@
 """Quadtree grid: a quadtree whose cells change in size by no more than 2 : 1, with values at its vertices."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -32,6 +33,7 @@ class Quadtree:
     size: float  # side of the square
     level: Integers  # (n,): how often the square was halved for each cell
     column_row: Integers  # (n, 2): lower left corners of the cells, in units of the deepest level
+    key: Integers  # (n,): numbers of these corners in Morton's order, ascending
 
     @classmethod
     def around(cls, bounds: tuple[float, float, float, float]) -> "Quadtree":
@@ -39,7 +41,21 @@ class Quadtree:
         x0, y0, x1, y1 = bounds
         size = max(x1 - x0, y1 - y0)
         low = np.array([x0, y0]) - MARGIN * size
-        return cls(low, size * (1 + 2 * MARGIN), np.zeros(1, np.int64), np.zeros((1, 2), np.int64))
+        zero = np.zeros(1, np.int64)
+        return cls(low, size * (1 + 2 * MARGIN), zero, np.zeros((1, 2), np.int64), zero)
+
+    @classmethod
+    def merged(cls, parts: Sequence["Quadtree"]) -> tuple["Quadtree", Integers]:
+        """The grid of all cells of parts of one, and the number (n,) of each in these, one after the other."""
+        level, column_row, key = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("level", "column_row", "key")
+        )
+        order = np.argsort(key, kind="stable")
+        return cls(parts[0].low, parts[0].size, level[order], column_row[order], key[order]), order
+
+    def select(self, cells: Booleans) -> "Quadtree":
+        """Some of the cells (n,), which tile no square any more."""
+        return replace(self, level=self.level[cells], column_row=self.column_row[cells], key=self.key[cells])
 
     def __len__(self) -> int:
         return len(self.level)
@@ -68,20 +84,26 @@ class Quadtree:
         width = 1 << (GRID_LEVELS - self.level[cells])
         return self.column_row[cells][:, None] + CORNERS * width[:, None, None]
 
-    @cached_property
-    def _key(self) -> Integers:
-        return _interleaved(self.column_row)
-
     def _points(self, column_row: Integers) -> Floats:
         return self.low + column_row * (self.size / 2**GRID_LEVELS)
 
     def located(self, points: Floats) -> Integers:
         """Cells (m,) in which the points (m, 2) lie; points beyond the square count as on its rim."""
-        at = np.clip((points - self.low) * (2**GRID_LEVELS / self.size), 0, 2**GRID_LEVELS - 1)
-        return self._located(at.astype(np.int64))
+        return self._holding(self.keys_of(points))
 
-    def _located(self, column_row: Integers) -> Integers:
-        return np.searchsorted(self._key, _interleaved(column_row), side="right") - 1
+    def keys_of(self, points: Floats) -> Integers:
+        """Numbers (m,) in Morton's order of the smallest cells that points (m, 2) could lie in."""
+        at = np.clip((points - self.low) * (2**GRID_LEVELS / self.size), 0, 2**GRID_LEVELS - 1)
+        return _interleaved(at.astype(np.int64))
+
+    def _holding(self, key: Integers) -> Integers:
+        """Cells (m,) that hold the smallest cells of these keys (m,)."""
+        return np.searchsorted(self.key, key, side="right") - 1
+
+    @property
+    def ends(self) -> Integers:
+        """Keys (n,) behind the last one that each cell holds."""
+        return self.key + (1 << 2 * (GRID_LEVELS - self.level))
 
     def covers(self, points: Floats) -> Booleans:
         """Whether each of the points (m, 2) lies in the square."""
@@ -90,25 +112,32 @@ class Quadtree:
 
     def split(self, cells: Booleans) -> tuple["Quadtree", Integers, Booleans]:
         """The grid with some divisible ``cells`` (n,) in four; from which cell each stems, and which are quarters."""
-        old, new = np.flatnonzero(~cells), np.repeat(np.flatnonzero(cells), 4)
-        level = np.concatenate([self.level[old], self.level[new] + 1])
-        half = 1 << (GRID_LEVELS - self.level[new] - 1)
-        quarter = np.tile(CORNERS, (len(new) // 4, 1)) * half[:, None]
-        column_row = np.concatenate([self.column_row[old], self.column_row[new] + quarter])
-        order = np.argsort(_interleaved(column_row), kind="stable")
-        origin, fresh = np.concatenate([old, new])[order], (np.arange(len(level)) >= len(old))[order]
-        return Quadtree(self.low, self.size, level[order], column_row[order]), origin, fresh
+        count = np.where(cells, 4, 1)
+        origin = np.repeat(np.arange(len(self)), count)
+        fresh = cells[origin]
+        quarter = np.arange(len(origin)) - (np.cumsum(count) - count)[origin]
+        level = self.level[origin] + fresh
+        half = 1 << (GRID_LEVELS - level)
+        column_row = self.column_row[origin] + CORNERS[quarter] * half[:, None]
+        return Quadtree(self.low, self.size, level, column_row, self.key[origin] + quarter * half * half), origin, fresh
 
-    def unbalanced(self) -> Booleans:
-        """Cells (n,) that are more than twice as large as one beside them."""
-        large = np.zeros(len(self), bool)
-        width = 1 << (GRID_LEVELS - self.level)
+    def unbalanced(self, seen_from: Integers | None = None) -> tuple[Booleans, Integers]:
+        """Cells (n,) that are more than twice as large as one beside them, and the numbers (k,) of these small ones.
+
+        Only cells beside those that they are ``seen_from`` are looked at, by default beside all.
+        """
+        mine = np.arange(len(self)) if seen_from is None else seen_from
+        large, small = np.zeros(len(self), bool), np.zeros(len(self), bool)
+        level = self.level[mine]
+        half = (1 << (GRID_LEVELS - level)) // 2
         for across in ([-1, 0], [1, 0], [0, -1], [0, 1]):
-            beside = self.column_row + (width // 2)[:, None] + np.array(across) * (width // 2 + 1)[:, None]
-            known = ((beside >= 0) & (beside < 2**GRID_LEVELS)).all(axis=1)
-            neighbour = self._located(beside[known])
-            large[neighbour[self.level[neighbour] < self.level[known] - 1]] = True
-        return large
+            beside = self.column_row[mine] + half[:, None] + np.array(across) * (half + 1)[:, None]
+            known = np.flatnonzero(((beside >= 0) & (beside < 2**GRID_LEVELS)).all(axis=1))
+            neighbour = self._holding(_interleaved(beside[known]))
+            wide = self.level[neighbour] < level[known] - 1
+            large[neighbour[wide]] = True
+            small[mine[known[wide]]] = True
+        return large, np.flatnonzero(small)
 
     @cached_property
     def vertices(self) -> Vertices:

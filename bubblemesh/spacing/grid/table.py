@@ -7,7 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
-from bubblemesh.spacing.grid.quadtree import GRID_LEVELS, Quadtree
+from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
@@ -58,7 +58,7 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
 
     start = Samples(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
     longest = LARGEST_IN_DOMAIN * domain.size
-    samples = start.refined(domain, lambda samples: _coarse(samples, longest), values, GRID_LEVELS)
+    samples = start.refined(domain, lambda samples: _coarse(samples, longest), values)
     table = Table(function, samples.grid, samples.d[:, CORNERS], samples.inside & (_error(samples.d) <= ROUGH))
     return Spacing(table, spacing.floor)
 

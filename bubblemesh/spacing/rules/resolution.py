@@ -39,20 +39,36 @@ def resolved(
     samples: Samples, domain: Domain, spacing: Spacing, sources: Sources, largest: Floats | float = np.inf
 ) -> Samples:
     """Cells split until they resolve the spacing, none is above ``largest`` (n,), and their sizes are balanced."""
+    key = samples.grid.keys_of(sources.points)
+    order = np.argsort(key, kind="stable")
+    key, cells = key[order], np.append(sources.cells[order], np.inf)
 
-    def coarse(refined: Samples) -> Booleans:
-        grid = refined.grid
-        sides = np.minimum(LARGEST_IN_SPACINGS * refined.d.min(axis=1), LARGEST_IN_DOMAIN * domain.size)
-        np.minimum.at(sides, grid.located(sources.points), sources.cells)
-        split = refined.inside & grid.divisible & (grid.sides > sides)
-        if refined is samples:
-            split |= grid.sides > largest
-        return split if split.any() else grid.unbalanced()
+    def coarse(some: Samples) -> Booleans:
+        grid = some.grid
+        sides = np.minimum(LARGEST_IN_SPACINGS * some.d.min(axis=1), LARGEST_IN_DOMAIN * domain.size)
+        begin, end = np.searchsorted(key, grid.key), np.searchsorted(key, grid.ends)
+        held = np.flatnonzero(begin < end)
+        if len(held):
+            least = np.minimum.reduceat(cells, np.column_stack([begin, end])[held].ravel())[::2]
+            sides[held] = np.minimum(sides[held], least)
+        split = some.inside & grid.divisible & (grid.sides > sides)
+        return split | (grid.sides > largest) if some is samples else split
 
     def values(grid: Quadtree, cells: Integers, _: Floats) -> Floats:
         return spacing.extended(_places(grid, cells).reshape(-1, 2)).reshape(-1, len(PLACES))
 
-    return samples.refined(domain, coarse, values, SPLITS)
+    refined = samples.refined(domain, coarse, values)
+    seen_from = np.arange(len(refined.grid))
+    for _ in range(SPLITS):
+        large, small = refined.grid.unbalanced(seen_from)
+        if not large.any():
+            break
+        fresh = refined.quarters(large, domain, values).refined(domain, coarse, values)
+        looking = np.zeros(len(large), bool)
+        looking[small] = True
+        refined, order = Samples.merged([refined.select(~large), fresh])
+        seen_from = np.flatnonzero(np.append(looking[~large], np.ones(len(fresh.grid), bool))[order])
+    return refined
 
 
 def too_steep(samples: Samples, growth: float) -> Booleans:

@@ -1,0 +1,347 @@
+"""Areas mended, without small parts, or with fewer vertices, as a case asks for; what was changed goes with them.
+
+Nothing here is done unasked. Rings that no change touches stay as they are, with their curves; what is changed
+follows its polygonal copy, with the labels of the sides that it comes from, and nodes may slide where these are curves.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.nesting import Shapes, shapes_of
+from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring, Side, as_point
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
+from bubblemesh.geometry.validity import fault_place
+from bubblemesh.messages import counted
+
+GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
+THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
+OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What to change of areas."""
+
+    mend: bool = False  # rings that cross or touch themselves or each other, areas that overlap or nearly touch
+    gap: float | None = None  # widest gap to close, if it is not `GAP` of the size
+    smallest: float | None = None  # area below which islands and holes are left out
+    simplify: float | None = None  # length below which detail is left out
+
+    @property
+    def asked(self) -> bool:
+        """Whether there is anything to change."""
+        return self.mend or self.smallest is not None or self.simplify is not None
+
+    def gap_of(self, size: float) -> float:
+        """Widest gap to close in what has some size."""
+        return GAP * size if self.gap is None else self.gap
+
+    def __call__(self, areas: Sequence[Area], holes: Sequence[Ring] = (), united: bool = True) -> list[Area]:
+        """The areas, which may have more ``holes`` in common, as they are to be; the first ring has the changes.
+
+        Areas that overlap become one if they are to be ``united``. GeometryError if nothing is left.
+        """
+        work = _Work(tuple(ring for area in areas for ring in (*area.rings,)) + tuple(holes))
+        shapes = list(shapes_of(areas))
+        if self.mend:
+            shapes = [
+                shape if shape.is_valid else _mended(area, work) for area, shape in zip(areas, shapes, strict=True)
+            ]
+            shapes = [part for shape in shapes for part in _polygons(shape)]
+            if united:
+                shapes = _united(shapes, self.gap_of(work.size), work)
+            shapes = _without(shapes, holes, work)
+        if self.smallest is not None:
+            shapes = _without_small(shapes, self.smallest, work)
+        if self.simplify is not None and shapes:
+            shapes = _simplified(shapes, self.simplify, work)
+        if not shapes:
+            raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
+        if not work.changes:
+            return list(areas)
+        first, *others = map(work.area, shapes, _names(shapes, areas))
+        notes = tuple(dict.fromkeys(note for ring in work.rings for note in ring.notes))
+        changes = (*(change for ring in work.rings for change in ring.changes), *work.changes)
+        return [replace(first, outer=replace(first.outer, notes=notes, changes=changes)), *others]
+
+
+def _names(shapes: Sequence[shapely.Polygon], areas: Sequence[Area]) -> list[str | None]:
+    """Name of each of some polygons: that of the area which it was, or a part of."""
+    if len({area.name for area in areas}) == 1:
+        return [areas[0].name] * len(shapes)
+    before = shapely.STRtree(shapely.make_valid(shapes_of(areas), method="structure", keep_collapsed=False))
+    inside = shapely.point_on_surface(np.array(shapes, dtype=object))
+    return [areas[number].name for number in before.nearest(inside).tolist()]
+
+
+@dataclass
+class _Work:
+    """The rings that a repair begins with, and the changes so far."""
+
+    rings: tuple[Ring, ...]
+    changes: list[Change] = field(default_factory=list)
+
+    @cached_property
+    def outlines(self) -> list[Floats]:
+        return [outline(ring) for ring in self.rings]
+
+    @cached_property
+    def size(self) -> float:
+        """The longer side of the box around all rings."""
+        return float(np.ptp(np.concatenate(self.outlines), axis=0).max())
+
+    def note(self, what: str, at: Floats, area: float, before: Iterable[Floats]) -> None:
+        """Note a change of the area, and the lines (k, 2) as they were before."""
+        self.changes.append(Change(what, as_point(at), float(area), tuple(before)))
+
+    def area(self, shape: shapely.Polygon, name: str | None) -> Area:
+        """The area that a polygon bounds."""
+        outer, *holes = (self._ring(shapely.get_coordinates(loop)[:-1]) for loop in (shape.exterior, *shape.interiors))
+        return Area(outer, tuple(holes), name)
+
+    def _ring(self, points: Floats) -> Ring:
+        """The ring along points (n, 2): one of those at the begin, if it has the same ones."""
+        known = self._known.get(_fingerprint(points))
+        if known is not None:
+            return replace(known, notes=(), changes=())
+        ahead = np.roll(points, -1, axis=0)
+        near = self._chords.nearest(shapely.points((points + ahead) / 2))
+        side, (number, _) = self._sides[near], self._numbers[near].T
+        owner = self.rings[np.bincount(number).argmax()]
+        curved = np.array([not isinstance(one.curve, Line) for one in side])
+        corners = [as_point(point) for point in points]
+        kept = np.array([corner in self._vertices for corner in corners])
+        # Nodes may slide where one curve goes on, through a vertex of its copy; a cut leaves a corner.
+        on = curved & np.roll(curved, 1) & (self._numbers[near] == self._numbers[np.roll(near, 1)]).all(axis=1) & kept
+        if on.all():
+            closed = Polyline(np.vstack([points, points[:1]]))
+            return Ring((Side(closed, side[0].label),), (), origin=owner.origin, key=owner.key)
+        stops = np.flatnonzero(~on).tolist()
+        runs = [[k % len(points) for k in range(a, b + 1)] for a, b in pairwise([*stops, stops[0] + len(points)])]
+        sides = tuple(Side(_along(points[run]), side[run[0]].label) for run in runs)
+        return Ring(sides, tuple(corners[run[0]] for run in runs), origin=owner.origin, key=owner.key)
+
+    def is_curved(self, points: Floats) -> bool:
+        """Whether the ring along points (n, 2) is one of those at the begin and has curves."""
+        known = self._known.get(_fingerprint(points))
+        return known is not None and not all(isinstance(side.curve, Line) for side in known.sides)
+
+    @cached_property
+    def _known(self) -> dict[bytes, Ring]:
+        return {_fingerprint(points): ring for points, ring in zip(self.outlines, self.rings, strict=True)}
+
+    @cached_property
+    def _vertices(self) -> set[Point]:
+        return {as_point(point) for points in self.outlines for point in points}
+
+    @cached_property
+    def _chords(self) -> shapely.STRtree:
+        """The chords of all rings, in order."""
+        chords = [np.stack([points, np.roll(points, -1, axis=0)], axis=1) for points in self.outlines]
+        return shapely.STRtree(shapely.linestrings(np.concatenate(chords)))
+
+    @cached_property
+    def _numbers(self) -> Integers:
+        """Numbers (c, 2) of the ring and its side of each of these chords."""
+        pieces = [PolygonalCopy.of(Boundary.of([ring])).piece for ring in self.rings]
+        owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
+        return np.column_stack([owner, np.concatenate(pieces)])
+
+    @cached_property
+    def _sides(self) -> NDArray[np.object_]:
+        """Sides (c,) of these chords."""
+        found = np.empty(len(self._numbers), dtype=object)
+        found[:] = [self.rings[ring].sides[side] for ring, side in self._numbers.tolist()]
+        return found
+
+
+def _along(points: Floats) -> Line | Polyline:
+    """The straight line between two points, or the polyline along more (k, 2)."""
+    return Polyline(points) if len(points) > 2 else Line(as_point(points[0]), as_point(points[1]))
+
+
+def _fingerprint(points: Floats) -> bytes:
+    """Bytes that are the same for rings with the same points (n, 2), wherever they start."""
+    return np.ascontiguousarray(points[np.lexsort(points.T)] + 0.0).tobytes()
+
+
+def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
+    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "Polygon" and part.area > 0]
+
+
+def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
+    """What a ring encloses: wherever it turns around a place, however often."""
+    points = outline(ring)
+    polygon = shapely.Polygon(points)
+    if polygon.is_valid:
+        return polygon
+    x, y = (points - points[0]).T
+    given = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2)
+    fixed = _tidy(shapely.make_valid(polygon, method="structure", keep_collapsed=False), work.size)
+    work.note("ring that crosses or touches itself", fault_place(polygon), fixed.area - given, [points])
+    return fixed
+
+
+def _tidy(shape: shapely.Geometry, size: float) -> shapely.Geometry:
+    """A shape without the thin parts and the vertices beside others that cuts leave."""
+    polygons = [part for part in _polygons(shape) if part.area > THIN * size * part.length]
+    holed = []
+    for part in polygons:
+        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > THIN * size * hole.length]
+        holed.append(shapely.Polygon(part.exterior, holes) if len(holes) < len(part.interiors) else part)
+    whole = shapely.MultiPolygon(holed)
+    sparse = shapely.remove_repeated_points(whole, THIN * size)
+    return sparse if sparse.is_valid else whole
+
+
+def _mended(area: Area, work: _Work) -> shapely.Geometry:
+    """The polygons of one area whose rings do not bound one."""
+    return _cut(_valid(area.outer, work), area.holes, work)
+
+
+def _without(shapes: Sequence[shapely.Polygon], holes: Sequence[Ring], work: _Work) -> list[shapely.Polygon]:
+    """The polygons without holes."""
+    if not holes or not shapes:
+        return list(shapes)
+    whole = shapes[0] if len(shapes) == 1 else shapely.MultiPolygon(list(shapes))
+    return _polygons(_cut(whole, holes, work))
+
+
+def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely.Geometry:
+    """A shape without holes, of which those outside are left out; changes for all but those that lie inside, apart."""
+    if not holes:
+        return shape
+    solid = np.array([_valid(hole, work) for hole in holes], dtype=object)
+    shapely.prepare(shape)
+    rim = shapely.boundary(shape)
+    apart, inside = shapely.disjoint(solid, shape), shapely.contains(shape, solid)
+    across = ~apart & (~inside | (shapely.length(shapely.intersection(shapely.boundary(solid), rim)) > 0))
+    for k in np.flatnonzero(apart).tolist():
+        work.note("hole outside the area left out", outline(holes[k])[0], 0.0, [outline(holes[k])])
+    for k in np.flatnonzero(across).tolist():
+        beyond = shapely.difference(solid[k], shape)
+        where = shapely.get_coordinates(shapely.intersection(shapely.boundary(solid[k]), rim))
+        at = where[0] if len(where) else outline(holes[k])[0]
+        work.note("hole across the outer ring cut off there", at, beyond.area, [outline(holes[k])])
+    i, j = shapely.STRtree(solid).query(solid, predicate="intersects")
+    for a, b in zip(i[i < j].tolist(), j[i < j].tolist(), strict=True):
+        common = shapely.intersection(solid[a], solid[b])
+        if common.area > 0 or common.length > 0:
+            at = shapely.get_coordinates(shapely.point_on_surface(common))[0]
+            work.note("holes that overlap united", at, common.area, [outline(holes[a]), outline(holes[b])])
+    left = shapely.difference(shape, shapely.union_all(solid[~apart]))
+    return _tidy(left, work.size) if across.any() else left
+
+
+def _united(shapes: Sequence[shapely.Polygon], gap: float, work: _Work) -> list[shapely.Polygon]:
+    """Polygons of which those that overlap, have a side in common, or leave a narrow gap are one."""
+    if len(shapes) < 2:
+        return list(shapes)
+    found = np.array(shapes, dtype=object)
+    i, j = shapely.STRtree(found).query(found, predicate="intersects")
+    i, j = i[i < j], j[i < j]
+    common = shapely.intersection(found[i], found[j])
+    meeting = (shapely.area(common) > 0) | (shapely.length(common) > 0)
+    for k in np.flatnonzero(meeting):
+        what = "areas that overlap united" if common[k].area > 0 else "areas with a common side united"
+        at = shapely.get_coordinates(shapely.point_on_surface(common[k]))[0]
+        work.note(what, at, -common[k].area, map(_outer, (found[i[k]], found[j[k]])))
+    if meeting.any():
+        found = np.array(_polygons(_tidy(shapely.union_all(found), work.size)), dtype=object)
+    strips = _strips(found, gap, work)
+    if strips:
+        whole = shapely.union_all(
+            [*found, *(strip.buffer(OVERLAP * work.size, join_style="mitre") for strip in strips)]
+        )
+        found = np.array(_polygons(_tidy(whole, work.size)), dtype=object)
+    return list(found)
+
+
+def _outer(polygon: shapely.Polygon) -> Floats:
+    points: Floats = shapely.get_coordinates(polygon.exterior)[:-1]
+    return points
+
+
+def _strips(found: Shapes, gap: float, work: _Work) -> list[shapely.Polygon]:
+    """What lies between two polygons that are nearer to each other than a gap, but do not touch."""
+    i, j = shapely.STRtree(found).query(found, predicate="dwithin", distance=gap)
+    strips = []
+    for a, b in zip(i[i < j].tolist(), j[i < j].tolist(), strict=True):
+        both = shapely.MultiPolygon([found[a], found[b]])
+        closed = shapely.buffer(shapely.buffer(both, gap / 2, join_style="mitre"), -gap / 2, join_style="mitre")
+        between = shapely.difference(closed, shapely.union_all([found[a], found[b]]))
+        near = OVERLAP * work.size
+        for strip in _polygons(between):
+            beside = shapely.dwithin(strip, found[a], near) and shapely.dwithin(strip, found[b], near)
+            if beside and strip.area > THIN * gap * gap:
+                at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
+                work.note("gap between areas closed", at, strip.area, [_outer(strip)])
+                strips.append(strip)
+    return strips
+
+
+def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Work) -> list[shapely.Polygon]:
+    """The polygons without islands and holes that are smaller; islands in such holes become part of what is around."""
+    found, filled = list[shapely.Polygon](), list[shapely.Polygon]()
+    small = [shape for shape in shapes if shapely.Polygon(shape.exterior).area < smallest]
+    for shape in shapes:
+        if shapely.Polygon(shape.exterior).area < smallest:
+            continue
+        holes = [shapely.Polygon(loop) for loop in shape.interiors]
+        kept = [hole.exterior for hole in holes if hole.area >= smallest]
+        filled += [hole for hole in holes if hole.area < smallest]
+        found.append(shapely.Polygon(shape.exterior, kept) if len(kept) < len(holes) else shape)
+    for what, parts, sign in (("island", small, -1), ("hole", filled, 1)):
+        if parts:
+            largest = max(parts, key=lambda part: part.area)
+            of_which = "" if len(parts) == 1 else ", the largest"
+            told = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
+            work.note(told, _outer(largest)[0], sign * sum(part.area for part in parts), map(_outer, parts))
+    if filled and len(found) > 1:
+        found = [part for part in _polygons(shapely.union_all(found))]
+    return found
+
+
+def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -> list[shapely.Polygon]:
+    """The polygons with fewer vertices, common sides alike; rings with curves stay as they are.
+
+    The algorithm of Visvalingam and Whyatt, by which no rings cross afterwards. GeometryError if they do before.
+    """
+    given = np.array(shapes, dtype=object)
+    if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
+        raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
+    found = []
+    for before, after in zip(given, shapely.coverage_simplify(given, length), strict=True):
+        mixed = _with_curves_kept(before, after, work)
+        found.append(mixed if mixed.is_valid else before)
+    sparse = np.array(found, dtype=object)
+    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
+    if left == count:
+        return list(given)
+    points = shapely.get_coordinates(given)
+    rims = shapely.get_coordinates(shapely.get_rings(sparse), return_index=True)
+    same = np.flatnonzero(np.diff(rims[1]) == 0)
+    tree = shapely.STRtree(shapely.linestrings(np.stack([rims[0][same], rims[0][same + 1]], axis=1)))
+    _, off = tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)
+    told = f"{count - left:,} of {count:,} vertices left out, up to {off.max():.3g} off"
+    area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
+    work.note(
+        told, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
+    )
+    return found
+
+
+def _with_curves_kept(before: shapely.Polygon, after: shapely.Polygon, work: _Work) -> shapely.Polygon:
+    """The polygon ``after``, with its rings as they were ``before`` where these have curves."""
+    pairs = zip((before.exterior, *before.interiors), (after.exterior, *after.interiors), strict=True)
+    outer, *holes = (old if work.is_curved(_outer(shapely.Polygon(old))) else new for old, new in pairs)
+    return shapely.Polygon(outer, holes)

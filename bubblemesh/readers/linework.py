@@ -1,0 +1,111 @@
+"""Rings of lines that do not close as they are: cut where they cross, drawn to what is near, loose ones left out."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.nesting import Shapes
+from bubblemesh.geometry.paths import Change, Line, Ring, Side, as_point
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.rings import LineTo
+from bubblemesh.messages import counted
+from bubblemesh.readers.features import CompoundCurve
+from bubblemesh.readers.rings import Joined, Joining, rings_of_curves
+from bubblemesh.readers.slips import Slips
+
+MOST_LOOSE = 0.1  # of the length of all lines: loose ones that may be left out
+OVER = 1e-9  # of the gap: so far an end is drawn over what it is to meet
+
+
+def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
+    """Rings of the curves, and if they do not close, those around all that their polygonal copies enclose together.
+
+    Ends that are near enough to another line are drawn to it. Of rings that are not connected it counts how they nest.
+    GeometryError if no area is enclosed, or much is left out.
+    """
+    try:
+        return rings_of_curves(curves, joining)
+    except GeometryError as error:
+        problem = error
+    copies = [_copy(curve) for curve in curves]
+    drawn = [shapely.LineString(points) for points, _ in copies]
+    drawn += _links(drawn, joining.reach or 0.0)
+    noded = shapely.get_parts(shapely.union_all(drawn))
+    enclosed = [ring for group in _connected(noded) for ring in _around(group)]
+    loose = np.concatenate([shapely.get_parts(some) for some in shapely.polygonize_full(noded)[1:3]])
+    if not enclosed or shapely.length(loose).sum() > MOST_LOOSE * shapely.length(noded).sum():
+        raise problem  # an outline that does not close must not be left out
+    ends = np.concatenate([np.stack([points[:-1], points[1:]], axis=1) for points, _ in copies])
+    chords = shapely.STRtree(shapely.linestrings(ends))
+    labels = [label for _, some in copies for label in some]
+    made = [_ring(points, chords, labels, curves[0].name) for points in enclosed]
+    told = [Change("lines that do not close cut where they cross, and closed", as_point(enclosed[0][0]), 0.0, ())]
+    if len(loose):
+        longest = max(loose, key=shapely.length)
+        before = tuple(shapely.get_coordinates(line) for line in loose)
+        told.append(Change(f"{counted(len(loose), 'loose line')} left out", as_point(longest.coords[0]), 0.0, before))
+    return Joined([replace(made[0], changes=tuple(told)), *made[1:]], [], Slips())
+
+
+def _copy(curve: CompoundCurve) -> tuple[Floats, list[str | None]]:
+    """Points (k, 2) of the polygonal copy of a curve, and the labels of its k - 1 chords."""
+    pieces = list(curve.pieces)
+    if curve.end != curve.start:
+        pieces.append(LineTo(curve.start))
+    if len(pieces) == 2 and all(isinstance(piece, LineTo) for piece in pieces):  # there and back is no ring
+        return np.array([curve.start, curve.end], float), [curve.pieces[0].label]
+    ring = rings.path(curve.start, pieces)
+    copy = PolygonalCopy.of(Boundary.of([ring]))
+    labels = [ring.sides[k].label for k in copy.piece.tolist()]
+    if curve.end == curve.start:
+        return np.vstack([copy.points, copy.points[:1]]), labels
+    return copy.points, labels[:-1]
+
+
+def _links(lines: Sequence[shapely.LineString], reach: float) -> list[shapely.LineString]:
+    """Short lines from ends to the nearest place of another line within reach, and a little over it."""
+    if reach == 0 or len(lines) < 2:
+        return []
+    owner = np.repeat(np.arange(len(lines)), 2)
+    ends = shapely.points(np.array([point for line in lines for point in (line.coords[0], line.coords[-1])], float))
+    found = np.array(lines, dtype=object)
+    end, other = shapely.STRtree(found).query(ends, predicate="dwithin", distance=reach)
+    end, other = end[owner[end] != other], other[owner[end] != other]
+    ways = shapely.shortest_line(ends[end], found[other])
+    long = shapely.length(ways) > 0
+    coords = shapely.get_coordinates(ways[long]).reshape(-1, 2, 2)
+    coords[:, 1] += OVER * (coords[:, 1] - coords[:, 0])
+    return list(shapely.linestrings(coords))
+
+
+def _connected(lines: Shapes) -> list[Shapes]:
+    """Groups of noded lines that hang together."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    i, j = shapely.STRtree(lines).query(lines, predicate="intersects")
+    links = coo_array((np.ones(len(i)), (i, j)), shape=(len(lines), len(lines)))
+    group = connected_components(links, directed=False)[1]
+    return [lines[group == number] for number in range(group.max() + 1)]
+
+
+def _around(lines: Shapes) -> list[Floats]:
+    """Rings (m, 2) around all that connected lines enclose together."""
+    faces = shapely.get_parts(shapely.polygonize(lines))
+    whole = shapely.get_parts(shapely.union_all(faces)).tolist()
+    return [shapely.get_coordinates(part.exterior)[:-1] for part in whole if part.geom_type == "Polygon"]
+
+
+def _ring(points: Floats, chords: shapely.STRtree, labels: Sequence[str | None], origin: str) -> Ring:
+    """The ring along points (m, 2), with the labels of the nearest chords."""
+    ahead = np.roll(points, -1, axis=0)
+    near = chords.nearest(shapely.points((points + ahead) / 2)).tolist()
+    ends = zip(map(as_point, points), map(as_point, ahead), near, strict=True)
+    sides = tuple(Side(Line(a, b), labels[chord]) for a, b, chord in ends)
+    return Ring(sides, tuple(map(as_point, points)), origin=origin)

@@ -1,0 +1,133 @@
+"""Areas are mended as asked for, with exact areas, labels and curves kept; what was changed is told."""
+
+import numpy as np
+import pytest
+import shapely
+
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Arc, Area
+from bubblemesh.geometry.repair import Repair
+
+MEND = Repair(mend=True)
+
+
+def square(x, y, side):
+    return rings.polygon([(x, y), (x + side, y), (x + side, y + side), (x, y + side)])
+
+
+def told(areas):
+    return [(change.what, change.area) for change in areas[0].outer.changes]
+
+
+def area(areas):
+    return Domain.of_areas(areas).polygon.area
+
+
+def test_what_is_sound_stays_as_it_is():
+    given = [Area(square(0, 0, 4), (rings.circle((2, 2), 1),))]
+    assert MEND(given) == given
+
+
+def test_a_bow_tie_becomes_two_areas():
+    made = MEND([Area(rings.polygon([(0, 0), (2, 2), (2, 0), (0, 2)]))])
+    assert len(made) == 2
+    assert area(made) == 2
+    assert told(made) == [("ring that crosses or touches itself", 2)]
+    assert made[0].outer.changes[0].at == (1, 1)
+
+
+def test_a_ring_that_turns_twice_encloses_its_area_once():
+    corners = [(0, 0), (4, 0), (4, 4), (0, 4)]
+    made = MEND([Area(rings.polygon([*corners, (0, -1), (5, -1), (5, 5), (-1, 5), (-1, 0)]))])
+    assert area(made) == 36 - 1
+
+
+def test_labels_stay_with_the_sides():
+    ring = rings.polygon([(0, 0), (4, 0), (4, 4), (2, 4), (2, -1), (1, -1), (1, 4), (0, 4)], labels=list("abcdefgh"))
+    curves = {side.label: side.curve for one in MEND([Area(ring)]) for side in one.outer.sides}
+    assert set(curves) <= set("abcdefgh")
+    assert {curves["e"].start, curves["e"].end} == {(2, -1), (1, -1)}
+    assert {curves["b"].start, curves["b"].end} == {(4, 0), (4, 4)}
+
+
+def test_holes_outside_and_across_and_over_each_other():
+    holes = square(5, 5, 1), square(3, 1, 2), square(1, 1, 1), square(1.5, 1.5, 1)
+    made = MEND([Area(square(0, 0, 4), holes)])
+    assert area(made) == 16 - 2 - 1.75
+    assert told(made) == [
+        ("hole outside the area left out", 0),
+        ("hole across the outer ring cut off there", 2),
+        ("holes that overlap united", 0.25),
+    ]
+
+
+def test_curves_that_no_change_touches_stay_curves():
+    made = MEND([Area(square(0, 0, 4), (rings.circle((2, 2), 0.5), square(3, 3, 2)))])
+    assert [isinstance(hole.sides[0].curve, Arc) for hole in made[0].holes] == [True]
+
+
+def test_areas_that_overlap_or_share_a_side_become_one():
+    made = MEND([Area(square(0, 0, 2)), Area(square(1, 1, 2)), Area(square(2, 0, 1)), Area(square(9, 9, 1))])
+    assert len(made) == 2
+    assert area(made) == 4 + 4 - 1 + 1 + 1
+
+
+def test_gaps_between_areas_are_closed_up_to_the_tolerance():
+    given = [Area(square(0, 0, 1)), Area(square(1.01, 0, 1)), Area(square(2.1, 0, 1))]
+    assert len(MEND(given)) == 3
+    made = Repair(mend=True, gap=0.02)(given)
+    assert len(made) == 2
+    assert area(made) == pytest.approx(3.01, abs=1e-7)
+    assert [what for what, _ in told(made)] == ["gap between areas closed"]
+    assert sorted(len(one.outer.vertices) for one in made) == [4, 8]
+
+
+def test_small_islands_and_holes_are_left_out():
+    given = [
+        Area(square(0, 0, 4), (square(1, 1, 1), square(3, 3, 0.5))),
+        Area(square(1.2, 1.2, 0.5)),
+        Area(square(8, 8, 2)),
+    ]
+    made = Repair(smallest=1.5)(given)
+    assert area(made) == 16 + 4
+    assert told(made) == [
+        ("1 island below 1.5 left out", -0.25),
+        ("2 holes below 1.5 left out, the largest", 1.25),
+    ]
+    with pytest.raises(GeometryError, match="nothing is left of 3 areas"):
+        Repair(smallest=100)(given)
+
+
+def test_neighbours_are_simplified_alike():
+    x = np.linspace(0, 4, 401)
+    wave = np.column_stack([x, 0.05 * np.sin(40 * x)])
+    low = rings.polygon([(0, -2), (4, -2), *wave[::-1].tolist()])
+    high = rings.polygon([*wave.tolist(), (4, 2), (0, 2)])
+    made = Repair(simplify=0.3)([Area(low), Area(high)])
+    shapes = [shapely.Polygon(one.outer.vertices) for one in made]
+    assert shapely.coverage_is_valid(shapes)
+    assert sum(shape.area for shape in shapes) == pytest.approx(16, abs=1e-9)
+    assert max(len(one.outer.vertices) for one in made) < 40
+    assert "vertices left out" in told(made)[0][0]
+
+
+def test_curves_are_not_simplified():
+    made = Repair(simplify=0.3)(
+        [Area(rings.polygon([(0, 0), (2, 0.01), (4, 0), (4, 4), (0, 4)]), (rings.circle((2, 2), 1),))]
+    )
+    assert len(made[0].outer.vertices) == 4
+    assert isinstance(made[0].holes[0].sides[0].curve, Arc)
+
+
+def test_rings_that_cross_are_not_simplified():
+    with pytest.raises(GeometryError, match="set repair: true as well"):
+        Repair(simplify=0.1)([Area(rings.polygon([(0, 0), (2, 2), (2, 0), (0, 2)]))])
+
+
+def test_nodes_slide_along_what_is_left_of_curves():
+    (made,) = MEND([Area(square(0, 0, 4), (rings.circle((4, 2), 1, label="cut"),))])
+    assert len(made.outer.sides) == 4 + 2
+    assert len([side for side in made.outer.sides if side.label == "cut"]) == 1
+    assert area([made]) == pytest.approx(16 - np.pi / 2, abs=1e-3)

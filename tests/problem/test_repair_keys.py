@@ -1,0 +1,85 @@
+"""The keys of a repair, what they tell, and messages that name the key where it helps."""
+
+import json
+
+import pytest
+
+from bubblemesh.case import load_case, overrides_of
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.problem.domain import case_domain
+from bubblemesh.run.pipeline import mesh_case
+
+BOW = "[[0, 0], [2, 2], [2, 0], [0, 2]]"
+
+
+def case(text, **options):
+    return load_case("a.yaml", text=f"domain: {text}\nspacing: 0.5\n", overrides=overrides_of(**options))
+
+
+def domain(text, **options):
+    return case_domain(case(text, **options))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{{outer: {{polygon: {BOW}, repair: true}}}}",
+        f"{{outer: {{polygon: {BOW}}}, repair: true}}",
+        f"{{outer: {{polygon: {BOW}, repair: {{gap: 0.01}}}}}}",
+    ],
+)
+def test_a_ring_is_mended_by_its_key_or_the_domains(text):
+    found = domain(text)
+    assert found.polygon.area == 2
+    assert [change.at for change in found.changes] == [(1, 1)]
+
+
+def test_the_option_repairs_the_domain():
+    assert domain(f"{{outer: {{polygon: {BOW}}}}}", repair=True).polygon.area == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (f"{{outer: {{polygon: {BOW}}}}}", "domain.outer"),
+        ("{outer: {rectangle: [0, 0, 4, 4]}, holes: [{rectangle: [3, 3, 5, 5]}]}", "domain"),
+        (f"{{outer: {{rectangle: [-1, -1, 4, 4]}}, holes: [{{polygon: {BOW}}}]}}", "domain.holes.0"),
+    ],
+)
+def test_messages_name_the_key_where_it_helps(text, key):
+    with pytest.raises(BubblemeshError, match=f"; repair: true in {key} mends it$"):
+        domain(text)
+
+
+def test_messages_do_not_name_the_key_where_it_does_not_help():
+    with pytest.raises(BubblemeshError) as error:
+        domain("{outer: {rectangle: [0, 0, 4, 4]}, holes: [{rectangle: [-1, -1, 5, 5]}]}")
+    assert "repair" not in str(error.value)
+
+
+def test_a_file_is_mended_before_its_parts_are_chosen(tmp_path):
+    squares = [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]], [[[1, 1], [3, 1], [3, 3], [1, 3], [1, 1]]]
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "MultiPolygon", "coordinates": squares}))
+    with pytest.raises(BubblemeshError, match="repair: true in domain"):
+        domain(f"{{file: {tmp_path}/a.geojson}}")
+    found = domain(f"{{file: {tmp_path}/a.geojson, repair: true, scale: 10}}")
+    assert found.polygon.area == 700
+    assert [(change.what, change.area) for change in found.changes] == [("areas that overlap united", -100)]
+
+
+def test_lines_that_cross_and_do_not_close_are_mended(tmp_path):
+    lines = [[[-0.1, 0], [4.1, 0]], [[4, -0.1], [4, 4.1]], [[4, 4], [0, 4.0001]], [[0, 4.1], [0, -0.1]]]
+    lines += [[[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]]
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "MultiLineString", "coordinates": lines}))
+    with pytest.raises(BubblemeshError, match="repair: true in domain"):
+        domain(f"{{file: {tmp_path}/a.geojson}}")
+    found = domain(f"{{file: {tmp_path}/a.geojson, repair: true}}")
+    assert found.polygon.area == pytest.approx(15, abs=1e-3)
+    assert found.hole_count == 1
+    assert any("loose line" in change.what for change in found.changes)
+
+
+def test_the_report_has_the_repairs():
+    report = mesh_case(case(f"{{outer: {{polygon: {BOW}, repair: true}}}}")).report
+    assert report["repairs"] == [{"what": "ring that crosses or touches itself", "at": (1, 1), "area": 2}]
+    assert "repairs" not in mesh_case(case("{outer: {rectangle: [0, 0, 1, 1]}}")).report
