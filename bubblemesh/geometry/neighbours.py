@@ -151,6 +151,9 @@ class _Borders:
         order = np.lexsort((-gap, v))  # of several edges the nearest is written last
         order = order[edge_owner[e[order]] < self.owner[v[order]]]
         target[v[order]], distance[v[order]], other[v[order]] = foot[order], gap[order], edge_owner[e[order]]
+        target = target[final]  # a vertex that goes to another one goes on with it to an edge
+        follows = final != np.arange(len(final))
+        distance[follows] = np.hypot(*(target - self.points)[follows].T)
         stays = edge_owner[e] > self.owner[v]  # the edge of a later shape bends to the vertex
         later = np.flatnonzero(stays & (gap > distance[v]))
         distance[v[later]], other[v[later]] = gap[later], edge_owner[e[later]]
@@ -217,7 +220,7 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shap
     area = shapely.area(common)
     nested = area >= (1 - INNERMOST) * np.minimum(size[i], size[j])
     over = np.flatnonzero((area > 0) & ~nested)
-    width = _widths(common[over])
+    width = widths(common[over])
     wide = over[width > join]
     if len(wide):
         k = int(wide[width[width > join].argmax()])
@@ -239,7 +242,7 @@ def _polygons(shape: shapely.Geometry) -> shapely.Geometry:
     return shapely.MultiPolygon(parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON].tolist())
 
 
-def _widths(shapes: Shapes) -> Floats:
+def widths(shapes: Shapes) -> Floats:
     """Widths (n,) of the widest places of shapes: twice how far they can be narrowed until nothing is left."""
     if len(shapes) == 0:
         return np.zeros(0)

@@ -15,6 +15,7 @@ from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
+from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
@@ -31,7 +32,10 @@ def prepare(case: Case) -> Problem:
     with timed(seconds, "geometry"):
         domain = case_domain(case)
     enter("spacing")
-    return prepare_in(domain, case_spacing(case, domain), task_of(case, domain), seconds)
+    request = case_spacing(case, domain)
+    if request.nodes is None:  # else the spacing is not known yet
+        request = replace(request, warnings=(*request.warnings, *open_gaps(case, domain, request.at(None))))
+    return prepare_in(domain, request, task_of(case, domain), seconds)
 
 
 def prepare_in(

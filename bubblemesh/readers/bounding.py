@@ -8,7 +8,7 @@ from typing import NamedTuple
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import counted
-from bubblemesh.readers.features import FILL, HIDDEN, SPARE, Feature
+from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
 from bubblemesh.readers.linework import rings_of_linework
 from bubblemesh.readers.rings import Joining, rings_of_curves
 from bubblemesh.readers.selection import Selection
@@ -42,14 +42,18 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
         used, found = FILL, _bounding(kinds[FILL], joining)
         notes = [f"lines beside fills do not close and are left out ({error})"]
     unused = {f"{kind} element": len(ones) for kind, ones in kinds.items() if kind in (FILL, HIDDEN) and kind != used}
-    empty = [one for one in features if one.is_empty]
+    regions = len(kinds[REGION]) if used != REGION else 0
+    empty = [one for one in features if one.is_empty and one.spare != REGION]
     left_out = found.left_out | unused | {"empty feature": sum(not one.slips.flat for one in empty)}
     told = ", ".join(counted(number, noun) for noun, number in left_out.items() if number)
     slips = found.slips + reduce(add, (one.slips for one in empty), Slips())
     if not found.areas and not found.rings:
         raise _nothing(features, slips, told)
     notes = [*notes, *dict.fromkeys(note for one in kinds[used] for note in one.notes), *found.notes, *slips.notes]
-    return Bounding(found.areas, found.rings, [*notes, f"left out: {told}"] if told else notes)
+    notes += [f"left out: {told}"] if told else []
+    if regions:
+        notes.append(f"{counted(regions, 'region')} in it: regions: {{file: ..., name: attribute}} takes them")
+    return Bounding(found.areas, found.rings, notes)
 
 
 def joining_of(selection: Selection, size: float | None = None) -> Joining:

@@ -18,7 +18,7 @@ from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_of
 from bubblemesh.readers.bounding import bounding, joining_of
-from bubblemesh.readers.features import Feature
+from bubblemesh.readers.features import REGION, Feature
 from bubblemesh.readers.selection import Selection
 
 LAYER = "layer"  # name of the property that a feature's layer is
@@ -31,6 +31,8 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
     no name; GeometryError if neighbours overlap by more than the selection's ``join``.
     """
     groups: dict[str, list[Feature]] = {}
+    if any(one.spare == REGION for one in features):
+        features = [one for one in features if one.spare == REGION]
     for one in features:
         groups.setdefault(_value(one, key), []).append(one)
     nameless = groups.pop("", [])

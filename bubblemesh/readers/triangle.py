@@ -83,8 +83,7 @@ def read_poly(path: Path) -> FeatureCollection:
     if inner:
         features.append(Feature("the inner segments", properties={"kind": "inner"}, curves=tuple(inner), spare=INNER))
     features += [_region(number, row, parts) for number, row in enumerate(regions)]
-    notes = ("its regions are not used: regions: {file: ..., name: attribute} reads them",) if regions else ()
-    return FeatureCollection(tuple(features), notes, tuple(holes))
+    return FeatureCollection(tuple(features), (), tuple(holes))
 
 
 def read_nodes(path: Path) -> FeatureCollection:
@@ -133,7 +132,9 @@ def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> 
     properties = {"kind": "region", "number": number} | dict(zip(("attribute", "area"), row[3:], strict=False))
     around = next((part for part in parts if shapely.contains_xy(part, x, y)), None)
     feature = feature_of(NO_PARTS if around is None else parts_of(around), name, None, properties)
-    return replace(feature, spare=REGION)
+    area = row[4] if len(row) > 4 else 0.0
+    told = f"{name}: its largest area is not used: largest: {area:g} beside name sets it for all regions of the file"
+    return replace(feature, spare=REGION, notes=(told,) if area > 0 else ())
 
 
 def _vertices_beside(path: Path) -> dict[float, Point]:

@@ -10,7 +10,10 @@ import shapely
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.meshes.conformity import require_conforming
+from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 WEST, EAST = shapely.box(0, 0, 1, 2), shapely.box(1, 0, 3, 1)
@@ -185,3 +188,157 @@ method: {method}
     assert len(mesh.points) > 600
     areas = np.abs(np.linalg.det(np.diff(mesh.points[mesh.triangles], axis=1))) / 2
     np.testing.assert_allclose(np.bincount(mesh.triangle_regions, areas), [2, 2, 1.75, 0.25], rtol=1e-12)
+
+
+PARTS_OF_POLY = """
+13 2 0 0
+1 0 0
+2 4 0
+3 8 0
+4 8 4
+5 4 4
+6 0 4
+7 1 1
+8 2 1
+9 2 2
+10 5 1
+11 7 1
+12 7 3
+13 5 3
+14 1
+1 1 2 1
+2 2 3 1
+3 3 4 1
+4 4 5 1
+5 5 6 1
+6 6 1 1
+7 2 5 0
+8 7 8 2
+9 8 9 2
+10 9 7 2
+11 10 11 0
+12 11 12 0
+13 12 13 0
+14 13 10 0
+1
+1 1.7 1.3
+3
+1 0.5 0.5 10 0.1
+2 4.5 0.5 20 0.05
+3 6 2 30 -1
+"""
+
+
+def test_attributes_of_triangle_name_the_parts_that_hold_their_points(written):
+    written("parts.poly", PARTS_OF_POLY)
+    text = "domain: {regions: {file: parts.poly, name: attribute}}\nspacing: 0.3\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain) == {"10": 15.5, "20": 12, "30": 4}
+    assert domain.polygon.area == 31.5
+    told = "parts.poly: region {}: its largest area is not used: largest: {} beside name sets it for all regions"
+    assert [note.startswith(told.format(*k)) for note, k in zip(domain.notes, [(1, 0.1), (2, 0.05)], strict=True)]
+
+
+def test_markers_stay_where_the_file_is_the_domain_as_well(written):
+    written("parts.poly", PARTS_OF_POLY)
+    text = "domain: {file: parts.poly, regions: {file: parts.poly, name: attribute}}\nspacing: 0.3\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain) == {"10": 15.5, "20": 12, "30": 4}
+    assert domain.labels[:2] == ("1", "2")
+
+
+@pytest.mark.parametrize(("name", "driver"), [("land.shp", "ESRI Shapefile"), ("land.gpkg", "GPKG")])
+def test_features_of_geographic_files_are_regions(written, tmp_path, name, driver):
+    pyogrio = pytest.importorskip("pyogrio")
+    shapes = {"west": WEST, "east": EAST, "north": NORTH}
+    pyogrio.raw.write(
+        tmp_path / name, geometry=shapely.to_wkb(np.array([*shapes.values()], object)), geometry_type="Polygon",
+        field_data=[np.array([*shapes], object)], fields=["NAME"], driver=driver, crs="EPSG:3857",
+    )  # fmt: skip
+    text = f"domain: {{regions: {{file: {name}, name: NAME}}}}\nspacing: 0.3\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain) == {"west": 2, "east": 2, "north": 1.75}
+    assert domain.polygon.area == 5.75
+
+
+def test_periodic_sides_of_regions_of_a_file(written):
+    cell = {"low": shapely.box(0, 0, 2, 0.5), "high": shapely.box(0, 0.5, 2, 1)}
+    written("land.geojson", features(**cell))
+    text = """
+domain:
+  outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}
+  regions: {file: land.geojson, name: NAME}
+  periodic: [[left, right]]
+spacing: 0.2
+"""
+    mesh = mesh_case(load_case(written("case.yaml", text))).mesh
+    require_conforming(mesh)
+    left, right = (np.sort(mesh.points[np.abs(mesh.points[:, 0] - x) < 1e-12, 1]) for x in (0, 2))
+    np.testing.assert_allclose(left, right, atol=1e-12)
+    assert mesh.regions == ("low", "high")
+
+
+@pytest.fixture(scope="module")
+def meshed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("land")
+    (folder / "land.geojson").write_text(features(west=WEST, east=EAST, north=NORTH, lake=LAKE))
+    (folder / "case.yaml").write_text(f"domain: {LAND}\nspacing: 0.4\n")
+    mesh = mesh_case(load_case(folder / "case.yaml")).mesh
+    return {1: mesh, 2: mesh.second_order()[0]}
+
+
+HAVE_REGIONS = [form for form in FORMATS if form not in ("su2", "nodes.csv", "nodes.npz")]
+
+
+@pytest.mark.parametrize(("form", "order"), [(form, order) for form in HAVE_REGIONS for order in FORMATS[form].orders])
+def test_all_formats_hold_regions_of_files(meshed, tmp_path, form, order):
+    mesh = meshed[order]
+    write_files(mesh, {}, {}, tmp_path, "land", [form])
+    assert mesh.regions == ("west", "east", "north", "lake")
+    assert np.bincount(mesh.triangle_regions).min() > 0
+    files = [path for path in tmp_path.rglob("*") if path.is_file() and not path.name.endswith(".report.json")]
+    content = b"".join(path.read_bytes() for path in files)
+    assert [name for name in mesh.regions if name.encode() not in content] == []
+
+
+def test_second_order_follows_round_regions_of_a_file(written, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    drawing.modelspace().add_lwpolyline([(0, 0), (2, 0), (2, 2), (0, 2)], close=True, dxfattribs={"layer": "PLATE"})
+    drawing.modelspace().add_circle((1, 1), 0.5, dxfattribs={"layer": "CORE"})
+    drawing.saveas(tmp_path / "parts.dxf")
+    text = "domain: {regions: {file: parts.dxf, name: layer}}\nspacing: 0.25\n"
+    mesh, folded = mesh_case(load_case(written("case.yaml", text))).mesh.second_order()
+    rim = mesh.facets[mesh.facet_labels == mesh.labels.index("CORE-rim")]
+    assert folded == 0
+    assert len(rim) > 8
+    np.testing.assert_allclose(np.hypot(*(mesh.points[rim] - 1).T), 0.5, rtol=1e-12)
+
+
+def gap_warnings(written, keys="", spacing=0.5, **shapes):
+    written("land.geojson", features(**shapes))
+    case = load_case(
+        written("case.yaml", f"domain: {{regions: {{file: land.geojson, name: NAME{keys}}}}}\nspacing: {spacing}\n")
+    )
+    problem = prepare(case)
+    return [text for text in problem.warnings if "narrow gap" in text], problem.domain
+
+
+@pytest.mark.parametrize(("keys", "factor"), [("", 1), (", scale: 2", 2)])
+def test_narrow_gaps_that_stay_open_are_told_once_with_the_join_that_closes_them(written, keys, factor):
+    shapes = {"west": WEST, "east": shapely.box(1.003, 0, 3, 0.99), "north": NORTH}
+    (text,), domain = gap_warnings(written, keys, 0.5 * factor, **shapes)
+    assert text.startswith("land.geojson: 1 narrow gap between regions stay open, the widest (0.0")
+    join = re.search(r": set join: (\S+) to close what is not meant$", text)[1]
+    told, domain = gap_warnings(written, f"{keys}, join: {join}", 0.5 * factor, **shapes)
+    assert told == []
+    assert (domain.polygon.area, domain.hole_count) == (pytest.approx(5.75 * factor**2, rel=0.01), 1)
+
+
+def test_gaps_that_are_wide_beside_the_spacing_and_corners_between_regions_are_not_told(written):
+    wedge = shapely.Polygon([(1, 0), (3, -0.8), (3, -0.4)])
+    shapes = {"west": WEST, "east": EAST, "south": wedge, "north": NORTH}
+    assert gap_warnings(written, **shapes)[0] == []
+    shapes = {"west": WEST, "east": shapely.box(1.003, 0, 3, 1)}
+    assert len(gap_warnings(written, spacing=0.2, **shapes)[0]) == 1
+    assert gap_warnings(written, spacing=0.012, **shapes)[0] == []
