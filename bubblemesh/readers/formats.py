@@ -82,9 +82,11 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
+        part = selection.part
         if selection.repair is not None:
+            part = "all" if part is None and len(areas) == 1 else part  # pieces that a repair makes of one area
             areas = selection.repair(areas)
-        areas = chosen_areas(areas, selection.part)
+        areas = chosen_areas(areas, part)
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
