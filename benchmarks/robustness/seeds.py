@@ -135,10 +135,14 @@ SQUARE = "domain: {outer: {rectangle: [0, 0, 4, 4]}}\nspacing:\n  %s\n"
 COLLECTED = {
     **dict.fromkeys(KINDS, 1),
     **{"country": 6, "counties": 6, "icon": 12, "drawing": 14, "airfoil": 8, "graph": 4, "scan": 8, "lines": 3},
+    "faulty": 14,
 }
-WHOLE = "domain: {{file: {}, part: all}}\nspacing: {}\n"
+WHOLE = "domain: {{file: {0}, part: all}}\nspacing: {1}\n"
+REPAIRED = "domain: {{file: {0}, part: all, repair: true, simplify: {2}, smallest: {3}}}\nspacing: {1}\n"
 NEIGHBOURS = "domain: {{regions: {{file: {0}, name: NAME, join: {2}}}}}\nspacing: {1}\n"
-WAYS = {"states": NEIGHBOURS, "counties": NEIGHBOURS}
+# Cases of the files of a kind, of which each takes the next one.
+WAYS = dict.fromkeys(KINDS, (WHOLE, REPAIRED)) | dict.fromkeys(("states", "counties"), (NEIGHBOURS,))
+WAYS |= {"faulty": (REPAIRED,)}
 
 
 def _collected(folder: Path) -> dict[str, Seed]:
@@ -148,7 +152,8 @@ def _collected(folder: Path) -> dict[str, Seed]:
         for number in range(count):
             drawn = KINDS[kind].draw(folder, number, np.random.default_rng(number))
             others = sorted(path for path in folder.glob(f"{drawn.path.stem}.*") if path != drawn.path)
-            case = WAYS.get(kind, WHOLE).format(drawn.path.name, drawn.size / 5, drawn.size / 1000)
+            case = WAYS[kind][number % len(WAYS[kind])]
+            case = case.format(drawn.path.name, drawn.size / 5, drawn.size / 1000, (drawn.size / 1000) ** 2)
             files = {path.name: path.read_bytes() for path in (drawn.path, *others)}
             found[f"{kind}-{number}"] = Seed(case.encode(), files)
     return found

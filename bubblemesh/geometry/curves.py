@@ -246,6 +246,7 @@ class Splines(_Tabulated):
 
     knots: Sequence[Floats]
     slopes: Sequence[Floats | None] | None = None
+    panels: int = KNOT_PANELS  # of the arc length table between two knots
 
     @cached_property
     def _splines(self) -> "list[CubicSpline]":
@@ -269,7 +270,8 @@ class Splines(_Tabulated):
 
     def _panels(self, k: int) -> Floats:
         breaks = self._breaks.keys[self._breaks.first[k] : self._breaks.first[k + 1]] - k
-        return np.interp(np.arange(KNOT_PANELS * (len(breaks) - 1) + 1) / KNOT_PANELS, np.arange(len(breaks)), breaks)
+        ends = np.arange(self.panels * (len(breaks) - 1) + 1) / self.panels
+        return np.interp(ends, np.arange(len(breaks)), breaks)
 
     def _local(self, index: Integers, u: Floats) -> tuple[Floats, Floats]:
         """Coefficients (4, m, 2) of the cubic piece that holds u, and u - its first break (m, 1)."""

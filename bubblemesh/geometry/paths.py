@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.geometry import curves
-from bubblemesh.geometry.similarity import Similarity
+from bubblemesh.geometry.similarity import UNMOVED, Similarity
 
 Point = tuple[float, float]
 
@@ -171,6 +171,8 @@ class Ring:
 
     def moved(self, by: Similarity) -> "Ring":
         """The ring where a similarity takes it, its labels with their sides."""
+        if by == UNMOVED:  # as most files are, with very many sides
+            return self
         given = None if self.given is None else by.points(self.given)
         changes = tuple(change.moved(by) for change in self.changes)
         vertices = tuple(map(by.point, self.vertices))

@@ -30,7 +30,8 @@ class Format(NamedTuple):
     read: str  # module and function, imported when needed, that give the `FeatureCollection` of a path
     extra: str | None = None  # what of the package to install for it
     beside: tuple[str, ...] = ()  # endings of files that belong to it
-    one_layer: bool = False  # the function reads one layer, its second argument
+    one_layer: bool = False  # the function reads one layer, its last argument
+    selects: bool = False  # it takes the selection as well, and gives a geometry to what that takes only
     lines: str | None = None  # what reads open lines, where a list of points may be either
     points: str | None = None  # what reads points, likewise
     has_inner_lines: bool = False  # lines within the domain that it describes
@@ -40,12 +41,12 @@ LISTS = Format("point_lists.read_rings", lines="point_lists.read_lines", points=
 
 
 FORMATS = {
-    ".geojson": Format("simple_features.read_geojson"),
-    ".json": Format("simple_features.read_geojson"),
-    ".topojson": Format("simple_features.read_geojson"),
-    ".geojsonl": Format("simple_features.read_geojson_lines"),
-    ".geojsons": Format("simple_features.read_geojson_lines"),
-    ".ndjson": Format("simple_features.read_geojson_lines"),
+    ".geojson": Format("simple_features.read_geojson", selects=True),
+    ".json": Format("simple_features.read_geojson", selects=True),
+    ".topojson": Format("simple_features.read_geojson", selects=True),
+    ".geojsonl": Format("simple_features.read_geojson_lines", selects=True),
+    ".geojsons": Format("simple_features.read_geojson_lines", selects=True),
+    ".ndjson": Format("simple_features.read_geojson_lines", selects=True),
     ".wkt": Format("simple_features.read_wkt"),
     ".wkb": Format("simple_features.read_wkb"),
     ".csv": LISTS,
@@ -57,8 +58,8 @@ FORMATS = {
     ".node": Format("triangle.read_nodes"),
     ".dxf": Format("dxf.read_dxf", "dxf"),
     ".svg": Format("svg.read_svg", "svg"),
-    ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True),
-    ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True),
+    ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True, selects=True),
+    ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True, selects=True),
 }
 
 
@@ -81,9 +82,11 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
+        part = selection.part
         if selection.repair is not None:
+            part = "all" if part is None and len(areas) == 1 else part  # pieces that a repair makes of one area
             areas = selection.repair(areas)
-        areas = chosen_areas(areas, selection.part)
+        areas = chosen_areas(areas, part)
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
@@ -185,11 +188,10 @@ def content_of(
             raise
         library = (error.name or "").partition(".")[0]
         raise FileError(f'{library} is needed to read it: pip install "bubblemesh[{known.extra}]"') from None
-    if not known.one_layer:
-        return read(path)
-    if len(selection.layers) > 1:
+    if known.one_layer and len(selection.layers) > 1:
         raise CaseError("one layer of such a file can be read: give one")
-    return read(path, next(iter(selection.layers), None))
+    layer = [next(iter(selection.layers), None)] if known.one_layer else []
+    return read(path, *([selection] if known.selects else []), *layer)
 
 
 def _finished(path: Path, factor: float, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:

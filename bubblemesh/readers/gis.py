@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from io import BytesIO
+from itertools import repeat
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -19,7 +20,16 @@ from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import beside, read_bytes
 from bubblemesh.messages import meant, shown
 from bubblemesh.readers.degrees import is_geographic
-from bubblemesh.readers.features import NO_HEIGHTS, NO_PARTS, FeatureCollection, feature_name, feature_of, parts_of
+from bubblemesh.readers.features import (
+    NO_HEIGHTS,
+    NO_PARTS,
+    Feature,
+    FeatureCollection,
+    feature_name,
+    feature_of,
+    parts_of,
+)
+from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.simple_features import shape_of_wkb
 
 SHAPEFILE = (9994).to_bytes(4, "big")
@@ -32,7 +42,7 @@ DAMAGED = sqlite3.Error, UnicodeError  # the second where SQLite quotes bytes th
 NO_NETWORK = {"CPL_VSIL_CURL_ALLOWED_FILENAME": "none", "PROJ_NETWORK": "OFF", "GDAL_PAM_ENABLED": "NO"}
 
 
-def read_shapefile(path: Path, layer: str | None) -> FeatureCollection:
+def read_shapefile(path: Path, selection: Selection, layer: str | None) -> FeatureCollection:
     """The features of a shapefile, whose only layer has its name; errors as of `read_geopackage`."""
     content = read_bytes(path)
     if not content.startswith(SHAPEFILE):
@@ -47,10 +57,10 @@ def read_shapefile(path: Path, layer: str | None) -> FeatureCollection:
         for ending, part in parts.items():
             file.writestr(f"data{ending}", part)
     _chosen(layer, [path.stem])
-    return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system)
+    return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system, selection)
 
 
-def read_geopackage(path: Path, layer: str | None) -> FeatureCollection:
+def read_geopackage(path: Path, selection: Selection, layer: str | None) -> FeatureCollection:
     """The features of one layer, a table; FileError, or CaseError or GeometryError with the feature.
 
     Views are left out, and virtual tables refused, but for those that hold an index of the file itself: they may take
@@ -64,7 +74,7 @@ def read_geopackage(path: Path, layer: str | None) -> FeatureCollection:
     content = _plain(content)
     with _quiet("GeoPackage"):
         layer = _chosen(layer, [str(name) for name, _ in pyogrio.list_layers(content)])
-    return _features(content, layer, layer, "GeoPackage", "GPKG", _system(content, layer))
+    return _features(content, layer, layer, "GeoPackage", "GPKG", _system(content, layer), selection)
 
 
 def _plain(content: bytes) -> bytes:
@@ -131,7 +141,9 @@ def _invalid(kind: str, reason: str) -> CaseError:
     return CaseError(f"not a valid {kind}: {reason}: write it anew, with all of its parts")
 
 
-def _features(content: bytes, inside: str, layer: str, kind: str, driver: str, system: str | None) -> FeatureCollection:
+def _features(
+    content: bytes, inside: str, layer: str, kind: str, driver: str, system: str | None, selection: Selection
+) -> FeatureCollection:
     """The features of a layer, by its name ``inside`` the content, whose coordinates have some reference system.
 
     CaseError or GeometryError with the feature.
@@ -141,17 +153,21 @@ def _features(content: bytes, inside: str, layer: str, kind: str, driver: str, s
         if found != driver:
             raise _invalid(kind, f"it is read as {found}")
         meta, numbers, shapes, columns = pyogrio.raw.read(content, layer=inside, return_fids=True)
-    features = []
-    for k, (number, wkb) in enumerate(zip(numbers.tolist(), shapes, strict=True)):
-        values = {str(key): column[k] for key, column in zip(meta["fields"], columns, strict=True)}
-        properties = {key: value.item() if hasattr(value, "item") else value for key, value in values.items()}
-        name = feature_name(k, properties, "name")
-        parts = NO_PARTS if wkb is None else parts_of(shape_of_wkb(wkb, name))
-        features.append(feature_of(parts, name, layer, {"fid": number} | properties))
-    if not features:
+    fields, bare = [str(key) for key in meta["fields"]], list[Feature]()
+    rows = zip(*(column.tolist() for column in columns), strict=True) if columns else repeat(())
+    for k, (number, row) in enumerate(zip(numbers.tolist(), rows, strict=False)):
+        properties = dict(zip(fields, row, strict=True))
+        bare.append(Feature(feature_name(k, properties, "name"), layer, {"fid": number} | properties))
+    if not bare:
         raise CaseError("there are no features in it: give polygons, or lines that meet")
+
+    def with_geometry(number: int, one: Feature) -> Feature:
+        wkb = shapes[number]
+        parts = NO_PARTS if wkb is None else parts_of(shape_of_wkb(wkb, one.name))
+        return feature_of(parts, one.name, layer, one.properties)
+
     notes = (NO_HEIGHTS,) if "Z" in str(meta["geometry_type"]).upper().split() else ()
-    return FeatureCollection(tuple(features), notes, degrees=is_geographic(system))
+    return FeatureCollection(selection.converted(bare, with_geometry), notes, degrees=is_geographic(system))
 
 
 def _chosen(layer: str | None, layers: list[str]) -> str:

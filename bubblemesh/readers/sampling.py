@@ -11,6 +11,7 @@ SEAM = 1e-4  # of a closed curve's parameter, beside its start
 SMOOTH_TURN = 0.01  # radians over the seam
 ACCURACY = 1e-6  # of the curve's extent: how far the spline may be from it
 FEWEST, MOST_DOUBLINGS = 8, 9  # of the intervals between points
+PANELS = 8  # of the table of arc lengths in an interval: enough to compare distances
 
 
 def splines(curve: Callable[[Floats], Floats]) -> list[Floats]:
@@ -43,7 +44,7 @@ def _departure(points: Floats, between: Floats) -> float:
 
     if (np.diff(points, axis=0) == 0).all(axis=1).any():
         return 0.0
-    spline = Splines([points])
+    spline = Splines([points], panels=PANELS)
     samples = 64 * (len(points) - 1)
     s = np.linspace(0, spline.lengths[0], samples + 1)
     dense = spline.points(np.zeros(len(s), int), s)

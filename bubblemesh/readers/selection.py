@@ -1,6 +1,6 @@
 """Choice of features of a file with geometry, and of its unit of length."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -58,6 +58,16 @@ class Selection:
         for key, value in (self.feature or {}).items():
             found = _with_property(found, key, value)
         return found
+
+    def converted(
+        self, bare: "Sequence[Feature]", convert: "Callable[[int, Feature], Feature]"
+    ) -> "tuple[Feature, ...]":
+        """Features with what ``convert`` makes of those to take, by their numbers; the others stay as bare as they are.
+
+        So one of very many takes little time. Errors as of `of`.
+        """
+        taken = set(map(id, self.of(bare)))
+        return tuple(convert(number, one) if id(one) in taken else one for number, one in enumerate(bare))
 
     def _on_layers(self, features: "Sequence[Feature]") -> "list[Feature]":
         known = sorted({str(one.layer) for one in features if one.layer is not None})

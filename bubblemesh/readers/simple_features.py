@@ -22,6 +22,7 @@ from bubblemesh.readers.features import (
     feature_of,
     parts_of,
 )
+from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.topojson import entries_of
 
 DEPTHS = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
@@ -32,19 +33,19 @@ SYSTEM = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
 CURVED = "its curves (arcs) are not read: turn them into lines first, as ST_CurveToLine does"
 
 
-def read_geojson(path: Path) -> FeatureCollection:
+def read_geojson(path: Path, selection: Selection) -> FeatureCollection:
     """The features of a GeoJSON or TopoJSON file; FileError, or CaseError with the feature."""
     advice = "the file may be cut off, or be no GeoJSON (one with an object in each line is called .geojsonl)"
     data = _parsed(read_text(path), advice)
     if isinstance(data, dict) and data.get("type") == "Topology":
-        return _collection(entries_of(data))
+        return _collection(entries_of(data), selection)
     entries = data.get("features") if isinstance(data, dict) and data.get("type") == "FeatureCollection" else [data]
     if not isinstance(entries, list):
         raise CaseError("the FeatureCollection has no list of features: give it one")
-    return _collection(entries)
+    return _collection(entries, selection)
 
 
-def read_geojson_lines(path: Path) -> FeatureCollection:
+def read_geojson_lines(path: Path, selection: Selection) -> FeatureCollection:
     """The features of a file with a GeoJSON object in each line; FileError, or CaseError with the feature or line."""
     entries: list[Any] = []
     for number, line in enumerate(read_text(path).split("\n"), start=1):
@@ -55,7 +56,7 @@ def read_geojson_lines(path: Path) -> FeatureCollection:
             whole = isinstance(entry, dict) and entry.get("type") == "FeatureCollection"
             some = entry.get("features") if whole else [entry]
             entries += some if isinstance(some, list) else [entry]
-    return _collection(entries)
+    return _collection(entries, selection)
 
 
 def _parsed(text: str, advice: str) -> Any:
@@ -81,27 +82,33 @@ def _whole(digits: str) -> int | float:
     return int(digits) if len(digits) <= MOST_DIGITS else float(digits)
 
 
-def _collection(entries: list[Any]) -> FeatureCollection:
-    notes: dict[str, None] = {}
-    found = tuple(_feature(entry, k, notes) for k, entry in enumerate(entries))
-    if not found:
+def _collection(entries: list[Any], selection: Selection) -> FeatureCollection:
+    if not entries:
         raise CaseError("there are no features in it: give a Polygon, or lines that meet")
+    notes: dict[str, None] = {}
+    bare = [_bare(entry, k) for k, entry in enumerate(entries)]
+    found = selection.converted(bare, lambda number, one: _with_geometry(one, entries[number], notes))
     return FeatureCollection(found, tuple(notes), degrees=None)
 
 
-def _feature(entry: Any, number: int, notes: dict[str, None]) -> Feature:
-    """The feature of one entry; what is left out of it is added to the notes."""
+def _bare(entry: Any, number: int) -> Feature:
+    """The feature of one entry without its geometry."""
     if not isinstance(entry, dict):
         raise CaseError(f"feature {number}: not a GeoJSON object (found {shown(json.dumps(entry))})")
     properties: dict[str, Any] = {}
-    geometry: Any = entry
     if entry.get("type") == "Feature":
-        given, geometry = entry.get("properties"), entry.get("geometry")
+        given = entry.get("properties")
         properties = ({"id": entry["id"]} if "id" in entry else {}) | (given if isinstance(given, dict) else {})
-    name = feature_name(number, properties, "name", "id")
     layer = properties.get("layer", properties.get("Layer"))
-    parts = NO_PARTS if geometry is None else _parts(geometry, name, notes)
-    return feature_of(parts, name, None if layer is None else str(layer), properties)
+    name = feature_name(number, properties, "name", "id")
+    return Feature(name, None if layer is None else str(layer), properties)
+
+
+def _with_geometry(bare: Feature, entry: dict[str, Any], notes: dict[str, None]) -> Feature:
+    """The feature with the geometry of its entry; what is left out of it is added to the notes."""
+    geometry = entry.get("geometry") if entry.get("type") == "Feature" else entry
+    parts = NO_PARTS if geometry is None else _parts(geometry, bare.name, notes)
+    return feature_of(parts, bare.name, bare.layer, bare.properties)
 
 
 def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> Parts:

@@ -5,7 +5,9 @@ import re
 import pytest
 from geometry_files import domain
 
+from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
+from bubblemesh.problem.domain import case_domain
 
 GAPS = "LINESTRING (0 0, 4 0)\nLINESTRING (4 0.01, 4 3)\nLINESTRING (3.98 3, 0 3)\nLINESTRING (0 3, 0 0)"
 BESIDE = "LINESTRING (1 1, 2 1)\nLINESTRING (0 0, 4 0, 4 3, 0 3, 0 0)\nLINESTRING (1 2, 2 2, 2 2.5, 1 2)"
@@ -41,3 +43,14 @@ def test_features_that_close_by_themselves_are_named_the_widest_first(written):
 
 def test_of_chosen_features_no_number_is_named(written):
     assert "closes by itself" not in message(written("a.wkt", BESIDE), feature=0)
+
+
+def test_repair_keeps_all_pieces_of_what_was_one_area(written):
+    written("a.wkt", "POLYGON ((0 0, 2 2, 2 0, 0 2, 0 0))")
+    text = "domain: {{file: a.wkt{}}}\nspacing: 0.5\n"
+    with pytest.raises(GeometryError, match=r"crosses or touches itself at \(1, 1\).*repair: true in domain mends it"):
+        case_domain(load_case(written("case.yaml", text.format(""))))
+    found = case_domain(load_case(written("case.yaml", text.format(", repair: true"))))
+    assert (found.piece_count, found.polygon.area) == (2, 2)
+    found = case_domain(load_case(written("case.yaml", text.format(", repair: true, part: 1"))))
+    assert (found.piece_count, found.polygon.area) == (1, 1)

@@ -7,7 +7,7 @@ import shapely
 from geometry_files import HOLE, PLATE, SQUARE, WKT, area, collection, domain, labels_of
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
-from bubblemesh.readers.formats import read_rings
+from bubblemesh.readers.formats import read_areas, read_rings
 from bubblemesh.readers.selection import Selection
 
 POINT = {"type": "Point", "coordinates": [9, 9, 3]}
@@ -158,3 +158,18 @@ class TestSlips:
         path = written("a.wkt", lines + lines.splitlines()[0] + "\nLINEARRING (1 1, 2 1, 2 2, 1 1)" * 2)
         assert area(path) == pytest.approx(15.5)
         assert notes_of(path) == ["3 double lines dropped, the first at (0, 4)".replace("(0, 4)", "(0, 0)")]
+
+
+def test_only_the_features_that_are_taken_are_looked_at(tmp_path):
+    square, broken = [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]], [[[0, 0], ["x", 1]]]
+    features = [
+        {"type": "Feature", "properties": {"NAME": name}, "geometry": {"type": "Polygon", "coordinates": rings}}
+        for name, rings in (("a", broken), ("b", square))
+    ]
+    path = tmp_path / "a.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    (found,) = read_areas(path, Selection(feature={"NAME": "b"}))
+    assert len(found.outer.vertices) == 4
+    assert read_areas(path, Selection(feature=1))[0] == found
+    with pytest.raises(CaseError, match="no pair of numbers"):
+        read_areas(path, Selection(feature=0))
