@@ -9,8 +9,8 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError, about
+from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
-from bubblemesh.geometry.arrangement.outside import without_outside
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary

@@ -127,9 +127,9 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
 
 def _regions_of_file(keys: RegionFile) -> list[Area]:
     """Areas of a file that share borders, with their names."""
-    for key in ("corners", "part"):
+    for key, advice in (("corners", "simplify: LENGTH leaves out vertices of both at once"), ("part", "leave it out")):
         if getattr(keys, key) is not None:
-            raise CaseError(f"{key} is not for regions that share borders: leave it out")
+            raise CaseError(f"{key} is not for regions that share borders: {advice}")
     found = read_regions(Path(keys.file), selection_of(keys), keys.name)
     return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
 

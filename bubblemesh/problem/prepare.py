@@ -95,7 +95,10 @@ def check_spacing(
         filled = with_narrow_parts_filled(
             domain, rules, Unfilled(after_periodic, short.joined(coarse), for_packing, expected), max_nodes
         )
-        detail = Detail(short, coarse, filled.gaps, filled.spacing, survey.ideal_nodes, filled.expected_nodes)
+        from_files = any(region.area.outer.origin for region in domain.parts.regions)
+        detail = Detail(
+            short, coarse, filled.gaps, filled.spacing, survey.ideal_nodes, filled.expected_nodes, from_files
+        )
         told = (
             *domain.notes,
             *request.warnings,

@@ -27,6 +27,7 @@ FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
 MANY_TIMES = 2.0  # the nodes of a spacing: what takes more of them is told
 SEVERAL = 24  # short edges that may follow a curve
+SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 
 
 def sharp_angles(domain: Domain) -> list[str]:
@@ -107,18 +108,25 @@ class Detail(NamedTuple):
     spacing: LimitedSpacing  # of the packing
     ideal_nodes: float  # of the spacing that the case asks for
     expected_nodes: float
+    regions_of_files: bool  # whether there are such
 
 
 def detail(found: Detail) -> list[str]:
-    """Warnings of short edges and tight curves that made the spacing finer; one if all detail takes many nodes."""
+    """Warnings of short edges and tight curves that made the spacing finer; one if all detail takes many nodes.
+
+    Rings of regions that share borders are not followed as curves: where a file has such, they can be simplified.
+    """
     at, steep = found.spacing.ratio_at, found.spacing.steepest is not None  # which takes nodes as well, and is told
     edges = f"{counted(len(found.short) // 2, 'boundary edge')} shorter than the spacing"
     causes = {edges: found.short, "tight curves": found.coarse, "narrow parts": found.gaps}
     few = found.expected_nodes < MANY_TIMES * found.ideal_nodes
     if few or at is None or steep or not any(map(len, causes.values())):
         return refined_boundary(found.short, found.coarse)
+    wanted = found.spacing.ratio * float(found.spacing.spacing(np.array([at]))[0])
+    simplify = f"simplify: {SIMPLE * wanted:.1g} in the file leaves out vertices of short edges"
+    corners = "corners: 30 in the ring or file takes short edges for curves"
     keys = {
-        "corners: 30 in the ring or file takes short edges for curves": len(found.short) >= 2 * SEVERAL,
+        simplify if found.regions_of_files else corners: len(found.short) >= 2 * SEVERAL,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)

@@ -6,15 +6,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from ezdxf import recover
 from ezdxf.filemanagement import readfile
 from ezdxf.lldxf.const import DXFError
+from ezdxf.xclip import XClip
 
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.files import read_bytes
-from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.paths import Ring, as_point
 from bubblemesh.messages import counted, place, shown
-from bubblemesh.readers.dxf_curves import CURVES, FILLS, Curves
+from bubblemesh.readers.dxf_curves import CURVES, FILLS, Curves, polyline_corners
 from bubblemesh.readers.features import (
     FILL,
     HIDDEN,
@@ -55,6 +57,8 @@ class _Walk:
     drawing: Any
     drawn: int = 0  # size of what blocks draw
     unused: dict[str, list[Any]] = field(default_factory=dict)  # entities that make no curve, by what they are
+    clipped: int = 0  # blocks of which a part is to be seen
+    flat: int = 0  # blocks with a scale of 0
 
 
 def read_dxf(path: Path) -> FeatureCollection:
@@ -101,6 +105,10 @@ def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
         raise CaseError(
             f"there are no curves in its model space{''.join(f'; {note}' for note in unused)}{_paper(drawing)}"
         )
+    if walk.flat:
+        notes += (f"{counted(walk.flat, 'block')} with a scale of 0 drawn as with 1",)
+    if walk.clipped:
+        notes += (f"{counted(walk.clipped, 'block')} clipped (XCLIP) drawn whole: clips are not applied",)
     notes += (NO_HEIGHTS,) if len(heights) > 1 else ()
     notes += (f"the width of {counted(wide, 'polyline')} is not used: their middle lines are",) if wide else ()
     return FeatureCollection(tuple(features), unused + notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
@@ -138,12 +146,22 @@ def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool) -> Iterator[_F
         walk.unused.setdefault("XREF (another drawing: bind it)", []).append(entity)
         return
     _count(walk, entity.mcount)
+    walk.flat += _scaled(entity) and not hidden
+    walk.clipped += XClip(entity).is_clipping_enabled and not hidden
 
     def skipped(inner: Any, reason: str) -> None:
         walk.unused.setdefault(f"{inner.dxftype()} of a block that is drawn askew", []).append(inner)
 
     for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
         yield from _entities(walk, one.virtual_entities(skipped_entity_callback=skipped), depth + 1, hidden)
+
+
+def _scaled(entity: Any) -> bool:
+    """Whether an insert had scales of 0 in the plane; those of 1 take their place, as they do for heights."""
+    zero = [key for key in ("xscale", "yscale", "zscale") if entity.dxf.get(key, 1.0) == 0]
+    for key in zero:
+        entity.dxf.set(key, 1.0)
+    return any(key != "zscale" for key in zero)
 
 
 def _count(walk: _Walk, size: int) -> None:
@@ -217,4 +235,14 @@ def _feature(found: _Found) -> Feature:
     if not made:
         return replace(feature, slips=Slips(flat=1) if kind in FILLS else Slips(doubles=1))
     rings = tuple(replace(one, origin=name) for one in made if isinstance(one, Ring))
-    return replace(feature, rings=rings, curves=tuple(one for one in made if isinstance(one, CompoundCurve)))
+    curves = tuple(one for one in made if isinstance(one, CompoundCurve))
+    return replace(feature, rings=rings, curves=curves, slips=_doubles(kind, entity))
+
+
+def _doubles(kind: str, entity: Any) -> Slips:
+    """Vertices of a polyline that are given twice in a row; one that closes it may be."""
+    if kind not in ("LWPOLYLINE", "POLYLINE"):
+        return Slips()
+    points = np.array(polyline_corners(entity), float)[:, :2]
+    same = (np.diff(points, axis=0) == 0).all(axis=1)
+    return Slips(doubles=int(same.sum()), first=as_point(points[:-1][same][0])) if same.any() else Slips()

@@ -86,16 +86,23 @@ def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -
     return [CompoundCurve(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)]
 
 
-def _lwpolyline(entity: Any, name: str, label: str | None) -> Curves:
-    corners = [tuple(point) for point in entity.get_points("xyb")]
-    return _bulged(corners, entity.is_closed, _mirrored(entity), name, label)
-
-
 def _polyline(entity: Any, name: str, label: str | None) -> Curves:
+    turn = 1.0 if _is_in_space(entity) else _mirrored(entity)
+    return _bulged(polyline_corners(entity), entity.is_closed, turn, name, label)
+
+
+def _is_in_space(entity: Any) -> bool:
+    """Whether the coordinates of a polyline are those of the world."""
+    return entity.dxftype() == "POLYLINE" and bool(entity.is_3d_polyline)
+
+
+def polyline_corners(entity: Any) -> list[tuple[float, float, float]]:
+    """Corners of a polyline (x, y, bulge)."""
+    if entity.dxftype() == "LWPOLYLINE":
+        return [tuple(point) for point in entity.get_points("xyb")]
     vertices = [vertex for vertex in entity.vertices if not vertex.dxf.flags & FRAME]
-    solid = entity.is_3d_polyline  # its coordinates are those of the world
-    corners = [(*vertex.dxf.location.vec2, 0.0 if solid else vertex.dxf.get("bulge", 0.0)) for vertex in vertices]
-    return _bulged(corners, entity.is_closed, 1.0 if solid else _mirrored(entity), name, label)
+    solid = _is_in_space(entity)
+    return [(*vertex.dxf.location.vec2, 0.0 if solid else vertex.dxf.get("bulge", 0.0)) for vertex in vertices]
 
 
 def _solid(entity: Any, name: str, label: str | None) -> Curves:
@@ -212,7 +219,7 @@ CURVES: dict[str, Callable[[Any, str, str | None], Curves]] = {
     "CIRCLE": _circle,
     "ELLIPSE": _ellipse,
     "SPLINE": _spline,
-    "LWPOLYLINE": _lwpolyline,
+    "LWPOLYLINE": _polyline,
     "POLYLINE": _polyline,
 }
 FILLS: dict[str, Callable[[Any, str, str | None], Curves]] = {

@@ -12,7 +12,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import OpenPath, Point
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant
-from bubblemesh.readers.copies import without_copies
+from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, content_of, length_notes
 from bubblemesh.readers.selection import Selection

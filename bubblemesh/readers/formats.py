@@ -17,9 +17,9 @@ from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
-from bubblemesh.readers.bounding import bounding, joining_of
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
+from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.regions import named_areas
 from bubblemesh.readers.selection import METRES, Selection
 

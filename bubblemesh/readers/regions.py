@@ -17,8 +17,8 @@ from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_of
-from bubblemesh.readers.bounding import bounding, joining_of
 from bubblemesh.readers.features import REGION, Feature
+from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.selection import Selection
 
 LAYER = "layer"  # name of the property that a feature's layer is

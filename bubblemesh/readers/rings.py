@@ -14,7 +14,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted, place
-from bubblemesh.readers.copies import without_copies
+from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.open_curves import on_rings
 from bubblemesh.readers.slips import Slips, clean_loop

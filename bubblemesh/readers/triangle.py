@@ -11,7 +11,7 @@ from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
-from bubblemesh.readers.copies import without_copies
+from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import (
     INNER,
     NO_PARTS,

@@ -217,6 +217,28 @@ class TestBlocks:
         with pytest.raises(LimitError, match="its blocks draw more than"):
             domain(drawn(draw))
 
+    @pytest.mark.parametrize("form", ["asc", "bin"])
+    def test_scales_of_zero_clips_and_doubled_vertices_are_counted(self, drawn, form):
+        from ezdxf.xclip import XClip
+
+        def draw(document):
+            document.blocks.new("HOLE").add_circle((0, 0), 0.5)
+            space = document.modelspace()
+            space.add_lwpolyline([SQUARE[0], *SQUARE, SQUARE[-1], SQUARE[0]], close=True)
+            for x, key in ((1, "xscale"), (3, "yscale"), (1.5, "zscale")):
+                space.add_blockref("HOLE", (x, 3 if x != 1.5 else 1.5)).dxf.__dict__[key] = (
+                    0.0  # the library refuses it
+                )
+            XClip(space.add_blockref("HOLE", (3, 1))).set_block_clipping_path([(-1, -1), (1, 1)])
+
+        path = drawn(draw, form=form)
+        assert area(path) == pytest.approx(16 - np.pi, rel=1e-2)
+        assert notes_of(path) == [
+            "2 blocks with a scale of 0 drawn as with 1",
+            "1 block clipped (XCLIP) drawn whole: clips are not applied",
+            "2 duplicate points dropped, the first at (0, 0)",
+        ]
+
     def test_scales_of_zero_count_as_one(self, drawn):
         def draw(document):
             space = self.plate(document)

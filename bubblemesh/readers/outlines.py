@@ -8,12 +8,12 @@ from typing import NamedTuple
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import counted
+from bubblemesh.readers.advice import ways_out
 from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
 from bubblemesh.readers.linework import rings_of_linework
 from bubblemesh.readers.rings import Joining, rings_of_curves
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
-from bubblemesh.readers.ways_out import ways_out
 
 
 class Bounding(NamedTuple):
