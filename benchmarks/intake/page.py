@@ -24,8 +24,8 @@ nothing in it was changed to suit the readers. Each file is meshed as `domain: {
 thirtieth of its size; if it is refused, it is tried once more with the key that the message names, taken from its
 text. Every mesh is checked by code of its own (triangles counter-clockwise, no node unused or double, boundary edges
 are the free edges and do not cross), and its area is compared with that of what was drawn, where one part or all of
-them were asked for. Times are seconds of the processor from the case to the mesh, on a computer that was busy with other
-runs, for meshes of at least 500 nodes.
+them were asked for. Times are seconds of the processor from the case to the mesh, on a computer that was busy with
+other runs, for meshes of at least 500 nodes.
 
 """
 
