@@ -62,3 +62,13 @@ def test_lines_that_lie_on_each_other_leave_no_point_twice(written):
     found = case_domain(load_case(written("case.yaml", "domain: {file: a.wkt, repair: true}\nspacing: 0.1\n")))
     assert found.polygon.area == pytest.approx(0.7)
     assert len(found.boundary.corners) == 6
+
+
+@pytest.mark.parametrize("x", [0.4, 0.8, -0.4])
+def test_polygons_that_overlap_are_no_holes_of_each_other(written, x):
+    corners = [(x, 0), (x + 2, 0), (x + 2, 1.9), (x, 1.9)]
+    ring = ", ".join(f"{a} {b}" for a, b in [*corners, corners[0]])
+    path = written("a.wkt", f"MULTIPOLYGON (((0 0, 2 0, 2 2, 0 2, 0 0)), (({ring})))")
+    assert domain(path, part="largest").polygon.area == 4
+    found = case_domain(load_case(written("case.yaml", "domain: {file: a.wkt, repair: true}\nspacing: 0.5\n")))
+    assert found.polygon.area == pytest.approx(4 + 1.9 * abs(x))
