@@ -17,6 +17,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
 NARROW = 0.95  # spacings are not narrower than what is wanted
+POOR = 0.6  # spacings: triangles across what is wider are good as they are
 APART_IN_GAP, FARTHEST_IN_GAP = (
     0.3,
     1.5,
@@ -42,6 +43,7 @@ class GapSources:
     growth: float  # of the spacing from the sources, per length
     least: Callable[[Floats], Floats]  # finest size (k,) that is of use at places (k, 2)
     max_nodes: float = np.inf
+    narrow: float = NARROW  # parts in terms of what is wanted, below which something is done
 
     def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
         """Sources where the spacing is too coarse.
@@ -91,7 +93,7 @@ class GapSources:
     def _narrow(self, found: Gaps, d: Floats) -> tuple[Gaps, Floats]:
         """The gaps that are too narrow for the spacing d (m,) at the places, and the sizes (k,) that they need."""
         size = np.maximum(found.widths / self.across, self.least(found.places))
-        narrow = size < NARROW * d[found.number]
+        narrow = size < self.narrow * d[found.number]
         return select(found, narrow), size[narrow]
 
     def _apart(self, size: Floats) -> Floats:

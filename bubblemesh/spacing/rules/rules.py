@@ -12,7 +12,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.spacing.rules.gap_sources import GapSources, NarrowPlace
+from bubblemesh.spacing.rules.gap_sources import POOR, GapSources, NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_intervals, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -59,7 +59,7 @@ class Rules:
         if self.across is not None:
             return Sources.none(), None
         growth = STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
-        return GapSources(ACROSS, growth, self._least, max_nodes).affordable(domain, spacing)
+        return GapSources(ACROSS, growth, self._least, max_nodes, POOR).affordable(domain, spacing)
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)
