@@ -30,5 +30,5 @@ class RepairKeys(Strict):
     smallest: Positive | None = Field(default=None, description="Leave out islands and holes of less area than this.")
     simplify: Positive | None = Field(
         default=None,
-        description="Leave out vertices of straight sides, where that moves the ring by about this length.",
+        description="Leave out vertices of straight sides that are no farther than this length from the ring left.",
     )

@@ -25,6 +25,7 @@ from bubblemesh.messages import counted
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
+HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 
 @dataclass(frozen=True)
@@ -328,32 +329,50 @@ def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Wo
 
 
 def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -> list[shapely.Polygon]:
-    """The polygons with fewer vertices, common sides alike; rings with curves stay as they are.
+    """The polygons with fewer vertices, none of them farther than ``length`` from the rings that are left.
 
-    The algorithm of Visvalingam and Whyatt, by which no rings cross afterwards. GeometryError if they do before.
+    The algorithm of Ramer, Douglas and Peucker; where areas have common sides, which stay so, that of Visvalingam and
+    Whyatt. No rings cross afterwards; GeometryError if they do before. Rings with curves stay as they are.
     """
     given = np.array(shapes, dtype=object)
     if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
         raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
-    found = []
-    for before, after in zip(given, shapely.coverage_simplify(given, length), strict=True):
-        mixed = _with_curves_kept(before, after, work)
-        found.append(mixed if mixed.is_valid else before)
-    sparse = np.array(found, dtype=object)
-    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
-    if left == count:
-        return list(given)
     points = shapely.get_coordinates(given)
-    rims = shapely.get_coordinates(shapely.get_rings(sparse), return_index=True)
-    same = np.flatnonzero(np.diff(rims[1]) == 0)
-    tree = shapely.STRtree(shapely.linestrings(np.stack([rims[0][same], rims[0][same + 1]], axis=1)))
-    _, off = tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)
+    for tolerance in length * 0.5 ** np.arange(HALVINGS):
+        found = []
+        for before, after in zip(given, _sparser(given, tolerance), strict=True):
+            mixed = _with_curves_kept(before, after, work)
+            found.append(mixed if mixed.is_valid else before)
+        sparse = np.array(found, dtype=object)
+        off = _from_rings(points, sparse)
+        if off.max() <= length:
+            break
+    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
+    if left == count or off.max() > length:
+        return list(given)
     told = f"{count - left:,} of {count:,} vertices left out, up to {off.max():.3g} off"
     area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
     work.note(
         told, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
     )
     return found
+
+
+def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely.Polygon]:
+    """The polygons with fewer vertices; the tolerance is a length for areas apart, else the root of an area."""
+    neighbours = shapely.STRtree(given).query(given, predicate="touches")[0]
+    if len(neighbours):
+        return list(shapely.coverage_simplify(given, tolerance))
+    made = shapely.get_parts(shapely.simplify(shapely.multipolygons(given), tolerance))
+    return list(made) if len(made) == len(given) else list(given)
+
+
+def _from_rings(points: Floats, shapes: "NDArray[np.object_]") -> Floats:
+    """Distances (n,) of points (n, 2) from the nearest side of any of the polygons."""
+    rims, ring = shapely.get_coordinates(shapely.get_rings(shapes), return_index=True)
+    same = np.flatnonzero(np.diff(ring) == 0)
+    tree = shapely.STRtree(shapely.linestrings(np.stack([rims[same], rims[same + 1]], axis=1)))
+    return np.asarray(tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)[1])
 
 
 def _with_curves_kept(before: shapely.Polygon, after: shapely.Polygon, work: _Work) -> shapely.Polygon:

@@ -25,7 +25,7 @@ class Slivers(NamedTuple):
 def slivers(shapes: Shapes, names: Sequence[str], width: float) -> Slivers:
     """Gaps up to a ``width`` between valid polygons (n,) of different names that are longer than wide."""
     none = Slivers(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2), np.int64))
-    if len(set(names)) < 2 or shapely.coverage_is_valid(shapes, width):
+    if len(set(names)) < 2:
         return none
     size = float(np.ptp(shapely.total_bounds(shapes).reshape(2, 2), axis=0).max())
     whole = shapely.union_all(shapes)

@@ -9,13 +9,16 @@ import shapely
 from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, turns
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
+
+MOST_CROSSINGS = 20_000  # of subpaths: a few seconds
+BATCH = 100  # chords that are looked at together, for the memory that it takes
 
 
 class Filled(NamedTuple):
@@ -39,6 +42,7 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
         dropped = len(loops) - int(kept.sum())
         what = f"{counted(dropped, 'subpath')} within what is filled left out, by fill-rule nonzero"
         return Filled([loop for loop, keep in zip(loops, kept, strict=True) if keep], [], (what,) if dropped else ())
+    _require_few_crossings(outlines, loops[0].name)
     bounding = [loop for loop, points in zip(loops, outlines, strict=True) if np.ptp(points, axis=0).any()]
     straight = ""
     try:
@@ -53,9 +57,23 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
     )
 
 
+def _require_few_crossings(outlines: Sequence[Floats], name: str) -> None:
+    """LimitError if closed polylines through points (m, 2) cross so often that it would take minutes to unite them."""
+    lines = shapely.linestrings(_chords(outlines))
+    tree, count = shapely.STRtree(lines), 0
+    for first in range(0, len(lines), BATCH):
+        count += len(tree.query(lines[first : first + BATCH], predicate="crosses")[0])
+        if count > 2 * MOST_CROSSINGS:
+            raise LimitError(f"{name}: its subpaths cross in more than {MOST_CROSSINGS:,} places: simplify it")
+
+
+def _chords(outlines: Sequence[Floats]) -> Floats:
+    return np.concatenate([np.stack([points, np.roll(points, -1, axis=0)], axis=1) for points in outlines])
+
+
 def _enclosed_by_chords(outlines: Sequence[Floats], rule: FillRule, label: str | None) -> list[Area]:
     """Areas that closed polylines through points (m, 2) enclose by a rule."""
-    chords = np.concatenate([np.stack([points, np.roll(points, -1, axis=0)], axis=1) for points in outlines])
+    chords = _chords(outlines)
     faces = shapely.get_parts(shapely.polygonize([shapely.union_all(shapely.linestrings(chords))]))
     spots = shapely.get_coordinates(shapely.point_on_surface(faces))
     whole = shapely.union_all(faces[FILL_RULES[rule](turns(chords, spots))])

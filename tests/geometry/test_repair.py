@@ -144,3 +144,17 @@ def test_nodes_slide_along_what_is_left_of_curves():
     assert len(made.outer.sides) == 4 + 2
     assert len([side for side in made.outer.sides if side.label == "cut"]) == 1
     assert area([made]) == pytest.approx(16 - np.pi / 2, abs=1e-3)
+
+
+@pytest.mark.parametrize("neighbours", [1, 2])
+def test_no_vertex_is_farther_from_a_simplified_ring_than_allowed(neighbours):
+    random = np.random.default_rng(1)
+    border = [(x, 0.3 * random.standard_normal()) for x in np.linspace(0, 20, 200)]
+    sides = [[*border, (20, 9), (0, 9)], [*border, (20, -9), (0, -9)]][:neighbours]
+    areas = [Area(rings.polygon(side)) for side in sides]
+    for length in (0.05, 0.4):
+        made = Repair(simplify=length)(areas)
+        left = shapely.union_all([shapely.Polygon(one.outer.vertices).exterior for one in made])
+        off = shapely.distance(shapely.points(border), left)
+        assert off.max() <= length
+        assert sum(len(one.outer.vertices) for one in made) < sum(map(len, sides))

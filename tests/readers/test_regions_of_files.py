@@ -358,3 +358,13 @@ def test_short_edges_of_shared_borders_name_a_key_that_works(written):
     assert sum(sizes(after.domain).values()) == pytest.approx(6, rel=1e-9)
     with pytest.raises(CaseError, match="corners is not for regions that share borders: simplify: LENGTH leaves out"):
         prepare(load_case(written("case.yaml", text.format(", corners: 30"))))
+
+
+def test_gaps_around_all_regions_are_told_with_a_join_that_makes_them_one_piece(written):
+    boxes = {f"box {i}{j}": shapely.box(i + 2e-3, j + 2e-3, i + 1, j + 1) for i in range(3) for j in range(2)}
+    (text,), domain = gap_warnings(written, **boxes)
+    assert domain.piece_count == 6
+    join = re.search(r"set join: (\S+) to close", text)[1]
+    told, domain = gap_warnings(written, f", join: {join}", **boxes)
+    assert told == []
+    assert (domain.piece_count, domain.hole_count) == (1, 0)

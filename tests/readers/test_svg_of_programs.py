@@ -5,6 +5,7 @@ import pytest
 import shapely
 from geometry_files import area, domain
 
+from bubblemesh.errors import LimitError
 from bubblemesh.geometry.paths import Arc, Line
 from bubblemesh.readers.formats import read_areas, read_rings
 from bubblemesh.readers.selection import Selection
@@ -80,6 +81,12 @@ class TestFills:
         path = drawing(written, '<path d="M0 0H10V10H0ZM10.000001 2H20V8H9Z"/>')
         assert "of straight lines, since" in notes_of(path)[0]
         assert area(path) == pytest.approx(100 + 60, rel=0.05)
+
+    def test_subpaths_that_cross_too_often_are_refused(self, written):
+        points = np.random.default_rng(0).random((500, 2)) * 20
+        path = drawing(written, f'<path d="M{"L".join(f"{x:.4f} {y:.4f}" for x, y in points)}Z"/>')
+        with pytest.raises(LimitError, match="its subpaths cross in more than 20,000 places: simplify it"):
+            area(path)
 
     def test_a_star_drawn_in_one_line(self, written):
         turn = np.radians(90 + 144 * np.arange(5))
