@@ -114,7 +114,7 @@ def test_the_page_counts_what_gets_in(tmp_path):
     path = tmp_path / "rows.jsonl"
     path.write_text("\n".join(map(json.dumps, rows)))
     text = page(path)
-    assert "Of 2 files of 1 kinds 2 hold an area; of those 1 mesh, which is 50.0%. No crashes or no end" in text
+    assert "Of 2 files of 1 kinds 2 hold an area; of those 1 mesh, which is 50.0%. 0 ended in a crash" in text
     assert f"| lake | {KINDS['lake'].about} | 2 | 1 | 0 | 1 | 10.0 | 0.70 |" in text
     assert "| 1 | yes | open ends | a.wkt |" in text
 

@@ -24,7 +24,8 @@ nothing in it was changed to suit the readers. Each file is meshed as `domain: {
 thirtieth of its size; if it is refused, it is tried once more with the key that the message names, taken from its
 text. Every mesh is checked by code of its own (triangles counter-clockwise, no node unused or double, boundary edges
 are the free edges and do not cross), and its area is compared with that of what was drawn, where one part or all of
-them were asked for.
+them were asked for. Times are seconds of the processor from the case to the mesh, on a computer that was busy with
+other runs, for meshes of at least 500 nodes.
 
 """
 
@@ -39,13 +40,9 @@ def page(rows_path: Path) -> str:
     share = (
         f"Of {len(rows)} files of {len({row['kind'] for row in rows})} kinds {len(hold)} hold an area; of those "
         f"{len(meshed)} mesh, which is {len(meshed) / max(len(hold), 1):.1%}. "
-        f"{_many(crashes, 'crash', 'es')} or no end; {_many(len(wrong), 'mesh', 'es')} with something wrong.\n\n"
+        f"{crashes} ended in a crash or not at all, and {len(wrong)} meshes have something wrong.\n\n"
     )
     return HEAD + share + "\n".join([*_table(rows), "", *_stopped(rows), *_wrong(wrong)]) + "\n"
-
-
-def _many(number: int, noun: str, ending: str) -> str:
-    return f"{number or 'No'} {noun}{'' if number == 1 else ending}"
 
 
 def _table(rows: Iterable[Row]) -> Iterator[str]:

@@ -23,10 +23,15 @@ def shapes_of(areas: Sequence[Area]) -> Shapes:
     )
 
 
-def nested(areas: Sequence[Area]) -> list[Area]:
-    """Areas where those within others count as holes of them, those within such holes as areas again, and so on."""
+def nested(areas: Sequence[Area], whole: int = 0) -> list[Area]:
+    """Areas where those within others count as holes of them, those within such holes as areas again, and so on.
+
+    The first ``whole`` ones are areas of their own: one that lies only partly within another is no hole of it.
+    """
     shapes = shapes_of(areas)
-    within, _ = _enclosed(shapes, shapes)
+    within, around = _enclosed(shapes, shapes)
+    partly = (within < whole) & (around < whole) & ~shapely.covers(_solid(shapes[around]), shapes[within])
+    within = within[~partly]
     removed = np.bincount(within, minlength=len(areas)) % 2 == 1
     kept = [area for area, away in zip(areas, removed, strict=True) if not away]
     taken = [area for area, away in zip(areas, removed, strict=True) if away]
@@ -53,6 +58,11 @@ def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
                 raise GeometryError(f"the hole at {first_place(shape)} lies in none of the areas: move or remove it")
         more[number].append(ring)
     return [replace(area, holes=(*area.holes, *rings)) for area, rings in zip(areas, more, strict=True)]
+
+
+def _solid(shapes: Shapes) -> Shapes:
+    """The shapes without their holes."""
+    return shapely.polygons(shapely.get_exterior_ring(shapes))
 
 
 def _enclosed(inner: Shapes, around: Shapes) -> tuple[Integers, Integers]:

@@ -193,15 +193,31 @@ def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
 
 
 def _tidy(shape: shapely.Geometry, size: float) -> shapely.Geometry:
-    """A shape without the thin parts and the vertices beside others that cuts leave."""
-    polygons = [part for part in _polygons(shape) if part.area > THIN * size * part.length]
+    """A shape without the thin parts, the spikes and the vertices beside others that cuts leave."""
+    thin = THIN * size
+    polygons = [part for part in _polygons(shape) if part.area > thin * part.length]
     holed = []
     for part in polygons:
-        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > THIN * size * hole.length]
+        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > thin * hole.length]
         holed.append(shapely.Polygon(part.exterior, holes) if len(holes) < len(part.interiors) else part)
     whole = shapely.MultiPolygon(holed)
-    sparse = shapely.remove_repeated_points(whole, THIN * size)
-    return sparse if sparse.is_valid else whole
+    sparse = shapely.remove_repeated_points(whole, thin)
+    loops = [[_without_spikes(ring, thin) for ring in (part.exterior, *part.interiors)] for part in sparse.geoms]
+    blunt = shapely.MultiPolygon([(outer, holes) for outer, *holes in loops])
+    return next((better for better in (blunt, sparse) if better.is_valid), whole)
+
+
+def _without_spikes(ring: shapely.LinearRing, thin: float) -> Floats:
+    """Points (m, 2) of a ring without those at which it turns back beside itself, nearer than ``thin``."""
+    points: Floats = shapely.get_coordinates(ring)[:-1]
+    while len(points) > 3:
+        (ux, uy), (wx, wy) = (points - np.roll(points, 1, axis=0)).T, (np.roll(points, -1, axis=0) - points).T
+        longer = np.maximum(np.hypot(ux, uy), np.hypot(wx, wy))
+        spikes = np.flatnonzero((ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= thin * longer))
+        if len(spikes) == 0:
+            break
+        points = np.delete(points, spikes[0], axis=0)  # what is beside it may be the next one
+    return points
 
 
 def _mended(area: Area, work: _Work) -> shapely.Geometry:

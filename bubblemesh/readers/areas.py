@@ -20,7 +20,7 @@ def areas_of(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point
     """
     if not loose and len(areas) == 1:
         return list(areas)
-    found = nested([*areas, *(Area(ring) for ring in loose)])
+    found = nested([*areas, *(Area(ring) for ring in loose)], whole=len(areas))
     if marks is not None:
         _require_marks(found, marks)
     return found

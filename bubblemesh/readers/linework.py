@@ -13,6 +13,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import Shapes
 from bubblemesh.geometry.paths import Change, Line, Ring, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.repair import THIN
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
@@ -97,8 +98,10 @@ def _connected(lines: Shapes) -> list[Shapes]:
 
 def _around(lines: Shapes) -> list[Floats]:
     """Rings (m, 2) around all that connected lines enclose together."""
-    faces = shapely.get_parts(shapely.polygonize(lines))
-    whole = shapely.get_parts(shapely.union_all(faces)).tolist()
+    faces = shapely.union_all(shapely.get_parts(shapely.polygonize(lines)))
+    x0, y0, x1, y1 = shapely.total_bounds(lines)
+    sparse = shapely.remove_repeated_points(faces, THIN * max(x1 - x0, y1 - y0))  # where lines lie on each other
+    whole = shapely.get_parts(sparse if sparse.is_valid else faces).tolist()
     return [shapely.get_coordinates(part.exterior)[:-1] for part in whole if part.geom_type == "Polygon"]
 
 

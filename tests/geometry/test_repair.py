@@ -63,6 +63,19 @@ def test_holes_outside_and_across_and_over_each_other():
     ]
 
 
+def test_cuts_leave_no_spikes():
+    """A hole whose sides lie on those of the outer ring, but for rounding, from a common vertex on."""
+    angle = np.arange(40) * np.pi / 20
+    outer = np.column_stack([np.cos(angle), np.sin(angle)]) * (1 + 0.1 * np.cos(3 * angle + 1))[:, None]
+    inner = 0.3 * outer + 0.7 * outer[0]
+    made = MEND([Area(rings.polygon(outer.tolist()), (rings.polygon(inner.tolist()),))])
+    assert area(made) == pytest.approx(shapely.Polygon(outer).area * (1 - 0.09), rel=1e-6)
+    points = np.array(made[0].outer.vertices)
+    back, ahead = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+    cosine = (back * ahead).sum(axis=1) / np.hypot(*back.T) / np.hypot(*ahead.T)
+    assert cosine.min() > -0.99
+
+
 def test_curves_that_no_change_touches_stay_curves():
     made = MEND([Area(square(0, 0, 4), (rings.circle((2, 2), 0.5), square(3, 3, 2)))])
     assert [isinstance(hole.sides[0].curve, Arc) for hole in made[0].holes] == [True]

@@ -54,3 +54,21 @@ def test_repair_keeps_all_pieces_of_what_was_one_area(written):
     assert (found.piece_count, found.polygon.area) == (2, 2)
     found = case_domain(load_case(written("case.yaml", text.format(", repair: true, part: 1"))))
     assert (found.piece_count, found.polygon.area) == (1, 1)
+
+
+def test_lines_that_lie_on_each_other_leave_no_point_twice(written):
+    lines = [(0, 0, 0.6, 0), (0.4, 0, 1, 0), (1, 0, 1, 0.7), (1, 0.7, 0, 0.7), (0, 0.7, 0, 0)]
+    written("a.wkt", "\n".join(f"LINESTRING ({a} {b}, {c} {d})" for a, b, c, d in lines))
+    found = case_domain(load_case(written("case.yaml", "domain: {file: a.wkt, repair: true}\nspacing: 0.1\n")))
+    assert found.polygon.area == pytest.approx(0.7)
+    assert len(found.boundary.corners) == 6
+
+
+@pytest.mark.parametrize("x", [0.4, 0.8, -0.4])
+def test_polygons_that_overlap_are_no_holes_of_each_other(written, x):
+    corners = [(x, 0), (x + 2, 0), (x + 2, 1.9), (x, 1.9)]
+    ring = ", ".join(f"{a} {b}" for a, b in [*corners, corners[0]])
+    path = written("a.wkt", f"MULTIPOLYGON (((0 0, 2 0, 2 2, 0 2, 0 0)), (({ring})))")
+    assert domain(path, part="largest").polygon.area == 4
+    found = case_domain(load_case(written("case.yaml", "domain: {file: a.wkt, repair: true}\nspacing: 0.5\n")))
+    assert found.polygon.area == pytest.approx(4 + 1.9 * abs(x))
