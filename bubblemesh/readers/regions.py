@@ -42,6 +42,9 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
         )
         raise CaseError(unknown("property", key, known) if known else "its features have no properties to name them by")
     notes = [f"left out: {counted(len(nameless), 'feature')} without {key}"] if nameless else []
+    void = [name for name, members in groups.items() if all(one.is_empty for one in members)]
+    if 0 < len(void) < len(groups):
+        notes.append(f"left out: {counted(sum(len(groups.pop(name)) for name in void), 'empty feature')}")
     found = list[Area]()
     for name, members in groups.items():
         if not is_writable(name):

@@ -72,3 +72,15 @@ def test_polygons_that_overlap_are_no_holes_of_each_other(written, x):
     assert domain(path, part="largest").polygon.area == 4
     found = case_domain(load_case(written("case.yaml", "domain: {file: a.wkt, repair: true}\nspacing: 0.5\n")))
     assert found.polygon.area == pytest.approx(4 + 1.9 * abs(x))
+
+
+def test_features_without_a_shape_are_no_regions_and_are_counted(written):
+    square = '{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}'
+    features = [
+        f'{{"type": "Feature", "properties": {{"n": "{n}"}}, "geometry": {g}}}'
+        for n, g in (("a", square), ("b", "null"))
+    ]
+    written("a.geojson", f'{{"type": "FeatureCollection", "features": [{", ".join(features)}]}}')
+    found = case_domain(load_case(written("case.yaml", "domain: {regions: {file: a.geojson, name: n}}\nspacing: 1\n")))
+    assert [region.name for region in found.parts.regions] == ["a"]
+    assert any("left out: 1 empty feature" in note for note in found.notes)
