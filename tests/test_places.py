@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bubblemesh.messages import once_each, place
+from bubblemesh.messages import once_each, place, tell_places_of
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,7 @@ def test_places_a_millionth_of_the_size_apart_differ(size, offset):
 
 
 def test_without_a_size_a_place_is_told_by_its_own_numbers():
+    tell_places_of(None)
     assert place((500123.456789, 4649776.22471)) == "(500123.457, 4649776.225)"
     assert place((0, 0)) == "(0, 0)"
 
