@@ -17,6 +17,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
 NARROW = 0.95  # spacings are not narrower than what is wanted
+ROUNDINGS = 100  # of coordinates
 POOR = 0.6  # spacings: triangles across what is wider are good as they are
 APART_IN_GAP, FARTHEST_IN_GAP = (
     0.3,
@@ -93,7 +94,8 @@ class GapSources:
     def _narrow(self, found: Gaps, d: Floats) -> tuple[Gaps, Floats]:
         """The gaps that are too narrow for the spacing d (m,) at the places, and the sizes (k,) that they need."""
         size = np.maximum(found.widths / self.across, self.least(found.places))
-        narrow = size < self.narrow * d[found.number]
+        rounding = ROUNDINGS * np.spacing(np.abs(found.places).max(initial=0.0))  # walls that touch are no gap
+        narrow = (size < self.narrow * d[found.number]) & (size > rounding)
         return select(found, narrow), size[narrow]
 
     def _apart(self, size: Floats) -> Floats:
