@@ -83,7 +83,7 @@ class FileDomain(GeometryFile, InnerKeys):
 
 
 class RegionDomain(InnerKeys):
-    """What the regions of files cover together, and what is embedded."""
+    """The area that the regions of files cover together, with what is embedded in it."""
 
 
 DOMAINS = Choice("a mapping", ("outer", "file"))

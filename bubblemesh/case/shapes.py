@@ -195,19 +195,19 @@ class OverlaidKeys(FollowedKeys, DrawnKeys):
 
 
 class UnionRing(OverlaidKeys):
-    """What any of several rings encloses."""
+    """The area that any of several rings encloses."""
 
     union: Operands = Field(description="Rings that overlap or have sides in common.")
 
 
 class MinusRing(OverlaidKeys):
-    """What the first of several rings encloses, and none of the others."""
+    """The area that the first of several rings encloses, and none of the others."""
 
     minus: Operands = Field(description="A ring, then those that are taken away from it.")
 
 
 class IntersectionRing(OverlaidKeys):
-    """What all of several rings enclose."""
+    """The area that all of several rings enclose."""
 
     intersection: Operands = Field(description="Rings that overlap.")
 

@@ -1,4 +1,4 @@
-"""Which shapes lie within which: areas within each other become areas with holes, and holes find the area around."""
+"""Nesting of shapes: areas within each other become areas with holes, and holes find the area around."""
 
 from collections.abc import Sequence
 from dataclasses import replace

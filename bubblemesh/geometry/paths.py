@@ -181,7 +181,7 @@ class Ring:
 
 @dataclass(frozen=True)
 class Area:
-    """What is inside an outer ring and outside its holes; ``name`` is what a file calls it."""
+    """A part of the plane inside an outer ring and outside its holes; ``name`` is what a file calls it."""
 
     outer: Ring
     holes: tuple[Ring, ...] = ()

@@ -30,7 +30,7 @@ HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 @dataclass(frozen=True)
 class Repair:
-    """What to change of areas."""
+    """Changes that a case asks for of its areas."""
 
     mend: bool = False  # rings that cross or touch themselves or each other, areas that overlap or nearly touch
     gap: float | None = None  # widest gap to close, if it is not `GAP` of the size
@@ -180,7 +180,7 @@ def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
 
 
 def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
-    """What a ring encloses: wherever it turns around a place, however often."""
+    """The area that a ring encloses: wherever it turns around a place, however often."""
     points = outline(ring)
     polygon = shapely.Polygon(points)
     if polygon.is_valid:
@@ -289,7 +289,7 @@ def _outer(polygon: shapely.Polygon) -> Floats:
 
 
 def _strips(found: Shapes, gap: float, work: _Work) -> list[shapely.Polygon]:
-    """What lies between two polygons that are nearer to each other than a gap, but do not touch."""
+    """The strip between two polygons that are nearer to each other than a gap, but do not touch."""
     i, j = shapely.STRtree(found).query(found, predicate="dwithin", distance=gap)
     strips = []
     for a, b in zip(i[i < j].tolist(), j[i < j].tolist(), strict=True):

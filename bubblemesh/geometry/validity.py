@@ -44,7 +44,7 @@ class _Checked:
 
     @cached_property
     def polygon(self) -> shapely.Polygon:
-        """What it encloses."""
+        """The polygon that the ring encloses."""
         with about(self.key):
             return simple_polygon(self.outline, self.name)
 

@@ -38,7 +38,7 @@ SMOOTHINGS, ATTEMPTS = 2, 6
 
 @dataclass(frozen=True)
 class Demands:
-    """What triangles have to be like."""
+    """Demands on triangles: a least angle, and largest areas."""
 
     angle: float = 0.0  # degrees: the least one
     areas: tuple[float, ...] = (np.inf,)  # the largest ones, for each region by its number, or one for all

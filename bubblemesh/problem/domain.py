@@ -135,7 +135,7 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
 
 
 def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
-    """What the regions of files cover together."""
+    """Areas that the regions of files cover together."""
     files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
     areas = [region.area for region in parts.regions if region.key[2] in files]
     if all(map(is_straight, areas)):

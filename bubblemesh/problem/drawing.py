@@ -16,7 +16,7 @@ from bubblemesh.spacing.expression import Expression
 
 
 class Movable(Protocol):
-    """What similarities move: rings, lines, points."""
+    """Things that similarities move: rings, lines, points."""
 
     def moved(self, by: Similarity) -> Self: ...
 

@@ -58,7 +58,7 @@ class Problem:
 
     @property
     def demands(self) -> Demands:
-        """What each triangle has to be like."""
+        """Demands on each triangle."""
         task, parts = self.task, self.domain.parts
         by_name = [min(task.largest, task.largest_in.get(name, np.inf)) for name in parts.names]
         areas = tuple(by_name[k] for k in parts.name_indices.tolist()) if task.largest_in else (task.largest,)

@@ -1,4 +1,4 @@
-"""What the keys of a case have repaired, and whether a repair that they do not ask for would help."""
+"""Repairs that the keys of a case ask for, and whether a repair that they do not ask for would help."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from bubblemesh.geometry.repair import Repair
 
 
 def repair_of(keys: RepairKeys) -> Repair:
-    """What some keys ask for."""
+    """The repair that some keys ask for."""
     gap = keys.repair.gap if isinstance(keys.repair, GapKeys) else None
     return Repair(bool(keys.repair), gap, keys.smallest, keys.simplify)
 

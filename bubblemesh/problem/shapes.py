@@ -85,7 +85,7 @@ def outer_areas_of(keys: RingKeys) -> list[Area]:
 
 
 def areas_of(keys: RingKeys) -> list[Area]:
-    """What the rings that some keys describe enclose, or all areas of the file that they name, with all copies."""
+    """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:
         case FileRing():
             return _finished(read_shapes(Path(keys.file), selection_of(keys)), keys)
@@ -132,7 +132,7 @@ def _operand(keys: RingKeys) -> list[Area]:
 
 
 def _name(keys: RingKeys) -> str:
-    """What messages call a ring among others: its kind and its label, or its file."""
+    """Name of a ring among others in messages: its kind and its label, or its file."""
     name = keys.file if isinstance(keys, FileRing) else keys.label
     kind = next(key for key in RINGS.keys if key in type(keys).model_fields)
     return f"{kind} {name!r}" if name else kind

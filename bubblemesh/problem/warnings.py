@@ -100,7 +100,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
 
 
 class Detail(NamedTuple):
-    """What makes the spacing of a packing finer than the one that a case asks for, and the nodes with it."""
+    """Reasons that make the spacing of a packing finer than the one that a case asks for, and the nodes with it."""
 
     short: Sources  # edges of the boundary
     coarse: Sources  # places on tight curves

@@ -17,7 +17,7 @@ RingsBy = Callable[[Sequence[Feature], Joining], int]  # number of rings that fe
 def ways_out(
     used: Sequence[Feature], features: Sequence[Feature], joining: Joining, rings_by: RingsBy, whole: bool
 ) -> str:
-    """What to do about the ``used`` features, whose curves do not close by a ``joining``: keys that help.
+    """Advice on the ``used`` features, whose curves do not close by a ``joining``: keys that help.
 
     Of all features, the layers that close by themselves are named, or else the features, if the ``whole`` of the file
     or its layers is there, so that they can be chosen by number.

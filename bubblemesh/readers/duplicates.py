@@ -31,7 +31,7 @@ def without_copies(curves: Sequence[CompoundCurve]) -> tuple[list[CompoundCurve]
 
 
 def _key(curve: CompoundCurve, tolerance: float) -> tuple[int, ...]:
-    """What copies have in common: the number of pieces, and both ends to a few digits."""
+    """Features that copies have in common: the number of pieces, and both ends to a few digits."""
     grid = 1000 * tolerance or 1.0
     ends = sorted((round(x / grid), round(y / grid)) for x, y in (curve.start, curve.end))
     return len(curve.pieces), *ends[0], *ends[1]

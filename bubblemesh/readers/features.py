@@ -96,7 +96,7 @@ class PhysicalLength(NamedTuple):
 
 @dataclass(frozen=True)
 class FeatureCollection:
-    """All that a reader finds in a file."""
+    """Content of a file, as a reader finds it."""
 
     features: tuple[Feature, ...]
     notes: tuple[str, ...] = ()  # on what was changed or left out

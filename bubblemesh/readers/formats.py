@@ -173,7 +173,7 @@ def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[s
 def content_of(
     path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
 ) -> FeatureCollection:
-    """All that a file holds; of lists of points what they are read for. FileError or CaseError."""
+    """Content of a file; of lists of points what they are read for. FileError or CaseError."""
     known = FORMATS.get(path.suffix.lower())
     if known is None:
         raise FileError(f"no known geometry format: the name must end in {', '.join(FORMATS)}")

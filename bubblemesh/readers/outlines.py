@@ -1,4 +1,4 @@
-"""What of the chosen features of a file bounds areas, and what is left out beside it."""
+"""Outlines: curves and rings of the chosen features of a file that bound areas, and what is left out beside them."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -25,7 +25,7 @@ class Bounding(NamedTuple):
 
 
 def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = False) -> Bounding:
-    """What bounds areas: polygons alone where there are some, else closed curves and lines that meet.
+    """Outlines of areas: polygons alone where there are some, else closed curves and lines that meet.
 
     Spare features count where there are no others, and fills also where the others do not close. CaseError if there is
     nothing that bounds an area; GeometryError if lines do not close, with the keys that help, and the layers or
@@ -73,7 +73,7 @@ class _Found(NamedTuple):
 
 
 def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
-    """What bounds areas of features that all count; GeometryError if lines do not close."""
+    """Outlines of areas where all features count; GeometryError if lines do not close."""
     areas = [area for one in features for area in one.areas]
     rings = [ring for one in features for ring in one.rings]
     curves = [curve for one in features for curve in one.curves]

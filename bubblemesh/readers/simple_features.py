@@ -202,7 +202,7 @@ def shape_of_wkb(wkb: bytes, name: str) -> shapely.Geometry:
 
 
 def _shape(read: Callable[[Any], shapely.Geometry], given: str | bytes, problem: str, advice: str) -> shapely.Geometry:
-    """What shapely reads; CaseError with the problem and the advice."""
+    """Geometry that shapely reads; CaseError with the problem and the advice."""
     try:
         with np.errstate(invalid="ignore"):  # numbers that are none are told by `feature_of`, with their place
             return read(given)

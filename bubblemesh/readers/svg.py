@@ -57,7 +57,7 @@ NUMBERED = re.compile(
 
 @dataclass(frozen=True)
 class _Around:
-    """What the groups around an element tell it: its way in, and what it inherits."""
+    """Context of an element from the groups around it: the way to it, and what it inherits."""
 
     elements: tuple[Element, ...] = ()
     transform: str = ""
@@ -175,7 +175,7 @@ def _within(drawing: _Drawing, group: Element, here: _Around) -> Iterator[_Drawn
 
 
 def _in_viewport(drawing: _Drawing, element: Element, sized: Element, here: _Around) -> _Around:
-    """What is around the content of a nested drawing or a symbol, whose width and height ``sized`` has."""
+    """Context of the content of a nested drawing or a symbol, whose width and height ``sized`` has."""
     x, y = (_length(element, key, whole, "0") for key, whole in zip("xy", drawing.size, strict=True))
     move = f"translate({x},{y})" if x or y else ""
     box = re.findall(r"[-+.\deE]+", element.attributes.get("viewBox", ""))

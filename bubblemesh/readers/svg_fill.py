@@ -1,4 +1,4 @@
-"""What subpaths of one element bound together by its fill rule."""
+"""Areas that subpaths of one element bound together by its fill rule."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ BATCH = 100  # chords that are looked at together, for the memory that it takes
 
 
 class Filled(NamedTuple):
-    """What bounds a filled shape: loops as they are, or rings made of them, and notes on what was changed."""
+    """Outlines of a filled shape: loops as they are, or rings made of them, and notes on what was changed."""
 
     loops: list[CompoundCurve]
     rings: list[Ring]
@@ -30,7 +30,7 @@ class Filled(NamedTuple):
 
 
 def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
-    """What bounds a shape that loops fill, each other's holes included.
+    """Outlines of a shape that loops fill, each other's holes included.
 
     By ``evenodd`` what an odd number of loops is around is filled, by ``nonzero`` what they do not turn around as often
     to the left as to the right. Loops that cross are replaced by the rims of what they fill.

@@ -48,7 +48,7 @@ class StyleSheet:
         return sheet
 
     def style(self, element: Element, around: Sequence[Element], inherited: Mapping[str, str]) -> Style:
-        """What holds for an element within the elements ``around`` it, the outermost first."""
+        """Style of an element within the elements ``around`` it, the outermost first."""
         found: Style = {key: inherited[key] for key in INHERITED if key in inherited}
         given = {key: element.attributes[key].strip() for key in (*INHERITED, *OWN) if key in element.attributes}
         names = _names(element)

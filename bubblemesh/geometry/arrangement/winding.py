@@ -1,4 +1,4 @@
-"""What closed curves enclose that cross themselves and each other, by how often they turn around a place."""
+"""Areas that closed curves enclose which cross themselves and each other, by how often they turn around a place."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal

@@ -56,7 +56,7 @@ class Sources:
         )
 
     def select(self, which: Integers | Booleans) -> "Sources":
-        """Those sources."""
+        """Some of the sources, by a mask or by numbers."""
         return Sources(self.points[which], self.sizes[which], self.cells[which])
 
     def not_below(self, minimum: float) -> "Sources":
