@@ -1,18 +1,18 @@
 """Worker processes on this machine."""
 
 import os
+import pickle
 import shutil
 import signal
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from multiprocessing import get_context, parent_process, resource_tracker
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
+from subprocess import PIPE, Popen
 from threading import Lock, Thread
-from typing import Any, TypeVar
+from typing import IO, TypeVar
 
 from bubblemesh.batch.dispatch import WorkerDied, Workers
 from bubblemesh.batch.worker import Note
@@ -23,16 +23,14 @@ T = TypeVar("T")
 
 LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS")
 THREADS = (*(f"{library}_NUM_THREADS" for library in LIBRARIES), "VECLIB_MAXIMUM_THREADS")
-FAREWELL = 5.0  # seconds that a worker whose pipe is closed has to see that the batch has crashed
+# The first argument is the folder for temporary files, the others are where modules are found.
+PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.batch.local import serve; serve(sys.argv[1])"
 
 
 @contextmanager
 def local_workers(count: int) -> Iterator[Workers]:
     """Start processes with one thread of NumPy each; they end with the block, at once if by an exception."""
-    with (
-        _environment(dict.fromkeys(THREADS, "1")),
-        temporary_folder() as staging,
-    ):
+    with temporary_folder() as staging:
         workers = LocalWorkers(count, str(staging))
         try:
             workers.start()
@@ -44,23 +42,30 @@ def local_workers(count: int) -> Iterator[Workers]:
             workers.close()
 
 
-@contextmanager
-def _environment(values: dict[str, str]) -> Iterator[None]:
-    """Set variables for processes that start within the block."""
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+class WorkerProcess(Popen[bytes]):
+    """Process that takes calls by its standard input and answers by its standard output.
+
+    All that it needs to start is in its arguments: should the batch be killed before it listens, nothing is missing
+    of which Python would complain.
+    """
+
+    stdin: IO[bytes]
+    stdout: IO[bytes]
+
+    def __init__(self, staging: str) -> None:
+        command = [sys.executable, "-c", PROGRAM, staging, *sys.path]
+        environment = os.environ | dict.fromkeys(THREADS, "1")
+        with _uninterrupted():
+            super().__init__(command, stdin=PIPE, stdout=PIPE, env=environment)
+
+    def end(self) -> None:
+        """Close the streams, and wait for the end that this brings."""
+        with suppress(OSError), self:  # a process that was killed has left something unread
+            pass
 
 
 class LocalWorkers(Workers):
-    """Several processes, each with a pipe: one that dies takes no case with it but its own, and is replaced."""
+    """Several processes: one that dies takes no case with it but its own, and is replaced."""
 
     lost = "the workers have been stopped"
 
@@ -70,8 +75,8 @@ class LocalWorkers(Workers):
         self._count = count
         self._staging = staging
         self._threads = ThreadPoolExecutor(count, "worker")  # each waits for the answer of one process
-        self._pipes: dict[BaseProcess, Connection[Any, Any]] = {}  # of all processes
-        self._idle: SimpleQueue[BaseProcess] = SimpleQueue()
+        self.processes: set[WorkerProcess] = set()
+        self._idle: SimpleQueue[WorkerProcess] = SimpleQueue()
         self._lock = Lock()
         self._stopped = False
 
@@ -96,24 +101,21 @@ class LocalWorkers(Workers):
         """End the processes now."""
         with self._lock:
             self._stopped = True
-        for process in self._pipes:
+        for process in self.processes:
             process.kill()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     def close(self) -> None:
         """End the processes when they have finished."""
         self._threads.shutdown()
-        for process, pipe in self._pipes.items():
-            with suppress(OSError), pipe:  # of one that has been killed
-                pipe.send(None)
-            process.join()
+        for process in self.processes:
+            process.end()
 
     def _call(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
         process = self._idle.get()
-        pipe = self._pipes[process]
         try:
-            pipe.send((function, arguments))
-            while (answer := pipe.recv())[0] == "note":
+            _send(process.stdin, (function, arguments))
+            while (answer := pickle.loads(_received(process.stdout)))[0] == "note":
                 self.notes.put(answer[1])
         except (EOFError, OSError, MemoryError) as error:
             if isinstance(error, MemoryError):  # the rest of the answer would come with the next one
@@ -128,32 +130,26 @@ class LocalWorkers(Workers):
             raise value
         return value
 
-    def _death(self, process: BaseProcess) -> WorkerDied:
-        with self._lock:  # who starts a process asks those that have ended for their exit codes
-            process.join()
-        code = process.exitcode
+    def _death(self, process: WorkerProcess) -> WorkerDied:
+        code = process.wait()
         if code == -getattr(signal, "SIGKILL", 9):
             return WorkerDied(LimitError.exit_code, "its worker process was killed, perhaps for want of memory")
-        how = f"by signal {-code} ({signal.strsignal(-code)})" if code is not None and code < 0 else f"with code {code}"
+        how = f"by signal {-code} ({signal.strsignal(-code)})" if code < 0 else f"with code {code}"
         return WorkerDied(BubblemeshError.exit_code, f"its worker process ended {how}")
 
-    def _start(self, instead_of: BaseProcess | None = None) -> BaseProcess:
+    def _start(self, instead_of: WorkerProcess | None = None) -> WorkerProcess:
         """Start a process, in place of one that has died."""
-        context = get_context("spawn")
         with self._lock:
             if self._stopped:
                 raise WorkerDied(INTERRUPTED, "the batch has been stopped")
             try:
-                with _uninterrupted():
-                    pipe, its_end = context.Pipe()
-                    with its_end:
-                        process = context.Process(target=serve, args=(its_end, self._staging), daemon=True)
-                        process.start()
+                process = WorkerProcess(self._staging)
             except OSError as error:
                 raise FileError(f"a worker process cannot be started: {error.strerror}: try fewer --jobs") from None
             if instead_of is not None:
-                self._pipes.pop(instead_of).close()
-            self._pipes[process] = pipe
+                self.processes.remove(instead_of)
+                instead_of.end()
+            self.processes.add(process)
         return process
 
 
@@ -163,7 +159,6 @@ def _uninterrupted() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    resource_tracker.ensure_running()  # who starts it lets all signals through
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -171,39 +166,73 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def _send(stream: IO[bytes], value: object) -> None:
+    """Write a value as a message, behind its length: should it not be understood, the next one still is."""
+    content = pickle.dumps(value)
+    stream.write(len(content).to_bytes(8))
+    stream.write(content)
+    stream.flush()
+
+
+def _received(stream: IO[bytes]) -> bytes:
+    """The next message of `_send`, pickled; EOFError if no whole one comes."""
+    content = stream.read(int.from_bytes(head := stream.read(8)))
+    if len(head) < 8 or len(content) < int.from_bytes(head):
+        raise EOFError
+    return content
+
+
 # In the worker process
 
-to_parent: "list[Connection[Any, Any]]" = []
+to_parent: list[IO[bytes]] = []  # the stream of answers
 
 
-def serve(pipe: "Connection[Any, Any]", staging: str) -> None:
-    """Answer calls until None is one; temporary files go to a folder of the batch."""
-    to_parent.append(pipe)
+def serve(staging: str) -> None:
+    """Answer calls until the batch ends; temporary files go to a folder of it."""
+    stream, calls = _taken(0, "rb"), SimpleQueue[bytes]()
+    to_parent.append(_taken(1, "wb"))
     tempfile.tempdir = staging
-    watch = Thread(target=_end_with_parent, args=(staging,), daemon=True)
-    watch.start()
+    listener = Thread(target=_listen, args=(stream, calls, staging), daemon=True)
+    listener.start()
+    with suppress(OSError):  # nobody takes answers any more
+        while True:
+            _send(to_parent[0], _answer(calls.get()))
+    listener.join()
+
+
+def _answer(call: bytes) -> tuple[str, object]:
     try:
-        while (call := pipe.recv()) is not None:
-            function, arguments = call
-            try:
-                answer = "value", function(*arguments)
-            except Exception as error:
-                answer = "error", error
-            pipe.send(answer)
+        function, arguments = pickle.loads(call)
+        return "value", function(*arguments)
+    except Exception as error:
+        return "error", error
+
+
+def _taken(descriptor: int, mode: str) -> IO[bytes]:
+    """Standard stream for this module alone: what others print is no answer."""
+    stream = os.fdopen(os.dup(descriptor), mode)
+    _silence(descriptor)
+    return stream
+
+
+def _silence(descriptor: int) -> None:
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nowhere, descriptor)
+    os.close(nowhere)
+
+
+def _listen(stream: IO[bytes], calls: "SimpleQueue[bytes]", staging: str) -> None:
+    """Pass calls on; end the process when the batch has ended, even if by a crash: then nobody else tidies up."""
+    try:
+        while True:
+            calls.put(_received(stream))
     except (EOFError, OSError):
-        watch.join(FAREWELL)
-
-
-def _end_with_parent(staging: str) -> None:
-    """End when the batch does, even if by a crash; then nobody else tidies up."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what breaks now is nobody's concern
+        _silence(2)  # what breaks now is nobody's concern
         shutil.rmtree(staging, ignore_errors=True)
-        os._exit(1)
+    finally:
+        os._exit(1)  # if out of memory, this process is replaced
 
 
 def tell_parent(note: Note) -> None:
     """Send a note to the process that runs the batch."""
-    to_parent[0].send(("note", note))
+    _send(to_parent[0], ("note", note))

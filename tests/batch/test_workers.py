@@ -1,15 +1,17 @@
 """Worker processes of this machine: they are several, warm, replaced when they die, and gone at the end."""
 
 import errno
+import importlib
 import os
 import signal
 import subprocess
 import sys
 import time
 from concurrent.futures import wait
-from multiprocessing import active_children
+from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_of, results_in, rows_of
 
@@ -22,12 +24,20 @@ from bubblemesh.errors import CaseError, FileError
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
 NAP = 0.05
+KILLS = 5
 
 
 @pytest.fixture(scope="module")
 def crew():
     with local_workers(2) as workers:
         yield workers
+
+
+class Unreadable:
+    """Needs a module that nobody has to be unpickled."""
+
+    def __reduce__(self):
+        return importlib.import_module, ("nowhere",)
 
 
 def alive(pid):
@@ -55,18 +65,31 @@ def test_each_process_computes_with_one_thread(crew):
     assert crew.submit(os.getenv, "OPENBLAS_NUM_THREADS").result() == "1"
 
 
-def test_the_environment_is_as_before_afterwards(monkeypatch):
+def test_the_environment_of_the_batch_stays_as_it_is(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    with local_workers(1):
-        assert os.environ["OMP_NUM_THREADS"] == os.environ["MKL_NUM_THREADS"] == "1"
-    assert os.environ["OMP_NUM_THREADS"] == "3"
-    assert "MKL_NUM_THREADS" not in os.environ
+    before = dict(os.environ)
+    with local_workers(1) as workers:
+        assert workers.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
+        assert dict(os.environ) == before
 
 
 def test_an_exception_of_a_call_is_that_of_its_future(crew):
     with pytest.raises(ValueError, match="invalid literal"):
         crew.submit(int, "x").result()
+
+
+def test_a_call_that_a_process_cannot_understand_is_an_error_of_that_call_only(crew):
+    with pytest.raises(ModuleNotFoundError, match="nowhere"):
+        crew.submit(importlib.import_module, "nowhere").result()
+    with pytest.raises(ModuleNotFoundError, match="nowhere"):
+        crew.submit(int, Unreadable()).result()
+    assert crew.submit(int, "7").result() == 7
+
+
+def test_what_a_process_prints_is_no_answer(crew):
+    assert crew.submit(print, "x" * 100_000).result() is None
+    assert crew.submit(os.system, "echo y; cat").result() == 0
+    assert crew.submit(int, "7").result() == 7
 
 
 def test_notes_come_to_the_parent(crew):
@@ -150,12 +173,12 @@ def test_the_peak_of_memory_begins_anew():
     assert resources.peak_memory_mb() < high - 200
 
 
-@pytest.mark.parametrize("missing", ["SpawnContext.Pipe", "SpawnProcess.start"])
+@pytest.mark.parametrize("missing", ["os.pipe", "Popen._execute_child"])
 def test_without_file_descriptors_fewer_jobs_are_advised(missing, monkeypatch):
     def refuse(*arguments, **options):
         raise OSError(errno.EMFILE, "Too many open files")
 
-    monkeypatch.setattr(f"multiprocessing.context.{missing}", refuse)
+    monkeypatch.setattr(f"subprocess.{missing}", refuse)
     message = "a worker process cannot be started: Too many open files: try fewer --jobs"
     with pytest.raises(FileError, match=message), local_workers(2):
         pass
@@ -169,16 +192,22 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     long = SMALL.replace("iterations: 5", "iterations: 500")
     Path("a.yaml").write_text(long + "sweep: {packing.seed: [1, 2, 3]}\n")
-    rows, killed, others = [], [], set(active_children())
+    rows, killed, crews = [], [], []
+
+    @contextmanager
+    def two_workers(cases):
+        with local_workers(2) as crew:
+            crews.append(crew)
+            yield crew
 
     def kill(event):
         if isinstance(event, Note) and not killed:  # a case has begun
-            killed.extend(child.pid for child in set(active_children()) - others)
+            killed.extend(process.pid for process in crews[0].processes)
             os.kill(killed[0], signal.SIGKILL)
         if isinstance(event, Finished):
             rows.append(event.row)
 
-    follow(kill, "a.yaml", folder="out", workers=workers_at(2, None))
+    follow(kill, "a.yaml", folder="out", workers=two_workers)
     assert len(killed) == 2
     assert not any(map(alive, killed))
     assert [row.exit_code for row in rows] == [0] * 3
@@ -189,19 +218,19 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkey
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("after", [0.0, 1.0])
-def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_folders(after, here, monkeypatch):
+def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_folders(here, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(here / "tmp"))
     (here / "tmp").mkdir()
     (here / "a.yaml").write_text(LONG + "sweep: {packing.seed: [1, 2, 3]}\n")
-    arguments = command("a.yaml", "-o", "out", "--jobs", "2", "-q")
-    process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
-    while not any((here / "tmp").iterdir()):
-        time.sleep(0.01)
-    time.sleep(after)
-    process.kill()
-    assert process.communicate(timeout=60) == (b"", b"")  # when the last worker has closed them
     (here / "b.yaml").write_text(SMALL)
+    arguments = command("a.yaml", "-o", "out", "--jobs", "2", "-q")
+    for after in np.linspace(0, 1, KILLS):
+        process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+        while not any((here / "tmp").iterdir()):  # the workers start now
+            time.sleep(0.001)
+        time.sleep(after)
+        process.kill()
+        assert process.communicate(timeout=60) == (b"", b"")  # when the last worker has closed them
     assert batch("b.yaml", "-o", "out", "--jobs", "1", folder=here).returncode == 0
     assert list((here / "tmp").iterdir()) == []
     assert not list((here / "out").glob(".bubblemesh*"))
