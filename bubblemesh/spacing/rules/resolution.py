@@ -68,8 +68,11 @@ def resolved(
         large = refined.grid.among(wanted)
         if not large.any():
             break
-        fresh = refined.quarters(large, domain, values)
-        fresh = fresh.refined(domain, lambda some, wanted=wanted: coarse(some) | some.grid.among(wanted), values)
+
+        def larger(some: Samples, wanted: Integers = wanted) -> Booleans:
+            return coarse(some) | some.grid.among(wanted)
+
+        fresh = refined.quarters(large, domain, values).refined(domain, larger, values)
         refined = Samples.merged([refined.select(~large), fresh])
     return refined
 
