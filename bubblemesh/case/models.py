@@ -7,7 +7,16 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    Tag,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.domain import DomainKeys
@@ -16,7 +25,7 @@ from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.limits import unlimited_memory, within
-from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver
+from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver, formats_for
 from bubblemesh.spacing.expression import check_parameter_name
 
 if TYPE_CHECKING:
@@ -37,6 +46,12 @@ def _parameter_name(name: str) -> str:
 Parameter = Annotated[Constant, BeforeValidator(lambda value: value, json_schema_input_type=Constant | str)]
 
 
+Solvers = Annotated[
+    Annotated[Solver, Tag("<one>")] | Annotated[tuple[Solver, ...], Field(min_length=1), Tag("<several>")],
+    Discriminator(lambda value: "<several>" if isinstance(value, list | tuple) else "<one>"),
+]
+
+
 class Output(Strict):
     """Files to write, and where."""
 
@@ -46,8 +61,8 @@ class Output(Strict):
     formats: tuple[FormatName, ...] = Field(
         default=("msh", "vtu", "xdmf"), min_length=1, description="Mesh formats to write."
     )
-    solver: Solver | None = Field(
-        default=None, alias="for", description="Solver that reads the mesh, in place of its formats."
+    solver: Solvers | None = Field(
+        default=None, alias="for", description="Solver that reads the mesh, or a list of them, in place of its formats."
     )
     order: Literal[1, 2] = Field(
         default=1, description="Order of the triangles: 2 adds a node on each edge, on the boundary's true curve."
@@ -60,9 +75,11 @@ class Output(Strict):
     @model_validator(mode="before")
     @classmethod
     def _formats_of_solver(cls, data: Any) -> Any:
-        formats = FORMATS_FOR.get(str(data.get("for"))) if isinstance(data, dict) else None
-        if formats is None:
+        named = data.get("for") if isinstance(data, dict) else None
+        solvers = [str(solver) for solver in (named if isinstance(named, list | tuple) else [named])]
+        if not solvers or any(solver not in FORMATS_FOR for solver in solvers):
             return data
+        formats = formats_for(solvers)
         if "formats" in data and tuple(data["formats"] or ()) != formats:
             raise PydanticCustomError("excluding", "formats and for exclude each other: give one of the two")
         return data | {"formats": formats}

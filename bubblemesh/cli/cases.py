@@ -11,12 +11,12 @@ from bubblemesh.cli.options import (
     CASE_OPTIONS,
     AsJson,
     CaseFile,
-    FormatNamed,
+    FormatsNamed,
     Output,
     Overrides,
     Picture,
     Quiet,
-    SolverNamed,
+    SolversNamed,
     Untrusted,
     with_overrides,
 )
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 def run(
     case: CaseFile,
     output: Output = None,
-    format_name: FormatNamed = None,
-    solver: SolverNamed = None,
+    formats: FormatsNamed = None,
+    solvers: SolversNamed = None,
     overrides: Overrides = (),
     untrusted: Untrusted = False,
     as_json: AsJson = False,
@@ -54,7 +54,7 @@ def run(
     from bubblemesh.run.destination import OutputOptions
 
     loaded = case_at(case, overrides, untrusted)
-    place = destination_of(loaded, case, OutputOptions(output, format_name, solver, history, page), as_json)
+    place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or (), history, page), as_json)
     if dry_run:
         tell_estimate(loaded, case, picture, as_json, quiet)
         return
@@ -82,8 +82,8 @@ def adapt(
         str | None, typer.Option("--exact", metavar="EXPR", help="Exact solution in x and y, to check the estimate.")
     ] = None,
     output: Output = None,
-    format_name: FormatNamed = None,
-    solver: SolverNamed = None,
+    formats: FormatsNamed = None,
+    solvers: SolversNamed = None,
     overrides: Overrides = (),
     untrusted: Untrusted = False,
     as_json: AsJson = False,
@@ -97,7 +97,7 @@ def adapt(
 
     loaded = case_at(case, overrides, untrusted)
     target = adapting.Target(error, nodes)
-    place = destination_of(loaded, case, OutputOptions(output, format_name, solver), as_json, solution)
+    place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or ()), as_json, solution)
     read = read_nodal_field(solution, field)
     with located(str(solution)):
         present = Solution.of(read.points, read.triangles, read.values, read.name)

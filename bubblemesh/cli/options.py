@@ -17,11 +17,15 @@ Output = Annotated[
     str | None,
     typer.Option("--output", "-o", metavar="PATH", help="A folder, a mesh file, or - for the standard output."),
 ]
-FormatNamed = Annotated[
-    str | None, typer.Option("--format", help="Write this format only: msh, vtu, xdmf, mesh, inp, su2 ...")
+FormatsNamed = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--format", help="Write this format only, or each that is named so: msh, vtu, xdmf, mesh, inp, su2 ..."
+    ),
 ]
-SolverNamed = Annotated[
-    str | None, typer.Option("--for", metavar="SOLVER", help="Write what a solver reads: fenicsx, calculix ...")
+SolversNamed = Annotated[
+    list[str] | None,
+    typer.Option("--for", metavar="SOLVER", help="Write what a solver reads, or each that is named so: fenicsx ..."),
 ]
 Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.")]
 Untrusted = Annotated[

@@ -105,6 +105,20 @@ def format_named(name: str) -> Format:
     return FORMATS[name]
 
 
+def formats_for(solvers: Iterable[str]) -> tuple[str, ...]:
+    """Formats of all of these solvers, each once; an unknown solver is a KeyError."""
+    return tuple(dict.fromkeys(name for solver in solvers for name in FORMATS_FOR[solver]))
+
+
+def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
+    """Each format with the stem of its files: the name, and the format's too where another one had its ending first."""
+    firsts: dict[str, str] = {}
+    return [
+        (form, name if firsts.setdefault(format_named(form).files[0], form) == form else f"{name}.{form}")
+        for form in formats
+    ]
+
+
 def formats_by_ending(file: str) -> list[str]:
     """Return the formats whose files end like the given file name, which has to have a stem before that."""
     return [name for name, form in FORMATS.items() if file.endswith(form.files[0]) and file != form.files[0]]

@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import temporary_folder, unwritten
 from bubblemesh.limits import enter
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order
+from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stems
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.text import json_text
 from bubblemesh.meshfiles.transaction import transaction
@@ -47,7 +47,8 @@ def write_files(
         Is written to NAME.report.json, and returned, with the names of all files, relative to the folder, under
         ``files``, and the time of writing the meshes under ``seconds``.
     folder, name, formats
-        The folder is made if it is missing; formats are keys of ``FORMATS``.
+        The folder is made if it is missing; formats are keys of ``FORMATS``, and of two with one ending the second
+        writes NAME.FORMAT.ENDING.
     tables : mapping of str to str
         Text of more files, by the end of their names.
     page : callable, optional
@@ -70,8 +71,8 @@ def write_files(
     begun = perf_counter()
     enter("writing")
     with transaction(folder, lasting=lasting) as staging:
-        for form in map(format_named, formats):
-            form.write(mesh, fields, staging / f"{name}{form.files[0]}")
+        for form, stem in stems(name, formats):
+            format_named(form).write(mesh, fields, staging / f"{stem}{format_named(form).files[0]}")
         for end, text in tables.items():
             (staging / f"{name}{end}").write_text(text, encoding="utf-8")
         written = _completed(report, files, "writing", perf_counter() - begun)
@@ -86,8 +87,8 @@ def write_files(
 def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) -> list[str]:
     """Names of all files of a run, the report last; an impossible name or format is a CaseError."""
     _check_name(name)
-    ends = [end for form in formats for end in format_named(form).files]
-    return [name + end for end in (*ends, *tables, _REPORT)]
+    meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).files]
+    return [*meshes, *(name + end for end in (*tables, _REPORT))]
 
 
 def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Destination of the products of a run: a folder, one file, or a stream."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, partial
@@ -10,7 +10,14 @@ from typing import Any, BinaryIO
 
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, formats_by_ending, require_order
+from bubblemesh.meshfiles.formats import (
+    FORMATS,
+    FORMATS_FOR,
+    FormatName,
+    formats_by_ending,
+    formats_for,
+    require_order,
+)
 from bubblemesh.meshfiles.groups import LABELS_FILE
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
@@ -22,21 +29,27 @@ class OutputOptions:
     """Options of a command that say over the case what is written, and where."""
 
     output: str | None = None  # a folder, or a file
-    format_name: str | None = None
-    solver: str | None = None  # whose format is meant
+    named: Sequence[str] = ()  # formats
+    solvers: Sequence[str] = ()  # whose formats are meant
     history: bool = False
     page: bool | None = None
 
     @property
     def formats(self) -> tuple[FormatName, ...]:
         """Formats that the options ask for, if any; an unknown format or solver is a CaseError."""
-        if self.format_name is not None and self.solver is not None:
+        if self.named and self.solvers:
             raise CaseError("--format and --for exclude each other: drop one of them")
-        if self.solver is not None:
-            return _looked_up(FORMATS_FOR, self.solver, "--for: unknown solver")
-        if self.format_name is not None:
-            return _looked_up({name: (name,) for name in FORMATS}, self.format_name, "--format: unknown format")
-        return ()
+        _require_known(self.solvers, FORMATS_FOR, "--for: unknown solver")
+        _require_known(self.named, FORMATS, "--format: unknown format")
+        return formats_for(self.solvers) or tuple(dict.fromkeys(self.named))
+
+    def require_only(self, chosen: FormatName) -> None:
+        """Check that a single file in the chosen format is for each solver and format named; else it is a CaseError."""
+        others = [f"--for {solver}" for solver in self.solvers if chosen not in FORMATS_FOR[solver]]
+        others += [f"--format {name}" for name in self.named if name != chosen]
+        if others:
+            problem = f"is one file, in the format {chosen}, and {others[0]} asks for another"
+            raise CaseError(f"-o {self.output}: {problem}: name a folder")
 
 
 @dataclass(frozen=True)
@@ -101,6 +114,7 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
         folder = Path(output)
         if _is_file(output):
             formats = (_format_of(folder, asked, case.output.formats),)
+            options.require_only(formats[0])
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     elif case.root is not None and case.output.directory is not None:
         _require_below(folder, case.root)
@@ -130,6 +144,7 @@ def _require_below(folder: Path, root: Path) -> None:
 def stream_destination(case: Case, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
     """Destination of the option ``-o -``; CaseError as of `destination`, and if there are other files to write."""
     first = _distinct(options.formats or case.output.formats)[0]
+    options.require_only(first)
     for option, asked_for in (("--history", options.history), ("--report", options.page)):
         if asked_for:
             raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
@@ -144,21 +159,17 @@ def _page(result: Result, report: Mapping[str, Any]) -> str:
     return report_page(result.mesh, result.fields, report, result.speeds, datetime.now().astimezone())
 
 
-def _looked_up(table: Mapping[str, tuple[FormatName, ...]], name: str, problem: str) -> tuple[FormatName, ...]:
-    if name not in table:
-        raise CaseError(f"{problem} {name!r}: choose one of {', '.join(table)}")
-    return table[name]
+def _require_known(names: Iterable[str], table: Iterable[str], problem: str) -> None:
+    for name in names:
+        if name not in table:
+            raise CaseError(f"{problem} {name!r}: choose one of {', '.join(table)}")
 
 
 def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:
     """Check that no two formats would be the same file."""
-    mains = [FORMATS[name].files[0] for name in formats]
-    for name, main in zip(formats, mains, strict=True):
+    for name in formats:
         if formats.count(name) > 1:
             raise FileError(f"output.formats: {name} is named twice, and both would be the same file: name it once")
-        if mains.count(main) > 1:
-            both = " and ".join(other for other in formats if FORMATS[other].files[0] == main)
-            raise FileError(f"output.formats: {both} would be the same file: name one of them")
     return formats
 
 
