@@ -37,7 +37,7 @@ from bubblemesh.geometry.validity import first_place
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.repair import repair_of
 from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
-from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.selection import METRES, Selection
 
 
 def rings_of(keys: RingKeys) -> list[Ring]:
@@ -161,6 +161,13 @@ def selection_of(keys: GeometryFile) -> Selection:
     repair = repair_of(keys)
     asked = repair if repair.asked else None
     return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, keys.open, asked)
+
+
+def length_in_file(keys: GeometryFile) -> float | None:
+    """Length in the case that a length of 1 in a file is; None if the file itself tells."""
+    if keys.units and Path(keys.file).suffix.lower() == ".svg":
+        return None
+    return METRES[keys.units] if keys.units else keys.scale or 1.0
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:
