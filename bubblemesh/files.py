@@ -271,7 +271,8 @@ def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
 
 def local_copy(path: Path) -> Path:
     """Path at which to read a file that a case names: that of its local copy, if it has one."""
-    return (_copies.get() or {}).get(path, path)
+    copies = _copies.get()
+    return copies.get(path, path) if copies else path
 
 
 def has_copies() -> bool:

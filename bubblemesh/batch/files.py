@@ -89,7 +89,7 @@ def staging_prefix(folder: Path, options: BatchOptions) -> str:
 @contextmanager
 def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
     """Remove the staging folders that a killed batch has left, and at the end those that an interrupt leaves."""
-    folders = {path.parent for entry in entries for path in entry.files}
+    folders = {entry.destination.folder for entry in entries if entry.destination is not None}
 
     def remove() -> None:
         for folder in folders:

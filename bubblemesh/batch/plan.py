@@ -19,6 +19,7 @@ from bubblemesh.run.destination import Destination, OutputOptions, destination
 T = TypeVar("T")
 
 ENDINGS = (".yaml", ".yml")
+STEM = "summary"  # of the names of a summary's files
 PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those of bases
 
 
@@ -41,6 +42,11 @@ class BatchOptions:
     def root(self) -> Path:
         """Folder of the summary."""
         return Path(self.folder or ".")
+
+    @property
+    def summary(self) -> Path:
+        """File with a line for each case of the batch, or of its shard."""
+        return self.root / f"{STEM}{self.suffix}.jsonl"
 
     @property
     def suffix(self) -> str:
@@ -72,9 +78,9 @@ class Entry:
     destination: Destination | None = None
 
     @property
-    def files(self) -> list[Path]:
-        """All files that may be written."""
-        return self.destination.files if self.destination else []
+    def names(self) -> Sequence[str]:
+        """Names of all files that may be written, in the destination's folder."""
+        return self.destination.names if self.destination else ()
 
     def job(self) -> Job | Row:
         """Job of the case, with what the files that it names hold now; a row with the error if that fails."""
@@ -126,6 +132,8 @@ def _row(source: str, variant: Variant | None = None) -> Row:
 
 
 def _seen_from(root: Path, folder: Path) -> str:
+    if folder == root:  # as that of very many cases
+        return "."
     try:
         return Path(os.path.relpath(folder, root)).as_posix()
     except ValueError:  # another drive of Windows
@@ -138,14 +146,16 @@ def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
     owners: dict[str, Entry] = {}
     folders: dict[Path, str] = {}
     for entry in entries:
-        for path in entry.files:
-            if path.parent not in folders:
-                folders[path.parent] = os.path.realpath(path.parent)
-            place = os.path.join(folders[path.parent], path.name)  # noqa: PTH118 (ten times faster, and there may be many)
+        if entry.destination is None:
+            continue
+        folder = entry.destination.folder
+        real = folders.get(folder) or folders.setdefault(folder, os.path.realpath(folder))
+        for name in entry.names:
+            place = os.path.join(real, name)  # noqa: PTH118 (ten times faster, and there may be many)
             owner = owners.setdefault(place, entry)
             if owner is not entry:
                 advice = f"give one of them another name than {entry.row.case!r}, or another output.directory and no -o"
-                raise CaseError(f"{_called(owner)} and {_called(entry)} would both write {path}: {advice}")
+                raise CaseError(f"{_called(owner)} and {_called(entry)} would both write {folder / name}: {advice}")
             if place in cases:
                 raise FileError(f"{cases[place]}: the results of {_called(entry)} would overwrite this case file")
 

@@ -4,9 +4,8 @@ from collections.abc import Iterable, Sequence
 from hashlib import file_digest
 from pathlib import Path
 
-from bubblemesh.batch.plan import Entry
+from bubblemesh.batch.plan import STEM, Entry
 from bubblemesh.batch.row import Row
-from bubblemesh.batch.summary import STEM
 from bubblemesh.batch.worker import Job
 from bubblemesh.errors import DONE, FileError, RequirementError, prefixed
 from bubblemesh.files import opened, unreadable
@@ -17,15 +16,13 @@ EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
 FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
 
 
-def recorded(folder: Path, suffix: str | None = None) -> list[Row]:
-    """Rows of the folder's summary with this suffix, or of all summaries there; what is not whole is left out.
+def recorded(folder: Path) -> dict[Path, list[Row]]:
+    """Rows of all summaries of the folder, by their files; what is not whole is left out.
 
     FileError if a summary cannot be read.
     """
-    names = [f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl"] if suffix is None else [f"{STEM}{suffix}.jsonl"]
-    paths = [path for name in names for path in sorted(folder.glob(name))]
-    lines = [line for path in paths for line in _content(path).split(b"\n")]
-    return [row for row in map(Row.parse, lines) if row is not None]
+    paths = [path for name in (f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl") for path in sorted(folder.glob(name))]
+    return {path: [row for row in map(Row.parse, _content(path).split(b"\n")) if row is not None] for path in paths}
 
 
 def _content(path: Path) -> bytes:
@@ -69,7 +66,7 @@ def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
 
 def _has_extras(row: Row, entry: Entry) -> bool:
     """Whether the row has a mesh, and the page and the tables that the case wants beside it."""
-    extras = {path.name for path in entry.files if path.name.endswith(EXTRAS)}
+    extras = {name for name in entry.names if name.endswith(EXTRAS)}
     return bool(row.files) and extras <= row.files.keys()
 
 

@@ -4,7 +4,7 @@ import json
 import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cached_property, reduce
 from operator import getitem
 from typing import Any, Self
 
@@ -112,12 +112,16 @@ class Row:
 
     def data(self) -> dict[str, Any]:
         """Values of the row's line of JSON."""
+        return dict(self._values)
+
+    @cached_property
+    def _values(self) -> Mapping[str, Any]:
         values = {**vars(self), **dict.fromkeys(FIGURES), **self.figures}
         return dict(json_ready({key: values[key] for key in KINDS}))
 
     def line(self) -> str:
         """Line of JSON."""
-        return dumped(self.data()) + "\n"
+        return dumped(self._values) + "\n"
 
     def cells(self) -> str:
         """Line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""

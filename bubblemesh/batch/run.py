@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
+from itertools import chain
 from typing import Any
 
 from bubblemesh.batch.cluster import cluster_workers, require_address
@@ -41,8 +42,9 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
     root, own = options.root, options.part_of(entries)
     require_no_index(entries, options)
     with reserved(options):
-        done = unchanged(own, recorded(root), root) if options.resume else {}
-        others = rows_of_others(own, recorded(root, options.suffix)) if options.resume else []
+        known = recorded(root) if options.resume else {}
+        done = unchanged(own, chain.from_iterable(known.values()), root)
+        others = rows_of_others(own, known.get(options.summary, []))
         left = [entry for entry in own if entry.number not in done]
         with (
             tidied(own, options),

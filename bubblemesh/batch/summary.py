@@ -14,15 +14,13 @@ from bubblemesh.meshfiles.text import csv_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
-STEM = "summary"
-
 
 class Summary:
     """Two files that begin with these rows, in place of old ones, and grow; a FileError if they cannot be written."""
 
     def __init__(self, options: BatchOptions, rows: Iterable[Row]) -> None:
         self.rows = list(rows)  # all that the files hold
-        self.path = options.root / f"{STEM}{options.suffix}.jsonl"  # the file that has all of each row
+        self.path = options.summary  # the file that has all of each row
         self._last: tuple[int, Row] | None = None  # size of the lines, and the row that they are about to get
         self._lines, self._table = self._written()
 
@@ -129,7 +127,8 @@ def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
     """Check that no case's own page would be where the page of the batch goes; else it is a CaseError."""
     page = _page_of(options)
     for entry in entries if options.page else ():
-        if any(path.name == page.name and os.path.realpath(path) == os.path.realpath(page) for path in entry.files):
+        folder = entry.destination.folder if entry.destination else None
+        if folder and page.name in entry.names and os.path.realpath(folder) == os.path.realpath(page.parent):
             raise CaseError(f"{entry.row.source}: its page would be that of the batch: give the case another name")
 
 

@@ -88,5 +88,5 @@ def _with_files_found(value: Any, folder: Path) -> Any:
 
 def place_of(files: Sequence[SourceFile], path: Sequence[str | int]) -> str:
     """File and line of the value at a key path, or of what comes nearest to it."""
-    known = max(reversed(files), key=lambda file: file.document.depth(path))
+    known = files[0] if len(files) == 1 else max(reversed(files), key=lambda file: file.document.depth(path))
     return f"{known.source}:{known.document.line(path) or 1}"

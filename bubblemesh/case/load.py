@@ -185,11 +185,13 @@ class _Places:
 
     def __call__(self, path: Sequence[str | int]) -> str:
         """Option that set or made the value at the key path, else the file and the line of its nearest known key."""
-        for change in reversed(self.changes):
+        # Those of other keys, which very many cases of a sweep may have, tell nothing.
+        changes = [change for change in reversed(self.changes) if not path or str(change.path[0]) == str(path[0])]
+        for change in changes:
             if change.covers(path):
                 return change.source
-        in_file = any(file.document.depth(path) == len(path) for file in self.files)
-        for change in () if in_file else reversed(self.changes):
+        in_file = changes and any(file.document.depth(path) == len(path) for file in self.files)
+        for change in () if in_file else changes:
             if change.leads_through(path):
                 return f"{change.source}: {change.key}" if change.key else change.source
         return place_of(self.files, path)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 from ezdxf import recover
 from ezdxf.filemanagement import readfile
 from ezdxf.lldxf.const import DXFError
@@ -14,18 +15,20 @@ from ezdxf.xclip import XClip
 
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.files import read_bytes
-from bubblemesh.geometry.paths import Ring, as_point
+from bubblemesh.geometry.paths import Area, Ring, as_point
 from bubblemesh.messages import counted, place, shown
 from bubblemesh.readers.dxf_curves import CURVES, FILLS, Curves, polyline_corners
 from bubblemesh.readers.features import (
     FILL,
     HIDDEN,
     NO_HEIGHTS,
+    Clip,
     CompoundCurve,
     Feature,
     FeatureCollection,
     finite_points,
     foreign,
+    polygon_ring,
     writable_label,
 )
 from bubblemesh.readers.slips import Slips
@@ -44,10 +47,11 @@ BODIES = ("REGION", "3DSOLID", "BODY", "SURFACE", "MESH", "3DFACE", "MLINE")
 
 @dataclass(frozen=True)
 class _Found:
-    """An entity of the model space, or one that a block draws there, and whether a layer or a flag hides it."""
+    """An entity of the model space, or one that a block draws there, whether it is hidden, and what clips it."""
 
     entity: Any
     hidden: bool
+    clips: tuple[Clip, ...]
 
 
 @dataclass
@@ -57,7 +61,7 @@ class _Walk:
     drawing: Any
     drawn: int = 0  # size of what blocks draw
     unused: dict[str, list[Any]] = field(default_factory=dict)  # entities that make no curve, by what they are
-    clipped: int = 0  # blocks of which a part is to be seen
+    unclipped: int = 0  # blocks whose clips bound no area
     flat: int = 0  # blocks with a scale of 0
 
 
@@ -107,8 +111,8 @@ def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
         )
     if walk.flat:
         notes += (f"{counted(walk.flat, 'block')} with a scale of 0 drawn as with 1",)
-    if walk.clipped:
-        notes += (f"{counted(walk.clipped, 'block')} clipped (XCLIP) drawn whole: clips are not applied",)
+    if walk.unclipped:
+        notes += (f"{counted(walk.unclipped, 'block')} drawn whole, since the clip (XCLIP) bounds no area",)
     notes += (NO_HEIGHTS,) if len(heights) > 1 else ()
     notes += (f"the width of {counted(wide, 'polyline')} is not used: their middle lines are",) if wide else ()
     return FeatureCollection(tuple(features), unused + notes, unit=UNITS.get(drawing.header.get("$INSUNITS", 0)))
@@ -123,7 +127,9 @@ def _paper(drawing: Any) -> str:
     return f"; there are some in the paper space ({named}): move them to the model space" if drawn else ""
 
 
-def _entities(walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool = False) -> Iterator[_Found]:
+def _entities(
+    walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool = False, clips: tuple[Clip, ...] = ()
+) -> Iterator[_Found]:
     """Entities with those of blocks in their places."""
     if depth > DEEPEST:
         raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
@@ -132,12 +138,12 @@ def _entities(walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool =
             _count(walk, _size(entity))
         unseen = hidden or _is_hidden(walk.drawing, entity)
         if entity.dxftype() == "INSERT":
-            yield from _inserted(walk, entity, depth, unseen)
+            yield from _inserted(walk, entity, depth, unseen, clips)
         elif entity.dxftype() != "VIEWPORT":
-            yield _Found(entity, unseen)
+            yield _Found(entity, unseen, clips)
 
 
-def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool) -> Iterator[_Found]:
+def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool, clips: tuple[Clip, ...]) -> Iterator[_Found]:
     """Entities that an insert draws; CaseError if there is no such block."""
     block = entity.block()
     if block is None:
@@ -147,13 +153,37 @@ def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool) -> Iterator[_F
         return
     _count(walk, entity.mcount)
     walk.flat += _scaled(entity) and not hidden
-    walk.clipped += XClip(entity).is_clipping_enabled and not hidden
 
     def skipped(inner: Any, reason: str) -> None:
         walk.unused.setdefault(f"{inner.dxftype()} of a block that is drawn askew", []).append(inner)
 
     for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
-        yield from _entities(walk, one.virtual_entities(skipped_entity_callback=skipped), depth + 1, hidden)
+        clip = _clip(one)
+        walk.unclipped += clip is not None and not clip.areas and not hidden
+        seen = (*clips, clip) if clip is not None and clip.areas else clips
+        drawn = _on_layer(one.dxf.layer, one.virtual_entities(skipped_entity_callback=skipped))
+        yield from _entities(walk, drawn, depth + 1, hidden, seen)
+
+
+def _on_layer(layer: str, copies: Iterable[Any]) -> Iterator[Any]:
+    """Copies of what is in a block: what is on layer 0 there takes the layer on which the block is inserted."""
+    for copy in copies:
+        if copy.dxf.layer == "0":
+            copy.dxf.layer = layer
+        yield copy
+
+
+def _clip(entity: Any) -> Clip | None:
+    """The clip of an insert, if it has one that is switched on; without an area if that has none."""
+    xclip = XClip(entity)
+    if not xclip.is_clipping_enabled:
+        return None
+    path = xclip.get_wcs_clipping_path()
+    points = finite_points(path.inner_polygon(), f"{_name(entity)}: its clip")
+    ring, _ = polygon_ring(points, f"{_name(entity)}: its clip")
+    if ring is None or not (shape := shapely.Polygon(ring.vertices)).is_valid or shape.area == 0:
+        return Clip(())
+    return Clip((Area(replace(ring, origin=None)),), path.is_inverted_clip)
 
 
 def _scaled(entity: Any) -> bool:
@@ -227,7 +257,7 @@ def _feature(found: _Found) -> Feature:
     label, notes = writable_label(None if layer == "0" else layer, "a layer")
     properties = {"type": kind, "handle": entity.dxf.get("handle"), "layer": layer}
     spare = HIDDEN if found.hidden else FILL if kind in FILLS else None
-    feature = Feature(name, layer, properties, notes=notes, spare=spare)
+    feature = Feature(name, layer, properties, notes=notes, spare=spare, clips=found.clips)
     with foreign(f"{name}: not a valid curve", "draw it anew"):
         if kind == "POINT":
             return replace(feature, points=tuple(finite_points([entity.dxf.location], name)))

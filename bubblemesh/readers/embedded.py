@@ -12,9 +12,11 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import OpenPath, Point
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant
+from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, content_of, length_notes
+from bubblemesh.readers.rings import Joining
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
 
@@ -33,7 +35,7 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     """
     with prefixed(path):
         content = content_of(path, selection, "lines")
-        features = selection.of(content.features)
+        features, clips = clipped(selection.of(content.features), Joining(selection.join))
         used = _first_with(features, lambda one: one.bounds)
         curves, slips = without_copies([curve for one in used for curve in one.curves])
         found = []
@@ -51,6 +53,7 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     notes = [
         *content.notes,
         *length_notes(content, selection),
+        *clips,
         *slips.notes,
         *([f"left out: {left_out}"] if not left_out.startswith("no ") else []),
     ]
@@ -83,7 +86,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
     """
     with prefixed(path):
         content = content_of(path, selection, "points")
-        features = selection.of(content.features)
+        features, clips = clipped(selection.of(content.features), Joining(selection.join))
         used = _first_with(features, lambda one: bool(one.points))
         if not any(one.points for one in used):
             more = ", as no drawing in SVG has" if path.suffix.lower() == ".svg" else ""
@@ -92,7 +95,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
             raise CaseError(f"there is no point in it{more} (but {lines}, {areas}): give points, or another layer")
         if name is not None:
             _require_property(used, name)
-        notes = list(content.notes)
+        notes = [*content.notes, *clips]
         found: dict[Point, str | None] = {}
         slips = Slips()
         for at, label in _places(used, name, notes):

@@ -16,7 +16,7 @@ from bubblemesh.arrays import LARGEST_NUMBER, Floats
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.paths import Point, Ring
+from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
@@ -61,6 +61,14 @@ class CompoundCurve(NamedTuple):
         return end_of(self.pieces[-1])
 
 
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """What is to be seen of features: what lies in some areas, or what does not."""
+
+    areas: tuple[Area, ...]
+    outside: bool = False
+
+
 @dataclass(frozen=True)
 class Feature:
     """One thing of a file."""
@@ -75,6 +83,8 @@ class Feature:
     points: tuple[Point, ...] = ()
     slips: Slips = field(default_factory=Slips)  # dropped from it
     spare: str | None = None  # one of `SPARE`, if it counts only where the choice has nothing else
+    largest: float | None = None  # area of a triangle in it, where the file says so
+    clips: tuple[Clip, ...] = ()  # outside of any of which nothing of it is to be seen
 
     @property
     def is_empty(self) -> bool:

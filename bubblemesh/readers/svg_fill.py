@@ -17,6 +17,7 @@ from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
 
+FLAT = 1e-9  # area of a subpath, in terms of its extent, that is none
 MOST_CROSSINGS = 20_000  # of subpaths: a few seconds
 BATCH = 100  # chords that are looked at together, for the memory that it takes
 

@@ -77,7 +77,11 @@ def checked(content: bytes) -> Element:
     for element in root.all():
         _check(element)
     by_id = {element.attributes["id"]: element for element in root.all() if "id" in element.attributes}
-    drawn = _drawn(root, by_id, (), {})
+    known: dict[int, int] = {}
+    drawn = _drawn(root, by_id, (), known)
+    for element in root.all():
+        if element.tag == "clipPath":
+            _drawn(element, by_id, (), known)
     if drawn > MOST_ELEMENTS:
         raise LimitError(f"its uses draw more than {MOST_ELEMENTS:,} elements, or as much in long ones: simplify it")
     sheet = sum(_sheet_size(element) for element in root.all() if element.tag == "style")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from bubblemesh.readers.svg_source import COMMENT, Element
 
-INHERITED = ("fill", "fill-rule", "stroke", "visibility")
+INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")
 OWN = ("display", "clip-path", "mask")
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 PART = re.compile(r"([.#]?)([\w-]+|\*)")
@@ -75,5 +75,6 @@ def _is_within(steps: Sequence[frozenset[str]], around: Sequence[Element]) -> bo
 
 def _declared(body: str) -> Style:
     pairs = (part.partition(":") for part in body.split(";"))
-    known = {key.strip().lower(): value.replace("!important", "").strip().lower() for key, _, value in pairs}
-    return {key: value for key, value in known.items() if key in (*INHERITED, *OWN) and value}
+    known = {key.strip().lower(): value.replace("!important", "").strip() for key, _, value in pairs}
+    plain = {key: value if "url(" in value else value.lower() for key, value in known.items()}  # ids have their case
+    return {key: value for key, value in plain.items() if key in (*INHERITED, *OWN) and value}

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, partial
-from os.path import isdir, join, realpath
+from os.path import isdir, realpath, split
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -64,10 +64,10 @@ class Destination:
     lasting: bool = True  # whether the files outlast a power cut
 
     @cached_property
-    def files(self) -> list[Path]:
-        """All files that may be written."""
+    def names(self) -> list[str]:
+        """Names of all files that may be written into the folder."""
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
-        return [self.folder / name for name in file_names(self.name, self.formats, tables)]
+        return file_names(self.name, self.formats, tables)
 
     def deliver(self, result: Result) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
@@ -121,13 +121,16 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
     require_order(formats, case.output.order)
     page = case.output.report if options.page is None else options.page
     place = Destination(folder, name, formats, options.history, page)
-    # Only the folder is followed: a link that has the name of a file is replaced by it.
-    parent = realpath(place.folder)
-    written = {join(parent, path.name) for path in place.files}  # noqa: PTH118 (ten times faster, for very many cases)
-    for path in (None if source == "-" else Path(source), solution):
-        if path is not None and realpath(path) in written:
+    for path in (None if source == "-" else source, solution):
+        if path is not None and _would_overwrite(place, realpath(path)):
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
     return place
+
+
+def _would_overwrite(place: Destination, file: str) -> bool:
+    """Whether a file, by its real path, is one of those to write; a link that has the name of one is replaced by it."""
+    folder, name = split(file)
+    return name in place.names and folder == realpath(place.folder)
 
 
 def _require_below(folder: Path, root: Path) -> None:

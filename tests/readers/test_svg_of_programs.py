@@ -187,18 +187,17 @@ class TestStructure:
         assert area(path) == pytest.approx(81)
         assert notes_of(path) == []
 
-    def test_clips_and_texts_and_images_are_counted(self, written):
+    def test_masks_and_texts_and_images_are_counted(self, written):
         path = drawing(
             written,
-            '<clipPath id="c"><rect width="1" height="1"/></clipPath>'
-            '<g clip-path="url(#c)"><rect width="9" height="9"/></g>'
+            '<mask id="c"><rect width="1" height="1"/></mask><g mask="url(#c)"><rect width="9" height="9"/></g>'
             '<text x="1" y="1">A</text><text>B</text><image width="5" height="5" href="a.png"/>',
         )
         assert area(path) == pytest.approx(81)
         assert notes_of(path) == [
             "2 texts not used",
             "1 image not used",
-            "1 shape under a clip-path or mask used whole: clips are not applied",
+            "1 shape under a mask used whole: masks are not applied",
         ]
 
     def test_styles_of_ancestors_hide(self, written):

@@ -1,0 +1,105 @@
+"""Curves of an SVG drawing's shapes: what is drawn without lifting the pen is one; y is turned to point up."""
+
+from typing import Any
+
+import numpy as np
+import svgelements
+
+from bubblemesh.geometry.paths import Point
+from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
+from bubblemesh.readers.features import CompoundCurve, finite_points
+from bubblemesh.readers.sampling import splines
+from bubblemesh.readers.svg_source import Element
+
+ROUND = 1e-9  # relative difference of an arc's radii that is rounding
+PIXELS = 96  # in an inch
+SHAPES = {
+    "path": svgelements.Path,
+    "rect": svgelements.Rect,
+    "circle": svgelements.Circle,
+    "ellipse": svgelements.Ellipse,
+    "line": svgelements.SimpleLine,
+    "polyline": svgelements.Polyline,
+    "polygon": svgelements.Polygon,
+}
+
+Size = tuple[float, float]  # width and height of a drawing, that lengths in percent are of
+
+
+def curves_of(element: Element, transform: str, size: Size, name: str, label: str | None) -> list[CompoundCurve]:
+    """The curves of a shape's subpaths, in the units of the drawing; ``name`` is what messages call them."""
+    curves = []
+    for subpath in path_of(element, transform, size).as_subpaths():
+        pieces, start = _pieces(list(svgelements.Path(subpath)), name)
+        if pieces:
+            pieces[-1] = _ending(pieces[-1], start)
+            curves.append(CompoundCurve(start, tuple(piece._replace(label=label) for piece in pieces), name))
+    return curves
+
+
+def path_of(element: Element, transform: str, size: Size) -> Any:
+    """The path of a shape, in the units of the drawing."""
+    sizes = {"width": "0", "height": "0"} if element.tag == "rect" else {}
+    given = {key: value for key, value in element.attributes.items() if key != "style" and value != "auto"}
+    values = {**sizes, **given, "transform": transform, "attributes": element.attributes}
+    if element.tag == "path":
+        shape = svgelements.Path(values, pathd_loaded=True)
+        shape.parse(element.attributes.get("d", ""))
+    else:
+        shape = SHAPES[element.tag](values)
+    shape.render(ppi=PIXELS, width=size[0], height=size[1])
+    return abs(svgelements.Path(shape))
+
+
+def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
+    """Pieces of a subpath, and its start."""
+    pieces: list[Piece] = []
+    start = here = (0.0, 0.0)
+    for segment in segments:
+        if segment.end is None:
+            continue
+        (end,) = finite_points([_up(segment.end)], name)
+        if isinstance(segment, svgelements.Move):
+            start = end
+        elif _same(end, here) and isinstance(segment, svgelements.Line | svgelements.Close):
+            continue
+        else:
+            pieces += _piece(segment, end, name)
+        here = end
+    return pieces, start
+
+
+def _piece(segment: Any, end: Point, name: str) -> list[Piece]:
+    if isinstance(segment, svgelements.Line | svgelements.Close):
+        return [LineTo(end)]
+    if isinstance(segment, svgelements.Arc) and abs(segment.rx - segment.ry) <= ROUND * segment.rx:
+        (center,) = finite_points([_up(segment.center)], name)
+        # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
+        # The ends of a full turn would be one point.
+        middle = [] if abs(segment.sweep) < 1.9 * np.pi else [_up(segment.point(0.5))]
+        stops = [*finite_points(middle, name), end]
+        return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]
+
+    def curve(t: Any) -> Any:
+        return np.array(finite_points([_up(segment.point(value)) for value in t.tolist()], name))
+
+    return [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in splines(curve)]
+
+
+def _ending(piece: Piece, start: Point) -> Piece:
+    """The last piece, with its end exactly at the start if they differ by rounding."""
+    if not _same(end_of(piece), start):
+        return piece
+    return (
+        piece._replace(through=[*piece.through[:-1], start])
+        if isinstance(piece, SplineTo)
+        else piece._replace(to=start)
+    )
+
+
+def _same(a: Point, b: Point) -> bool:
+    return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= ROUND * max(1.0, abs(a[0]), abs(a[1]))
+
+
+def _up(point: Any) -> Point:
+    return float(point.x), 0.0 - float(point.y)  # no negative zero

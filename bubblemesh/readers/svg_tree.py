@@ -1,0 +1,241 @@
+"""The shapes that the elements of an SVG drawing draw, with what they inherit and what clips them."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+import svgelements
+
+from bubblemesh.errors import CaseError, GeometryError, LimitError
+from bubblemesh.geometry.arrangement.winding import FillRule
+from bubblemesh.messages import shown
+from bubblemesh.readers.features import Clip
+from bubblemesh.readers.svg_clips import Stencil, clip_of
+from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
+from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element
+from bubblemesh.readers.svg_style import Style, StyleSheet
+
+INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
+DRAWN_ELSE = ("text", "image", "foreignObject")  # what draws something without curves that could be read
+GROUPS = ("g", "a", "svg", "symbol")
+REFERENCE = re.compile(r"url\(\s*[\"']?#([^\"')]+?)[\"']?\s*\)")
+
+# Names that drawing programs give by themselves: path12-3, Layer 1, XMLID_7_, st0, cls-2.
+NUMBERED = re.compile(
+    r"(circle|clip|cls|curve|ellipse|fil|frame|g|group|image|layer|line|object|patch|path|poly(line|gon)|rect(angle)?"
+    r"|shape|st|str|svg|use|vector|xmlid)[-_ ]*\d[-_ .\d]*",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class Around:
+    """Context of an element from the groups around it: the way to it, and what it inherits."""
+
+    elements: tuple[Element, ...] = ()
+    transform: str = ""
+    style: Style = field(default_factory=dict)
+    layer: str | None = None  # name of the innermost layer or group that has one
+    label: str | None = None  # of a use
+    hidden: bool = False
+    masked: bool = False
+    clips: tuple[Clip, ...] | None = ()  # that apply to all in it; None where only its extent is looked for
+    inside: tuple[str, ...] = ()  # names of the clipPaths that it is a part of
+
+
+class Drawn(NamedTuple):
+    """A shape with what is around it, its own style included."""
+
+    element: Element
+    around: Around
+
+
+@dataclass
+class Drawing:
+    """A drawing on the way through its elements."""
+
+    root: Element
+    sheet: StyleSheet
+    by_id: Mapping[str, Element]
+    size: Size
+    unused: Counter[str] = field(default_factory=Counter)
+    unclipped: Counter[str] = field(default_factory=Counter)  # elements whose clips cannot be applied, by why
+    masked: int = 0
+    visits: Counter[str] = field(default_factory=Counter)  # of elements, by their sizes
+    clips: dict[tuple[str, str], Clip | None] = field(default_factory=dict)  # by clipPath and transform
+
+    @classmethod
+    def of(cls, root: Element) -> "Drawing":
+        """The drawing with all that is in its root element."""
+        by_id: dict[str, Element] = {}
+        for element in root.all():
+            if "id" in element.attributes:
+                by_id.setdefault(element.attributes["id"], element)
+        return cls(root, StyleSheet.of(root), by_id, _size(root))
+
+
+def _size(root: Element) -> tuple[float, float]:
+    """Width and height of a drawing in its own units."""
+    box = re.findall(r"[-+.\deE]+", root.attributes.get("viewBox", ""))
+    if len(box) == 4:
+        return float(box[2]), float(box[3])
+    return _length(root, "width", 100.0, "100"), _length(root, "height", 100.0, "100")
+
+
+def _length(element: Element, key: str, whole: float, default: str) -> float:
+    """A length of an element in pixels; ``whole`` is what percents are of."""
+    given = element.attributes.get(key, default)
+    return float(svgelements.Length(default if given == "auto" else given).value(ppi=PIXELS, relative_length=whole))
+
+
+def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn]:
+    """Shapes that an element draws, those of inner groups and uses included."""
+    _count(drawing, element)
+    style = drawing.sheet.style(element, around.elements, around.style)
+    here = replace(
+        around,
+        elements=(*around.elements, element),
+        transform=f"{around.transform} {element.attributes.get('transform', '')}".strip(),
+        style=style,
+        hidden=around.hidden or style.get("display") == "none",
+        masked=around.masked or style.get("mask", "none") != "none",
+    )
+    clip = _clip(drawing, element, around, here)
+    if clip is not None and here.clips is not None:
+        here = replace(here, clips=(*here.clips, clip))
+    tag = element.tag
+    if tag in SHAPES:
+        yield Drawn(element, replace(here, label=here.label or _given(element) or here.layer))
+    elif tag in DRAWN_ELSE:
+        drawing.unused[f"{tag} of a clip-path" if here.inside else tag] += not here.hidden
+    elif tag == "use":
+        target = drawing.by_id.get(_target(element))
+        shift = (
+            f"translate({_length(element, 'x', drawing.size[0], '0')},{_length(element, 'y', drawing.size[1], '0')})"
+        )
+        here = replace(here, transform=f"{here.transform} {shift}".strip(), label=_given(element) or here.label)
+        if target is None:
+            drawing.unused["use of nothing that is there"] += 1
+        elif target.tag in ("symbol", "svg"):
+            yield from _within(drawing, target, _in_viewport(drawing, target, element, here))
+        else:
+            yield from shapes(drawing, target, here)
+    elif tag == "switch":
+        chosen = next((child for child in element.children if _is_for_all(child)), None)
+        yield from shapes(drawing, chosen, here) if chosen is not None else ()
+    elif tag in GROUPS and tag != "symbol":
+        if tag == "svg" and around.elements:
+            here = _in_viewport(drawing, element, element, here)
+        named = element is not drawing.root
+        yield from _within(drawing, element, replace(here, layer=_given(element) or here.layer) if named else here)
+
+
+def _count(drawing: Drawing, element: Element) -> None:
+    drawing.visits["elements"] += element.size
+    if drawing.visits["elements"] > 2 * MOST_ELEMENTS:
+        raise LimitError(f"its clips draw more than {MOST_ELEMENTS:,} elements: remove some of them, or simplify it")
+
+
+def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> Clip | None:
+    """What the clip-path of an element leaves to be seen; None if it has none, or one that cannot be applied."""
+    given = here.style.get("clip-path", "none")
+    if given == "none" or around.clips is None:
+        return None
+    found = REFERENCE.match(given)
+    target = drawing.by_id.get(found[1]) if found else None
+    if found is None or target is None or target.tag != "clipPath":
+        why = f"there is no clipPath {shown(found[1], 40)!r}" if found else f"{shown(given, 40)!r} is not read"
+        drawing.unclipped[why] += 1
+        return None
+    name = target.attributes["id"]
+    if name in here.inside:
+        raise CaseError(f"{target.name}: it clips itself: remove its clip-path")
+    transform = here.transform
+    if target.attributes.get("clipPathUnits") == "objectBoundingBox":
+        box = _box(drawing, element, around, here)
+        if box is None:
+            return Clip(())
+        transform = f"{transform} {box}".strip()
+    key = name, transform
+    if key not in drawing.clips:
+        try:
+            drawing.clips[key] = _made(drawing, target, transform, (*here.inside, name))
+        except GeometryError as error:
+            drawing.clips[key] = None
+            drawing.unclipped[f"{target.name}: {error}"] += 0
+    made = drawing.clips[key]
+    if made is None:
+        drawing.unclipped[next(why for why in drawing.unclipped if why.startswith(target.name))] += 1
+    return made
+
+
+def _made(drawing: Drawing, target: Element, transform: str, inside: tuple[str, ...]) -> Clip:
+    """The clip that the shapes of a clipPath are together."""
+    style = drawing.sheet.style(target, (), {})
+    whole = f"{transform} {target.attributes.get('transform', '')}".strip()
+    here = Around((target,), whole, style, inside=inside)
+    own = _clip(drawing, target, Around(inside=inside), replace(here, transform=transform))
+    here = replace(here, clips=() if own is None else (own,))
+    stencils = []
+    for element, around in _within(drawing, target, here):
+        if not around.hidden and around.style.get("visibility", "visible") == "visible":
+            curves = curves_of(element, around.transform, drawing.size, element.name, None)
+            rule: FillRule = "evenodd" if around.style.get("clip-rule") == "evenodd" else "nonzero"
+            stencils.append(Stencil(curves, rule, around.clips or ()))
+    return clip_of(stencils)
+
+
+def _box(drawing: Drawing, element: Element, around: Around, here: Around) -> str | None:
+    """Transform of the unit square to the box around what an element draws; None if that has no extent."""
+    matrix = svgelements.Matrix(here.transform)
+    if matrix.determinant == 0:
+        return None
+    aside = replace(drawing, unused=Counter(), unclipped=Counter())
+    drawn = shapes(aside, element, replace(around, clips=None))
+    paths = (path_of(one, context.transform, drawing.size) * ~matrix for one, context in drawn)
+    boxes = np.array([box for path in paths if (box := path.bbox()) is not None], float).reshape(-1, 4)
+    if len(boxes) == 0:
+        return None
+    (x0, y0), (x1, y1) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+    return f"matrix({x1 - x0!r},0,0,{y1 - y0!r},{x0!r},{y0!r})" if x1 > x0 and y1 > y0 else None
+
+
+def _within(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
+    for child in group.children:
+        if child.tag not in UNDRAWN:
+            yield from shapes(drawing, child, here)
+
+
+def _in_viewport(drawing: Drawing, element: Element, sized: Element, here: Around) -> Around:
+    """Context of the content of a nested drawing or a symbol, whose width and height ``sized`` has."""
+    x, y = (_length(element, key, whole, "0") for key, whole in zip("xy", drawing.size, strict=True))
+    move = f"translate({x},{y})" if x or y else ""
+    box = re.findall(r"[-+.\deE]+", element.attributes.get("viewBox", ""))
+    if len(box) == 4:
+        keys = zip(("width", "height"), drawing.size, strict=True)
+        width, height = (
+            _length(sized if key in sized.attributes else element, key, whole, "100%") for key, whole in keys
+        )
+        aspect = element.attributes.get("preserveAspectRatio", "xMidYMid meet")
+        move = svgelements.Viewbox.viewbox_transform(x, y, width, height, *map(float, box), aspect)
+    return replace(here, transform=f"{here.transform} {move}".strip())
+
+
+def _target(use: Element) -> str:
+    return next((use.attributes[key] for key in HREFS if key in use.attributes), "").removeprefix("#")
+
+
+def _is_for_all(child: Element) -> bool:
+    """Whether an alternative of a switch needs nothing that readers may lack."""
+    needs = ("requiredExtensions", "requiredFeatures", "systemLanguage")
+    return child.tag not in DRAWN_ELSE and not any(key in child.attributes for key in needs)
+
+
+def _given(element: Element) -> str | None:
+    """The name that somebody gave an element: its label in Inkscape, else its id, else its first class."""
+    own = element.attributes
+    names = [own.get(f"{INKSCAPE} label"), own.get("id"), *own.get("class", "").split()[:1]]
+    return next((name.strip() for name in names if name and not NUMBERED.fullmatch(name.strip())), None)
