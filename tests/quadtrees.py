@@ -2,6 +2,7 @@
 
 
 def balanced(grid):
-    while (large := grid.unbalanced()[0]).any():
+    wanted = grid.unbalanced()
+    while (large := grid.among(wanted)).any():
         grid, _, _ = grid.split(large)
     return grid

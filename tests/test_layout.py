@@ -16,10 +16,11 @@ MAY_IMPORT = {
     "limits": {"errors"},
     "messages": {"arrays"},
     "resources": set(),
+    "kernels": {"arrays", "errors"},
     "meshes": FOUNDATION,
     "geometry": FOUNDATION,
     "readers": FOUNDATION | {"geometry"},
-    "spacing": FOUNDATION | {"geometry", "meshes"},
+    "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},
     "packing": FOUNDATION | {"geometry", "meshes", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
@@ -27,7 +28,7 @@ MAY_IMPORT = {
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
     "problem": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
-    | {"__version__", "case", "geometry", "meshes", "meshfiles", "packing", "pages", "problem", "spacing"},
+    | {"__version__", "case", "geometry", "kernels", "meshes", "meshfiles", "packing", "pages", "problem", "spacing"},
     "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "packing", "problem", "run", "spacing"},
     "batch": FOUNDATION
     | {"__version__", "case", "geometry", "meshes", "meshfiles", "pages", "problem", "readers", "run"},
@@ -36,8 +37,8 @@ MAY_IMPORT = {
     "console": FOUNDATION | {"batch", "meshes", "problem", "run"},
     "cli": FOUNDATION
     | {
-        *{"__version__", "adaptivity", "batch", "case", "console", "meshes", "meshfiles", "pictures", "problem"},
-        *{"run", "spacing"},
+        *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "pictures"},
+        *{"problem", "run", "spacing"},
     },
     "__init__": {"api"},
     "__main__": {"cli", "errors"},

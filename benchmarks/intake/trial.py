@@ -16,20 +16,24 @@ from benchmarks.robustness.trials import Row
 PARTS = 30  # of the size: the spacing
 # What messages name: a key with a value that can be taken as it stands. Values in capitals stand for others.
 KEYS = "part|repair|join|open|simplify|smallest|layer|feature|regions|units"
-ADVICE = re.compile(rf"\b({KEYS}): (\{{[^{{}}]*\}}|'[^']*'|[^\s,;:)]+)")
+VALUE = r"\{[^{}]*\}|\[[^\[\]]*\]|'[^']*'|\"[^\"]*\"|[^\s,;:)]+"
+ADVICE = re.compile(rf"\b({KEYS}): ({VALUE})( and (?=({KEYS}): ))?")
 AT_ONCE, WITH_KEY, REFUSED = "at once", "with the key", "refused"
 
 
 def advised(message: str) -> dict[str, Any]:
-    """The first key with its value that a message names, if there is one."""
-    for key, text in ADVICE.findall(message):
+    """The first key with its value that a message names, with those that it joins to it by "and"; there may be none."""
+    found: dict[str, Any] = {}
+    for key, text, more, _ in ADVICE.findall(message):
         try:
             value = yaml.safe_load(text)
         except yaml.YAMLError:
             continue
         if not (isinstance(value, str) and key != "layer" and value.isupper()):
-            return {key: value}
-    return {}
+            found[key] = value
+            if not more:
+                break
+    return found
 
 
 def cases(task: Row) -> Iterator[tuple[str, Callable[[str], Row]]]:

@@ -23,11 +23,15 @@ for command in (run, adapt, batch, check, quality, plot, schema, init):
 
 
 @app.callback(invoke_without_command=True)
-def bubblemesh(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+def bubblemesh(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
     """Triangle meshes by bubble packing, from a YAML case file to solver-ready files."""
     if version:
+        from bubblemesh.kernels.library import engine
+
         with reported():
-            write_output(f"{__version__}\n")
+            write_output(f"{__version__} (kernels: {engine()})\n")
         raise typer.Exit
 
 

@@ -1,54 +1,92 @@
 """Advice on curves that do not close: keys that make rings of them, tried before they are named."""
 
+import json
+import re
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.messages import counted, just_above, shown
-from bubblemesh.readers.features import CompoundCurve, Feature, vertices_of
+from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, vertices_of
 from bubblemesh.readers.rings import Joining, extent, meeting, to_next
 
 SMALL = 0.05  # of the drawing's size: wider gaps are no slips
 MOST_LAYERS = 10  # that one message lists
+# A name that YAML reads as it stands, without quotes.
+PLAIN = re.compile(r"(?!(true|false|yes|no|on|off|null|nan|inf|[yn])$)[^\W\d_][\w-]*( [\w-]+)*", re.IGNORECASE)
 
-RingsBy = Callable[[Sequence[Feature], Joining], int]  # number of rings that features give, 0 if they do not close
+
+class Outcome(NamedTuple):
+    """What some features give by a joining."""
+
+    rings: int
+    areas: int  # separate ones
+    sound: bool  # whether no rings of the largest area cross
+
+    @property
+    def more(self) -> str:
+        """The keys that it takes beside, to have one area."""
+        part, repair = " and part: largest" * (self.areas > 1), " and repair: true" * (not self.sound)
+        return f"{part}{repair}"
+
+    @property
+    def rank(self) -> int:
+        """Number of the keys that it takes beside."""
+        return (self.areas > 1) + (not self.sound)
 
 
-def ways_out(
-    used: Sequence[Feature], features: Sequence[Feature], joining: Joining, rings_by: RingsBy, whole: bool
-) -> str:
-    """Advice on the ``used`` features, whose curves do not close by a ``joining``: keys that help.
+Trial = Callable[[Sequence[Feature], Joining], Outcome | None]  # what features give, None if they do not close
+
+
+class _Way(NamedTuple):
+    """Advice, and how many keys it takes beside the one that it is on."""
+
+    text: str
+    rank: int
+
+
+def ways_out(used: Sequence[Feature], features: Sequence[Feature], joining: Joining, trial: Trial, whole: bool) -> str:
+    """Advice on the ``used`` features, whose curves do not close by a ``joining``: keys that help, as a trial tells.
 
     Of all features, the layers that close by themselves are named, or else the features, if the ``whole`` of the file
-    or its layers is there, so that they can be chosen by number.
+    or its layers is there, so that they can be chosen by number. What takes the fewest keys comes first.
     """
-    ways = _other_joinings(used, joining, rings_by)
-    closing = _layers_that_close(features, joining, rings_by)
-    if not closing and whole:
-        closing = _features_that_close(features, joining, rings_by)
-    advice = "; or ".join(ways) or "draw what is missing and remove double lines, or choose a layer or feature"
-    return f"{advice}{closing}"
+    ways = _other_joinings(used, joining, trial)
+    closing = _layers_that_close(features, joining, trial)
+    if closing is None and whole:
+        closing = _features_that_close(features, joining, trial)
+    advice = "; or ".join(way.text for way in sorted(ways, key=lambda way: way.rank))
+    if not ways:
+        advice = "draw what is missing and remove double lines, or choose a layer or feature"
+    if closing is None:
+        return advice
+    simpler = ways and closing.rank < min(way.rank for way in ways)
+    return f"{closing.text}; or {advice}" if simpler else f"{advice}; {closing.text}"
 
 
-def _other_joinings(used: Sequence[Feature], joining: Joining, rings_by: RingsBy) -> list[str]:
+def _other_joinings(used: Sequence[Feature], joining: Joining, trial: Trial) -> list[_Way]:
     """Keys by which the features close."""
     width = _gap_to_close([curve for one in used for curve in one.curves], joining)
-    ways = list[str]()
+    ways = list[_Way]()
     join = None if width is None else joining._replace(reach=float(width))
-    if join and rings_by(used, join):
-        ways.append(f"set join: {width}, which closes all gaps")
+    if join and (found := trial(used, join)):
+        ways.append(_Way(f"set join: {width}{found.more}, which closes all gaps", found.rank))
     if joining.skip:
         return ways
-    skipped = rings_by(used, joining._replace(skip=True))
-    if join and not ways and (more := rings_by(used, join._replace(skip=True))) > skipped:
-        ways.append(f"set join: {width} and open: skip, which close gaps and leave out other curves ({_left(more)})")
+    skipped = trial(used, joining._replace(skip=True))
+    more = trial(used, join._replace(skip=True)) if join and not ways else None
+    if more and (skipped is None or more.rings > skipped.rings):
+        keys = f"set join: {width} and open: skip{more.more}"
+        ways.append(_Way(f"{keys}, which close gaps and leave out other curves ({_left(more)})", more.rank))
     if skipped:
-        ways.append(f"set open: skip, which leaves out what forms no ring ({_left(skipped)})")
+        keys = f"set open: skip{skipped.more}"
+        ways.append(_Way(f"{keys}, which leaves out what forms no ring ({_left(skipped)})", skipped.rank))
     return ways
 
 
-def _left(rings: int) -> str:
-    return f"{counted(rings, 'ring')} stay{'s' if rings == 1 else ''}"
+def _left(found: Outcome) -> str:
+    return f"{counted(found.rings, 'ring')} stay{'s' if found.rings == 1 else ''}"
 
 
 def _gap_to_close(curves: Sequence[CompoundCurve], joining: Joining) -> str | None:
@@ -69,26 +107,54 @@ def _gap_to_close(curves: Sequence[CompoundCurve], joining: Joining) -> str | No
     return just_above(float(narrow[last]))
 
 
-def _layers_that_close(features: Sequence[Feature], joining: Joining, rings_by: RingsBy) -> str:
-    """Advice that names the layers which bound areas by themselves, where there are several layers."""
+def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: Trial) -> _Way | None:
+    """Advice that names the layers which bound areas by themselves, where there are several layers.
+
+    Those that bound one area together are advised, the outermost ones left out where it takes that.
+    """
     layers: dict[str, list[Feature]] = {}
     for one in features:
-        if one.layer is not None:
+        if one.layer is not None and one.spare != HIDDEN:
             layers.setdefault(one.layer, []).append(one)
-    closing = [layer for layer, ones in layers.items() if len(layers) > 1 and rings_by(ones, joining)]
+    found = {layer: trial(ones, joining) for layer, ones in layers.items() if len(layers) > 1}
+    closing = {layer: outcome for layer, outcome in found.items() if outcome is not None}
     if not closing:
-        return ""
+        return None
     more = f" and {len(closing) - MOST_LAYERS} more" if len(closing) > MOST_LAYERS else ""
-    named = ", ".join(shown(layer, 40) for layer in closing[:MOST_LAYERS])
-    return f"; layers that close by themselves: {named}{more}: choose by layer: {shown(closing[0], 40)}"
+    named = ", ".join(shown(layer, 40) for layer in [*closing][:MOST_LAYERS])
+    widest = sorted(closing, key=lambda layer: -_extent(layers[layer]))
+    together = (widest[k:] for k in range(min(len(widest) - 1, MOST_LAYERS)))
+    for some in together:
+        outcome = trial([one for one in features if one.layer in some], joining)
+        if outcome is not None and outcome.rank == 0:
+            key = f"layer: [{', '.join(map(_value, sorted(some, key=[*closing].index)))}]"
+            break
+    else:
+        best = min(closing, key=lambda layer: closing[layer].rank)
+        key, outcome = f"layer: {_value(best)}", closing[best]
+    advice = f"layers that close by themselves: {named}{more}: choose by {key}{outcome.more}"
+    return _Way(advice, outcome.rank)
 
 
-def _features_that_close(features: Sequence[Feature], joining: Joining, rings_by: RingsBy) -> str:
+def _features_that_close(features: Sequence[Feature], joining: Joining, trial: Trial) -> _Way | None:
     """Advice that names the features which bound areas by themselves, the widest of them first."""
-    found = [k for k, one in enumerate(features) if len(features) > 1 and one.bounds and rings_by([one], joining)]
+    several = len(features) > 1
+    tried = {k: trial([one], joining) for k, one in enumerate(features) if several and one.bounds}
+    found = {k: outcome for k, outcome in tried.items() if outcome is not None}
     if not found:
-        return ""
-    found.sort(key=lambda k: -float(np.ptp(vertices_of([features[k]]), axis=0).max()))
+        return None
+    order = sorted(found, key=lambda k: -_extent([features[k]]))
     more = f" and {len(found) - MOST_LAYERS} more" if len(found) > MOST_LAYERS else ""
-    named = ", ".join(features[k].name for k in found[:MOST_LAYERS])
-    return f"; what closes by itself: {named}{more}: choose by feature: {found[0]}"
+    named = ", ".join(features[k].name for k in order[:MOST_LAYERS])
+    best = min(order, key=lambda k: found[k].rank)
+    advice = f"what closes by itself: {named}{more}: choose by feature: {best}{found[best].more}"
+    return _Way(advice, found[best].rank)
+
+
+def _extent(features: Sequence[Feature]) -> float:
+    return float(np.ptp(vertices_of(features), axis=0).max())
+
+
+def _value(name: str) -> str:
+    """A name as the value of a key."""
+    return shown(name, 40) if PLAIN.fullmatch(name) else json.dumps(shown(name, 40), ensure_ascii=False)

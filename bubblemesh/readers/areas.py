@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.errors import CaseError, GeometryError
-from bubblemesh.geometry.nesting import nested, shapes_of
+from bubblemesh.geometry.nesting import Shapes, nested, shapes_of
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import MOST_NAMES, place
@@ -62,9 +62,16 @@ def chosen_areas(areas: Sequence[Area], part: Part | None) -> list[Area]:
     ]
     more = f"; and {len(order) - MOST_NAMES} smaller ones" if len(order) > MOST_NAMES else ""
     listed = f"parts are {'; '.join(parts)}{more}"
+    first, all_ = _beside(shapes[order[:1]]), _beside(shapes)
     if number is not None:
         raise CaseError(f"it has no part {number}: give a number from 0 to {len(areas) - 1}; {listed}")
     raise GeometryError(
-        f"{len(areas)} separate areas are in it: choose by part: largest, part: all for a mesh of separate pieces, or "
-        f"part: N, or by feature or layer; {listed}"
+        f"{len(areas)} separate areas are in it: choose by part: largest{first}, part: all{all_} for a mesh of "
+        f"separate pieces, or part: N, or by feature or layer; {listed}"
     )
+
+
+def _beside(shapes: Shapes) -> str:
+    """The key that it takes beside the choice of some shapes, if their rings cross, or they overlap."""
+    i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    return "" if shapely.is_valid(shapes).all() and (i == j).all() else " and repair: true"

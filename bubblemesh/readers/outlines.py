@@ -5,10 +5,15 @@ from functools import reduce
 from operator import add
 from typing import NamedTuple
 
+import numpy as np
+import shapely
+
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
-from bubblemesh.geometry.paths import Ring
+from bubblemesh.geometry.nesting import shapes_of
+from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted
-from bubblemesh.readers.advice import ways_out
+from bubblemesh.readers.advice import Outcome, ways_out
+from bubblemesh.readers.areas import areas_of
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
 from bubblemesh.readers.linework import rings_of_linework
@@ -40,7 +45,7 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
         found, notes = _bounding(kinds[used], joining), []
     except GeometryError as error:
         if used is not None or not kinds[FILL]:
-            advice = ways_out(kinds[used], given, joining, rings_by, whole)
+            advice = ways_out(kinds[used], given, joining, _tried, whole)
             raise GeometryError(f"{error}: {advice}") from None
         used, found = FILL, _bounding(kinds[FILL], joining)
         notes = [f"lines beside fills do not close and are left out ({error})"]
@@ -105,11 +110,17 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
     return CaseError(f"there is no ring in it{but}: give closed curves, or lines that meet")
 
 
-def rings_by(features: Sequence[Feature], joining: Joining) -> int:
-    """Number of the rings and areas that features give, without any that collapse; 0 if they do not close."""
+def _tried(features: Sequence[Feature], joining: Joining) -> Outcome | None:
+    """What features give, if they close without any ring that collapses."""
     try:
-        found = _bounding(clipped(features, joining)[0], joining)
+        seen = clipped(features, joining)[0]
+        used = next((kind for kind in (None, *SPARE) if any(one.bounds for one in seen if one.spare == kind)), None)
+        found = _bounding([one for one in seen if one.spare == used and not one.is_empty], joining)
+        areas = areas_of([Area(outer, tuple(holes)) for outer, *holes in found.areas], found.rings, None)
     except BubblemeshError:
-        return 0
-    before = sum(one.slips.flat for one in features)
-    return len(found.areas) + len(found.rings) if found.slips.flat == before else 0
+        return None
+    if not areas or found.slips.flat != sum(one.slips.flat for one in seen if one.spare == used):
+        return None
+    shapes = shapes_of(areas)
+    sound = bool(shapely.is_valid(shapes[np.argmax(shapely.area(shapes))]))
+    return Outcome(len(found.areas) + len(found.rings), len(areas), sound)

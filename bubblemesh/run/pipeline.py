@@ -10,6 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError
 from bubblemesh.geometry.followed import deviation
+from bubblemesh.kernels.library import engine
 from bubblemesh.limits import enter, time_left, timed
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
@@ -213,6 +214,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         case=task.name,
         method=task.method_name,
         version=__version__,
+        engine=engine(),
         seed=problem.method.perturbation.seed,
         parameters=task.parameters,
         initial=best.start,

@@ -129,6 +129,7 @@ class Report(Mapping[str, Any]):
     case: str
     method: str
     version: str
+    engine: str  # that ran the kernels: compiled or numpy
     seed: int
     parameters: Mapping[str, Any]
     initial: StartRow

@@ -14,6 +14,7 @@ from commands import within as bubblemesh
 from paths import ROOT
 
 from bubblemesh import __version__
+from bubblemesh.kernels.library import engine
 
 CONFIGS = ROOT / "configs"
 QUICKSTART = CONFIGS / "quickstart.yaml"
@@ -237,7 +238,8 @@ def test_schema_is_json_that_knows_the_keys(tmp_path):
 
 def test_help_and_version(tmp_path):
     assert b"run" in separately("--help", folder=tmp_path).stdout
-    assert separately("--version", folder=tmp_path).stdout.decode().strip() == __version__
+    told = separately("--version", folder=tmp_path).stdout.decode()
+    assert told == f"{__version__} (kernels: {engine()})\n"
 
 
 @pytest.mark.parametrize(

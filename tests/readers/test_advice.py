@@ -84,3 +84,56 @@ def test_features_without_a_shape_are_no_regions_and_are_counted(written):
     found = case_domain(load_case(written("case.yaml", "domain: {regions: {file: a.geojson, name: n}}\nspacing: 1\n")))
     assert [region.name for region in found.parts.regions] == ["a"]
     assert any("left out: 1 empty feature" in note for note in found.notes)
+
+
+def drawn_in_layers(path, layers):
+    import ezdxf
+
+    document = ezdxf.new("R2018")
+    for layer, loops in layers.items():
+        for points in loops:
+            document.modelspace().add_lwpolyline(points, close=len(points) > 2, dxfattribs={"layer": layer})
+    document.saveas(path)
+    return path
+
+
+def box(x, y, size):
+    return [(x, y), (x + size, y), (x + size, y + size), (x, y + size)]
+
+
+def test_layers_that_bound_one_area_together_are_advised_first(tmp_path):
+    layers = {
+        "FRAME": [box(-10, -10, 50), [(20, -10), (20, -5)]],
+        "BORES": [box(1, 1, 2), box(5, 5, 2)],
+        "OUTLINE": [box(0, 0, 9)],
+        "HATCHING": [[(0, 0), (1, 1)]],
+    }
+    path = drawn_in_layers(tmp_path / "a.dxf", layers)
+    text = message(path)
+    assert (
+        "layers that close by themselves: BORES, OUTLINE: choose by layer: [BORES, OUTLINE]; or set open: skip" in text
+    )
+    assert "set open: skip and part: largest, which leaves out what forms no ring (4 rings stay)" in text
+    assert domain(path, layers=("BORES", "OUTLINE")).polygon.area == pytest.approx(81 - 8)
+    assert domain(path, open="skip", part="largest").polygon.area == pytest.approx(2500 - 81)
+
+
+def test_a_layer_around_all_others_is_left_out_of_what_is_advised(tmp_path):
+    layers = {"FRAME": [box(-10, -10, 50)], "BORES": [box(1, 1, 2), box(5, 5, 2)], "OUTLINE": [box(0, 0, 9)]}
+    path = drawn_in_layers(tmp_path / "a.dxf", layers | {"AXES": [[(0, 0), (1, 1)]]})
+    assert "FRAME, BORES, OUTLINE: choose by layer: [BORES, OUTLINE]" in message(path)
+
+
+def test_names_of_layers_that_yaml_would_read_otherwise_are_quoted(tmp_path):
+    path = drawn_in_layers(tmp_path / "a.dxf", {"1-cut #2": [box(0, 0, 9)], "AXES": [[(0, 0), (1, 1)]]})
+    assert message(path).endswith('choose by layer: "1-cut #2"') or 'choose by layer: "1-cut #2"; or' in message(path)
+
+
+def test_a_part_whose_rings_cross_is_advised_with_its_repair(written):
+    bow = "((0 0, 6 6, 6 0, 0 5, 0 0))"
+    path = written("a.wkt", f"MULTIPOLYGON ({bow}, ((10 0, 11 0, 11 1, 10 0)))")
+    assert "choose by part: largest and repair: true, part: all and repair: true for" in message(path)
+    written("a.wkt", f"MULTIPOLYGON (((20 0, 30 0, 30 9, 20 0)), {bow})")
+    assert "choose by part: largest, part: all and repair: true for" in message(path)
+    text = "domain: {file: a.wkt, part: all, repair: true}\nspacing: 1\n"
+    assert case_domain(load_case(written("case.yaml", text))).piece_count == 3

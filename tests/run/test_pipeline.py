@@ -15,6 +15,7 @@ REPORT = [
     "case",
     "method",
     "version",
+    "engine",
     "seed",
     "parameters",
     "initial",

@@ -73,24 +73,26 @@ class Samples:
             if not split.any():
                 break
             front = front.quarters(split, domain, values)
-        return Samples.merged(done)[0]
+        return Samples.merged(done)
 
     def quarters(self, cells: Booleans, domain: Domain, values: Values) -> "Samples":
         """The quarters of some cells (n,), with samples of their own."""
         grid, origin, _ = self.grid.select(cells).split(np.ones(int(cells.sum()), bool))
         d = values(grid, np.arange(len(grid)), self.d[cells][origin])
-        return Samples(grid, _reaching(domain, grid.centers, grid.sides), d)
+        inside = self.inside[cells][origin]  # no part of a cell reaches farther than the whole
+        inside[inside] = _reaching(domain, grid.centers[inside], grid.sides[inside])
+        return Samples(grid, inside, d)
 
     def select(self, cells: Booleans) -> "Samples":
         """Samples of some cells (n,)."""
         return Samples(self.grid.select(cells), self.inside[cells], self.d[cells])
 
     @classmethod
-    def merged(cls, parts: Sequence["Samples"]) -> tuple["Samples", Integers]:
-        """Samples of all cells of parts of one grid, and the number (n,) of each in these, one after the other."""
+    def merged(cls, parts: Sequence["Samples"]) -> "Samples":
+        """Samples of all cells of parts of one grid."""
         grid, order = Quadtree.merged([part.grid for part in parts])
         inside, d = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("inside", "d"))
-        return cls(grid, inside, d), order
+        return cls(grid, inside, d)
 
 
 def _reaching(domain: Domain, centers: Floats, sides: Floats) -> Booleans:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 
 GRID_LEVELS = 30
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+COLUMN_BITS, ROW_BITS = 0x1555555555555555, 0x2AAAAAAAAAAAAAAA  # of a number in Morton's order
 MARGIN = 1e-9  # of the square's size: so far it reaches beyond what it covers
 SPREADING = [(16, 0x0000FFFF0000FFFF), (8, 0x00FF00FF00FF00FF), (4, 0x0F0F0F0F0F0F0F0F), (2, 0x3333333333333333)]
 
@@ -121,31 +122,40 @@ class Quadtree:
         column_row = self.column_row[origin] + CORNERS[quarter] * half[:, None]
         return Quadtree(self.low, self.size, level, column_row, self.key[origin] + quarter * half * half), origin, fresh
 
-    def unbalanced(self, seen_from: Integers | None = None) -> tuple[Booleans, Integers]:
-        """Cells (n,) that are more than twice as large as one beside them, and the numbers (k,) of these small ones.
+    @property
+    def codes(self) -> Integers:
+        """Numbers (n,) of the cells, the same in all grids that stem from one."""
+        return 1 << 2 * self.level | self.key >> 2 * (GRID_LEVELS - self.level)
 
-        Only cells beside those that they are ``seen_from`` are looked at, by default beside all.
+    def among(self, codes: Integers) -> Booleans:
+        """Whether each of the cells (n,) has one of the codes (k,), which ascend."""
+        return _contained(self.codes, codes)
+
+    def unbalanced(self) -> Integers:
+        """Codes (k,), ascending, of all cells that are split where none is more than twice as large as one beside it.
+
+        Those that the grid has split already are left out. Beside a cell that is split there have to be cells of its
+        size, so what holds these is split as well: one pass from the smallest cells to the largest finds them all.
         """
-        mine = np.arange(len(self)) if seen_from is None else seen_from
-        large, small = np.zeros(len(self), bool), np.zeros(len(self), bool)
-        level = self.level[mine]
-        half = (1 << (GRID_LEVELS - level)) // 2
-        for across in ([-1, 0], [1, 0], [0, -1], [0, 1]):
-            beside = self.column_row[mine] + half[:, None] + np.array(across) * (half + 1)[:, None]
-            known = np.flatnonzero(((beside >= 0) & (beside < 2**GRID_LEVELS)).all(axis=1))
-            neighbour = self._holding(_interleaved(beside[known]))
-            wide = self.level[neighbour] < level[known] - 1
-            large[neighbour[wide]] = True
-            small[mine[known[wide]]] = True
-        return large, np.flatnonzero(small)
+        found = [np.zeros(0, np.int64)]
+        split, wanted = found[0], found[0]  # cells of one level, by their numbers in Morton's order, ascending
+        for level in range(int(self.level.max(initial=0)) - 1, -1, -1):
+            quarters = self.key[self.level == level + 1] >> 2 * (GRID_LEVELS - level - 1)
+            beside = _beside(np.append(split, wanted), level + 1)
+            split = each_once(np.append(quarters, split) >> 2)
+            wanted = each_once(np.append(wanted, beside) >> 2)
+            wanted = wanted[~_contained(wanted, split)]
+            found.append(1 << 2 * level | wanted)
+        return np.concatenate(found[::-1])
 
     @cached_property
     def vertices(self) -> Vertices:
         """The corners of all cells, each once."""
         all_corners = self._corners(slice(None))
-        key, corners = np.unique(_packed(all_corners.reshape(-1, 2)), return_inverse=True)
+        packed = _packed(all_corners.reshape(-1, 2))
+        key = each_once(packed)
         points = self._points(np.column_stack([key >> (GRID_LEVELS + 1), key & (2 ** (GRID_LEVELS + 1) - 1)]))
-        corners = corners.reshape(-1, 4)
+        corners = np.searchsorted(key, packed).reshape(-1, 4)
         hanging = []
         for first, last in ([0, 1], [2, 3], [0, 2], [1, 3]):
             middle = _packed((all_corners[:, first] + all_corners[:, last]) // 2)
@@ -165,6 +175,26 @@ class Quadtree:
 
 def _packed(column_row: Integers) -> Integers:
     return column_row[:, 0] << (GRID_LEVELS + 1) | column_row[:, 1]
+
+
+def _contained(numbers: Integers, some: Integers) -> Booleans:
+    """Whether each of the numbers (n,) is among ``some`` (k,), which ascend; none is negative."""
+    return np.append(some, -1)[np.searchsorted(some, numbers)] == numbers
+
+
+def _beside(cells: Integers, level: int) -> Integers:
+    """Cells (m,) of a level that share a side with some (k,) of it, but for those in the same larger cell.
+
+    Columns and rows are counted within the number in Morton's order: the carry of a sum jumps over the other's bits.
+    """
+    column, row = cells & COLUMN_BITS, cells & ROW_BITS
+    last = (1 << 2 * level) - 1
+    right, upper = (column & 1) > 0, (row & 2) > 0
+    there = np.where(right, column < last & COLUMN_BITS, column > 0)
+    across = np.where(right, (column | ROW_BITS) + 1, column - 1) & COLUMN_BITS | row
+    above = np.where(upper, row < last & ROW_BITS, row > 0)
+    along = np.where(upper, (row | COLUMN_BITS) + 1, row - 2) & ROW_BITS | column
+    return np.append(across[there], along[above])
 
 
 def _interleaved(column_row: Integers) -> Integers:

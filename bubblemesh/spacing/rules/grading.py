@@ -63,12 +63,14 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     walls, sides = thin_walls(domain, spacing)
     small = fine.joined(Sources(walls, np.full(len(walls), np.inf), sides))
     samples = resolved(samples, domain, spacing, small)
-    grid, values = samples.grid, np.full(len(samples.grid.vertices.key), np.inf)
+    grid = samples.grid
+    given = _in_domain(grid.vertices.points, domain, spacing)
+    values = np.full(len(given), np.inf)
     for _ in range(ROUNDS):
-        coarser, grid = (grid, values), samples.grid
-        given = _at_vertices(grid, domain, spacing)
+        coarser, grid = grid, samples.grid
+        given = _at_vertices(grid, domain, spacing, coarser, given)
         start = _at(grid, _beside(grid, given, along, growth), fine, growth)
-        values = limited_values(grid, np.minimum(start, _carried(*coarser, grid)), growth, samples.inside)
+        values = limited_values(grid, np.minimum(start, _carried(coarser, values, grid)), growth, samples.inside)
         largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
             break
@@ -121,9 +123,17 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
     return np.where(grid.divisible, np.minimum(largest, grid.sides), grid.sides)
 
 
-def _at_vertices(grid: Quadtree, domain: Domain, spacing: Spacing) -> Floats:
-    """Spacing (v,) at the vertices in the domain, infinite at the others."""
-    points = grid.vertices.points
+def _at_vertices(grid: Quadtree, domain: Domain, spacing: Spacing, coarse: Quadtree, known: Floats) -> Floats:
+    """Spacing (v,) at the vertices in the domain, infinite at others, known at those of the grid that it stems from."""
+    result, fresh = np.empty(len(grid.vertices.key)), np.ones(len(grid.vertices.key), bool)
+    same = np.searchsorted(grid.vertices.key, coarse.vertices.key)
+    result[same], fresh[same] = known, False
+    result[fresh] = _in_domain(grid.vertices.points[fresh], domain, spacing)
+    return result
+
+
+def _in_domain(points: Floats, domain: Domain, spacing: Spacing) -> Floats:
+    """Spacing (m,) at the points (m, 2) that lie in the domain, infinite at the others."""
     inside = np.flatnonzero(domain.contains(points))
     d = np.full(len(points), np.inf)
     d[inside] = spacing.extended(points[inside])

@@ -38,7 +38,10 @@ def unresolved(domain: Domain) -> Samples:
 def resolved(
     samples: Samples, domain: Domain, spacing: Spacing, sources: Sources, largest: Floats | float = np.inf
 ) -> Samples:
-    """Cells split until they resolve the spacing, none is above ``largest`` (n,), and their sizes are balanced."""
+    """Cells split until they resolve the spacing, none is above ``largest`` (n,), and their sizes are balanced.
+
+    The sizes of the given ones are.
+    """
     key = samples.grid.keys_of(sources.points)
     order = np.argsort(key, kind="stable")
     key, cells = key[order], np.append(sources.cells[order], np.inf)
@@ -58,16 +61,19 @@ def resolved(
         return spacing.extended(_places(grid, cells).reshape(-1, 2)).reshape(-1, len(PLACES))
 
     refined = samples.refined(domain, coarse, values)
-    seen_from = np.arange(len(refined.grid))
+    if len(refined.grid) == len(samples.grid):  # balanced as it was
+        return samples
     for _ in range(SPLITS):
-        large, small = refined.grid.unbalanced(seen_from)
+        wanted = refined.grid.unbalanced()
+        large = refined.grid.among(wanted)
         if not large.any():
             break
-        fresh = refined.quarters(large, domain, values).refined(domain, coarse, values)
-        looking = np.zeros(len(large), bool)
-        looking[small] = True
-        refined, order = Samples.merged([refined.select(~large), fresh])
-        seen_from = np.flatnonzero(np.append(looking[~large], np.ones(len(fresh.grid), bool))[order])
+
+        def larger(some: Samples, wanted: Integers = wanted) -> Booleans:
+            return coarse(some) | some.grid.among(wanted)
+
+        fresh = refined.quarters(large, domain, values).refined(domain, larger, values)
+        refined = Samples.merged([refined.select(~large), fresh])
     return refined
 
 

@@ -56,8 +56,9 @@ def test_balanced_cells_beside_each_other_differ_by_one_level_at_most():
     grid = Quadtree.around((0, 0, 1, 1))
     for _ in range(9):
         grid, _, _ = grid.split(np.arange(len(grid)) == grid.located(np.array([[0.3, 0.61]]))[0])
-    assert grid.unbalanced()[0].any()
+    assert len(grid.unbalanced())
     even = balanced(grid)
+    assert len(even.unbalanced()) == 0
     (a, b), level = spans(even), even.level
     touching = (a[:, None] <= b + 1e-12).all(axis=2) & (b[:, None] >= a - 1e-12).all(axis=2)
     overlap = np.minimum(b[:, None], b) - np.maximum(a[:, None], a)

@@ -1,0 +1,63 @@
+"""The compiled library of the kernels, if there is one."""
+
+import ctypes
+import os
+from functools import cache
+from importlib.util import find_spec
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError, FileError
+
+VERSION = 1  # of the library's functions, as in source/library.c
+CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
+COMPILED, NUMPY = "compiled", "numpy"
+
+
+class Library:
+    """Functions in C, each of which gives 0, or -1 where memory was short."""
+
+    def __init__(self, path: str) -> None:
+        self._functions = ctypes.CDLL(path)
+        if self._functions.kernels_version() != VERSION:
+            raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
+
+    def call(self, name: str, *arguments: "Floats | Integers | int | float") -> None:
+        """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
+
+        MemoryError where it has too little memory.
+        """
+        if getattr(self._functions, name)(*map(_as_c, arguments)):
+            raise MemoryError
+
+
+def _as_c(argument: "Floats | Integers | int | float") -> object:
+    if isinstance(argument, np.ndarray):
+        assert argument.flags.c_contiguous
+        return ctypes.c_void_p(argument.ctypes.data)
+    return ctypes.c_double(argument) if isinstance(argument, float) else ctypes.c_int64(argument)
+
+
+@cache
+def library() -> Library | None:
+    """The library, or None where kernels run in NumPy: no compiler built it, or the environment asks for that.
+
+    CaseError for a choice that there is not, FileError for a library that is missing or of another version.
+    """
+    choice = os.environ.get(CHOICE, "")
+    if choice not in ("", COMPILED, NUMPY):
+        raise CaseError(f"{CHOICE}={choice}: there is no such engine: use {COMPILED} or {NUMPY}")
+    if choice == NUMPY:
+        return None
+    spec = find_spec("bubblemesh.kernels._compiled")
+    if spec is not None and spec.origin is not None:
+        return Library(spec.origin)
+    if choice == COMPILED:
+        raise FileError(f"{CHOICE}={choice}: no kernels are compiled here: install bubblemesh where a C compiler is")
+    return None
+
+
+def engine() -> str:
+    """Name of what runs the kernels: ``compiled`` or ``numpy``."""
+    return NUMPY if library() is None else COMPILED
