@@ -90,6 +90,7 @@ def adapt(
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
+    from bubblemesh import console
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import Solution
     from bubblemesh.meshfiles.read import read_nodal_field
@@ -99,6 +100,7 @@ def adapt(
     target = adapting.Target(error, nodes)
     place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or ()), as_json, solution)
     read = read_nodal_field(solution, field)
+    console.warn([f"{solution}: {note}" for note in read.notes])
     with located(str(solution)):
         present = Solution.of(read.points, read.triangles, read.values, read.name)
     deliver(partial(adapting.adapted, loaded, present, target, exact), loaded, case, place, as_json, quiet)

@@ -40,7 +40,7 @@ def quality(
         return
     file = read_triangles(mesh)
     points, triangles = file.points, file.triangles
-    console.warn([*left_out(mesh, file.left_out), *turned(mesh, points, triangles)])
+    console.warn([*chosen(mesh, file.source.notes, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
         figures = mesh_figures(points, triangles, wanted)
     if as_json:
@@ -96,7 +96,7 @@ def plot(
         dpi=dpi,
     )
     read = read_mesh(mesh)
-    console.warn(left_out(mesh, read.left_out))
+    console.warn(chosen(mesh, read.notes, read.left_out))
     try:
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
     except PlotOptionError as error:
@@ -116,7 +116,7 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
 
     read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
-        console.warn([*left_out(path, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
+        console.warn([*chosen(path, each.notes, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
         a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
@@ -126,9 +126,10 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
         show_comparison((str(first), str(second)), rows, comparison.histograms(a, b))
 
 
-def left_out(mesh: Path, kinds: Sequence[str]) -> list[str]:
-    """Warnings of a mesh file's cells that are no triangles."""
-    return [f"{mesh}: cells that are no triangles are left out: {', '.join(kinds)}"] if kinds else []
+def chosen(mesh: Path, notes: Sequence[str], left_out: Sequence[str]) -> list[str]:
+    """Warnings of what is not read of a mesh file: times but the last one, kinds of cells that are no triangles."""
+    others = [f"cells that are no triangles are left out: {', '.join(left_out)}"] if left_out else []
+    return [f"{mesh}: {note}" for note in (*notes, *others)]
 
 
 def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:

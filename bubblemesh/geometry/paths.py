@@ -186,6 +186,7 @@ class Area:
     outer: Ring
     holes: tuple[Ring, ...] = ()
     name: str | None = None
+    largest: float | None = None  # area of a triangle in it, where a file says so
 
     @property
     def rings(self) -> tuple[Ring, ...]:
@@ -202,7 +203,8 @@ class Area:
 
     def moved(self, by: Similarity) -> "Area":
         """The area where a similarity takes it, its labels with their sides."""
-        return self.mapped(lambda ring: ring.moved(by))
+        largest = None if self.largest is None else self.largest * by.scale**2
+        return replace(self.mapped(lambda ring: ring.moved(by)), largest=largest)
 
 
 @dataclass(frozen=True)

@@ -107,22 +107,27 @@ CHECKS: dict[str, Callable[[Path], None]] = {
 }
 
 
-class _Bounded:
-    """A module that unpacks, with a bound on all that it unpacks."""
+class Unpacking:
+    """What a file unpacks to, with a bound on all of it."""
 
-    def __init__(self, unpacker: Callable[[], Any], left: list[int]) -> None:
-        self._unpacker = unpacker
-        self._left = left  # bytes
+    def __init__(self) -> None:
+        self._size = 0  # bytes
 
-    def decompress(self, data: bytes) -> bytes:
-        """The data unpacked; LimitError if it is too much, ValueError if it is not whole."""
-        unpacker = self._unpacker()
-        unpacked: bytes = unpacker.decompress(data, self._left[0] + 1)
-        self._left[0] -= len(unpacked)
-        _require_little(MOST_UNPACKED - self._left[0])
+    def unpacked(self, unpacker: Any, data: bytes) -> bytes:
+        """The data of one block; LimitError if it is too much, FileError if it is not whole."""
+        try:
+            found: bytes = unpacker.decompress(data, MOST_UNPACKED - self._size + 1)
+        except (zlib.error, lzma.LZMAError) as error:
+            raise FileError(f"compressed data are damaged: {error}") from None
+        self.count(len(found))
         if not unpacker.eof:
-            raise ValueError("compressed data are not whole")
-        return unpacked
+            raise FileError("compressed data are not whole")
+        return found
+
+    def count(self, size: int) -> None:
+        """Count so many bytes more; LimitError if it is too much."""
+        self._size += size
+        _require_little(self._size)
 
 
 class _Lines(TextIOWrapper):
@@ -161,21 +166,16 @@ def _opened(path: str, mode: str) -> IO[Any]:
 
 @contextmanager
 def bounded_reading() -> Iterator[None]:
-    """Within the block, meshio opens files by the door of this package, and neither reads nor unpacks without a bound.
+    """Within the block, meshio opens files by the door of this package, and does not read without a bound.
 
-    The blocks of a VTU file do not tell their sizes; and readers of many formats wait for a line beyond the end.
+    The readers of many formats wait for a line beyond the end.
     """
     from meshio import _files as door
-    from meshio.vtu import _vtu as reader
 
-    left = [MOST_UNPACKED]
-    zlib_, lzma_ = reader.zlib, reader.lzma
-    reader.zlib, reader.lzma = _Bounded(zlib.decompressobj, left), _Bounded(lzma.LZMADecompressor, left)
     door.open = _opened
     try:
         yield
     finally:
-        reader.zlib, reader.lzma = zlib_, lzma_
         del door.open
 
 

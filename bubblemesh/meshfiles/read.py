@@ -1,7 +1,5 @@
-"""Reads plane triangles, their labels and their data from any mesh that meshio reads."""
+"""Reads plane triangles, their labels and their data from mesh files of any format."""
 
-import contextlib
-import io
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,24 +11,27 @@ from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.contained import bounded_reading, require_contained
+from bubblemesh.meshfiles.coincident import are_apart, joined, places
+from bubblemesh.meshfiles.contained import require_contained
 from bubblemesh.meshfiles.groups import cell_groups
+from bubblemesh.meshfiles.sources.layers import flattened
+from bubblemesh.meshfiles.sources.source import Source
+from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import shown
 
-# By the ending alone meshio tries the ANSYS format first, and says so on the standard output.
-FORMAT_OF_ENDING = {".msh": "gmsh"}
-SELF_CONTAINED = (".msh", ".vtk", ".vtu")  # whose readers open no further file that they name
+SELF_CONTAINED = (".frd", ".msh", ".vtk", ".vtu")  # whose readers open no further file
+LONGEST_REASON = 200  # letters
+HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
 PLANE = 1e-12  # of the extent
 REAL = "iuf"  # kinds of NumPy types
 
 # Triangles by the nodes of each kind of face.
-LINEAR = {"triangle": [[0, 1, 2]]}
-CORNERS = {**LINEAR, "triangle6": [[0, 1, 2]]}
+CORNERS = {kind: [[0, 1, 2]] for kind in ("triangle", *(f"triangle{n}" for n in (6, 7, 10, 15, 21, 28, 36, 45, 55)))}
 # Those that cover faces of any kind: all data at nodes counts.
 PARTS = {
-    **LINEAR,
+    "triangle": [[0, 1, 2]],
     "triangle6": [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
     "quad": [[0, 1, 2], [0, 2, 3]],
     "quad8": [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 6], [4, 6, 7]],
@@ -44,19 +45,25 @@ class MeshFile:
 
     path: Path
     points: Floats  # (n, 2) of the nodes that triangles use
-    nodes: Integers  # (n,) numbers of these in the file, ascending
+    nodes: Integers  # (n,) numbers of these in the file
+    index: Integers  # (m,) of each of the file's nodes among these, -1 for others
     triangles: Integers  # (t, 3) in any orientation
     left_out: tuple[str, ...]  # kinds of cells that are none of the faces asked for, nor edges or points
-    source: Any  # a `meshio.Mesh`
+    source: Source
     faces: tuple[int, ...]  # blocks of the source's cells that the triangles are of
 
 
 def read_triangles(
-    path: Path, parts: Mapping[str, Sequence[Sequence[int]]] = CORNERS, refusal: str | None = None
+    path: Path,
+    parts: Mapping[str, Sequence[Sequence[int]]] = CORNERS,
+    refusal: str | None = None,
+    *,
+    as_they_are: bool = False,
 ) -> MeshFile:
     """Read the triangles of a mesh file: ``parts`` of each kind of face, given by three of its nodes.
 
     The ``refusal`` says why cells of other kinds, but for edges and points, are an error; without it they are left out.
+    If each triangle has nodes of its own, those in the same place become one, but not if nodes stay ``as_they_are``.
     FileError if the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
     """
     source = _read(path)
@@ -82,7 +89,20 @@ def read_triangles(
     if np.ptp(points[:, 2:], axis=0).max(initial=0) > PLANE * np.ptp(points, axis=0).max():
         raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are read")
     left_out = tuple(sorted({block.type for block in others}))
-    return MeshFile(path, points[:, :2], nodes, np.searchsorted(nodes, triangles), left_out, source, faces)
+    points, group, used = points[:, :2], np.arange(len(nodes)), nodes
+    if not as_they_are and are_apart(triangles):
+        with prefixed(path):
+            _, first, group = np.unique(places(points, _digits(source)), return_index=True, return_inverse=True)
+        points, nodes = points[first], nodes[first]
+    index = np.full(len(source.points), -1)
+    index[used] = group.ravel()
+    return MeshFile(path, points, nodes, index, index[triangles], left_out, source, faces)
+
+
+def _digits(source: Source) -> float:
+    """Rounding error of coordinates near 1, as a file holds them."""
+    kind = np.asarray(source.points).dtype
+    return float(np.finfo(kind if kind.kind == "f" else float).eps)
 
 
 class MeshWithData(NamedTuple):
@@ -92,6 +112,7 @@ class MeshWithData(NamedTuple):
     cell_data: Mapping[str, Floats]  # (t,) or (t, k)
     point_data: Mapping[str, Floats]  # (n,) or (n, k)
     left_out: tuple[str, ...]  # kinds of cells
+    notes: tuple[str, ...] = ()  # what was chosen of the file
 
 
 def read_mesh(path: Path) -> MeshWithData:
@@ -105,7 +126,7 @@ def read_mesh(path: Path) -> MeshWithData:
         name: np.concatenate([np.asarray(data[k]) for k in file.faces]) for name, data in source.cell_data.items()
     }
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
-    return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out)
+    return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out, source.notes)
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
@@ -117,9 +138,10 @@ def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
     edges = np.concatenate([source.cells[k].data[:, :2] for k in blocks]).astype(np.int64)
     if edges.min() < 0 or edges.max() >= len(source.points):
         raise FileError(f"{file.path}: an edge has a node that is not there: the file is damaged")
-    kept = np.isin(edges, file.nodes).all(axis=1)  # an edge with a node that is in no triangle is no side of one
+    edges = file.index[edges]
+    kept = (edges >= 0).all(axis=1)  # an edge with a node that is in no triangle is no side of one
     numbers, label = np.unique(label[kept], return_inverse=True)
-    return np.searchsorted(file.nodes, edges[kept]), label, tuple(labels[k] for k in numbers)
+    return edges[kept], label, tuple(labels[k] for k in numbers)
 
 
 def _numbers(data: Mapping[str, Any]) -> dict[str, Floats]:
@@ -149,7 +171,7 @@ def read_field(path: Path, name: str | None) -> FieldData:
     `read_triangles`, and for cells that are no plane faces; CaseError if the name is needed, unknown, or one of data
     that is not one real number in each place.
     """
-    file = read_triangles(path, PARTS, "only plane faces have data here")
+    file = read_triangles(path, PARTS, "only plane faces have data here", as_they_are=True)
     source, triangles = file.source, file.nodes[file.triangles]
     points = np.zeros((len(source.points), 2))
     points[file.nodes] = file.points
@@ -168,14 +190,25 @@ def read_field(path: Path, name: str | None) -> FieldData:
     return FieldData(name, points, triangles, np.concatenate(values), np.repeat(np.arange(len(parts)), parts))
 
 
-def read_nodal_field(path: Path, name: str | None) -> FieldData:
-    """Read the data ``name`` at the nodes of a mesh file of linear triangles, or the only data that is there.
+class NodalField(NamedTuple):
+    """Data (n, k) at the corners (n, 2) of triangles (t, 3)."""
 
-    FileError as of `read_triangles`, and for faces of other kinds; CaseError if the name is needed, unknown, or one of
-    data that is not given by real numbers at the nodes.
+    name: str
+    points: Floats
+    triangles: Integers
+    values: Floats
+    notes: tuple[str, ...]  # what was chosen of the file
+
+
+def read_nodal_field(path: Path, name: str | None) -> NodalField:
+    """Read the data ``name`` at the nodes of a mesh file of triangles, or the only data that is there.
+
+    Nodes that the file has once for each cell are one where their values agree; of triangles of higher order the
+    corners count. FileError as of `read_triangles`, and for faces of other kinds; CaseError if the name is needed,
+    unknown, or one of data that is not given by real numbers at the nodes, or that is not continuous.
     """
     refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
-    file = read_triangles(path, LINEAR, refusal)
+    file = read_triangles(path, CORNERS, refusal, as_they_are=True)
     data = file.source.point_data
     known = _own_names(data)
     listed = ", ".join(known) or "none"
@@ -189,12 +222,17 @@ def read_nodal_field(path: Path, name: str | None) -> FieldData:
     if name not in data:
         raise CaseError(f"{path}: has no data {name!r} at its nodes: it has {listed}")
     values = _real(path, name, data[name])
-    return FieldData(name, file.points, file.triangles, values.reshape(len(values), -1)[file.nodes], None)
+    values = values.reshape(len(values), -1)[file.nodes]
+    with prefixed(path):
+        points, triangles, values = joined(file.points, file.triangles, values, name, _digits(file.source))
+    higher = any(file.source.cells[k].type != "triangle" for k in file.faces)
+    notes = (*file.source.notes, *((HIGHER_ORDER,) if higher else ()))
+    return NodalField(name, points, triangles, values, notes)
 
 
 def _own_names(data: Iterable[str]) -> list[str]:
-    """Names of data but those of numbers that a format keeps, as gmsh:physical."""
-    return [name for name in data if ":" not in name]
+    """Names of data but those of numbers that a format or its writer keeps, as gmsh:physical and vtkGhostType."""
+    return [name for name in data if ":" not in name and not name.startswith("vtk")]
 
 
 def _real(path: Path, name: str, data: Any) -> Floats:
@@ -222,28 +260,23 @@ def _blocks(source: Any, kinds: Container[str]) -> tuple[int, ...]:
     return tuple(k for k, block in enumerate(source.cells) if block.type in kinds and len(block.data))
 
 
-def _read(path: Path) -> Any:
-    """Read a mesh as meshio has it; a file that cannot be read is a FileError."""
-    import meshio
-
+def _read(path: Path) -> Source:
+    """Read all that a file holds, of a layer of prisms its lower side; a file that cannot be read is a FileError."""
     if is_confined() and path.suffix not in SELF_CONTAINED:
         raise CaseError(f"{path}: may name other files: an untrusted case gives data as {', '.join(SELF_CONTAINED)}")
     with prefixed(path), opened(path) as stream:
         if not stream.peek(1):
             raise FileError("is empty")
     source = local_copy(path)
-    chatter = io.StringIO()
     try:
-        streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
-        with streams[0], streams[1], bounded_reading(), prefixed(path):
+        with prefixed(path):
+            require_mesh(source)
             require_contained(source)
-            return meshio.read(source, file_format=FORMAT_OF_ENDING.get(path.suffix))
+            return flattened(read_source(source))
     except (BubblemeshError, MemoryError):
         raise
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
-    except SystemExit as error:  # meshio's answer where no reader of the ending's formats succeeds
-        raise FileError(f"{path}: is no mesh of the format that its ending names") from error
     except Exception as error:  # readers of foreign formats fail in any way
-        found = shown(error) or type(error).__name__  # some have no text
+        found = shown(error, LONGEST_REASON) or type(error).__name__  # some have no text
         raise FileError(f"{path}: is no mesh that can be read ({found})") from error

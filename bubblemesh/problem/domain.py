@@ -130,7 +130,7 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
     for key, advice in (("corners", "simplify: LENGTH leaves out vertices of both at once"), ("part", "leave it out")):
         if getattr(keys, key) is not None:
             raise CaseError(f"{key} is not for regions that share borders: {advice}")
-    found = read_regions(Path(keys.file), selection_of(keys), keys.name)
+    found = read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None)
     return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
 
 

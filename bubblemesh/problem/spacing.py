@@ -62,10 +62,13 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
 
 
 def largest_areas(case: Case, domain: Domain) -> dict[str, float]:
-    """Largest areas of triangles in regions, by name; of several of one name the smallest."""
+    """Largest areas of triangles in regions, by name; of several of one name the smallest.
+
+    What the case says of a region counts, else what its file says.
+    """
     areas: dict[str, float] = {}
     for region in domain.parts.regions:
-        largest = case.domain.regions[int(region.key[2])].largest
+        largest = case.domain.regions[int(region.key[2])].largest or region.area.largest
         if largest is not None:
             areas[region.name] = min(largest, areas.get(region.name, np.inf))
     return areas

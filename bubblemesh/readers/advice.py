@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.messages import counted, just_above, shown
-from bubblemesh.readers.features import CompoundCurve, Feature, vertices_of
+from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, vertices_of
 from bubblemesh.readers.rings import Joining, extent, meeting, to_next
 
 SMALL = 0.05  # of the drawing's size: wider gaps are no slips
@@ -114,7 +114,7 @@ def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: Tri
     """
     layers: dict[str, list[Feature]] = {}
     for one in features:
-        if one.layer is not None:
+        if one.layer is not None and one.spare != HIDDEN:
             layers.setdefault(one.layer, []).append(one)
     found = {layer: trial(ones, joining) for layer, ones in layers.items() if len(layers) > 1}
     closing = {layer: outcome for layer, outcome in found.items() if outcome is not None}

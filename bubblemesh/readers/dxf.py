@@ -161,7 +161,16 @@ def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool, clips: tuple[C
         clip = _clip(one)
         walk.unclipped += clip is not None and not clip.areas and not hidden
         seen = (*clips, clip) if clip is not None and clip.areas else clips
-        yield from _entities(walk, one.virtual_entities(skipped_entity_callback=skipped), depth + 1, hidden, seen)
+        drawn = _on_layer(one.dxf.layer, one.virtual_entities(skipped_entity_callback=skipped))
+        yield from _entities(walk, drawn, depth + 1, hidden, seen)
+
+
+def _on_layer(layer: str, copies: Iterable[Any]) -> Iterator[Any]:
+    """Copies of what is in a block: what is on layer 0 there takes the layer on which the block is inserted."""
+    for copy in copies:
+        if copy.dxf.layer == "0":
+            copy.dxf.layer = layer
+        yield copy
 
 
 def _clip(entity: Any) -> Clip | None:

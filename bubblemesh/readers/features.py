@@ -83,6 +83,7 @@ class Feature:
     points: tuple[Point, ...] = ()
     slips: Slips = field(default_factory=Slips)  # dropped from it
     spare: str | None = None  # one of `SPARE`, if it counts only where the choice has nothing else
+    largest: float | None = None  # area of a triangle in it, where the file says so
     clips: tuple[Clip, ...] = ()  # outside of any of which nothing of it is to be seen
 
     @property

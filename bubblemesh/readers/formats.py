@@ -15,12 +15,12 @@ from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
-from bubblemesh.messages import counted, tell_places_of
+from bubblemesh.messages import counted, shown, tell_places_of
 from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
-from bubblemesh.readers.regions import named_areas
+from bubblemesh.readers.regions import largest_by_name, named_areas
 from bubblemesh.readers.selection import METRES, Selection
 
 
@@ -60,6 +60,19 @@ FORMATS = {
     ".svg": Format("svg.read_svg", "svg"),
     ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True, selects=True),
     ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True, selects=True),
+}
+
+
+# What makes a file that is read of one in another format.
+ELSEWHERE = {
+    (".kml", ".kmz", ".gml", ".gpx", ".fgb", ".gdb", ".osm", ".pbf", ".tab", ".mif", ".e00", ".parquet"): (
+        "convert it by ogr2ogr {0}.geojson {1}, or export it from QGIS"
+    ),
+    (".dwg", ".dgn", ".step", ".stp", ".iges", ".igs", ".brep", ".sat", ".ipt", ".sldprt", ".fcstd"): (
+        "export its outline as {0}.dxf from a drawing program"
+    ),
+    (".ai", ".eps", ".pdf", ".cdr", ".wmf", ".emf"): "export it as {0}.svg from a drawing program",
+    (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif", ".bmp"): "trace its outlines to {0}.svg, as Inkscape does",
 }
 
 
@@ -105,11 +118,12 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
-def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
+def read_regions(path: Path, selection: Selection, key: str, limits: bool = True) -> list[Area]:
     """Areas of a file whose features share borders, with the values of their property ``key`` as names.
 
-    For ``key`` "layer" it is the layer. The first ring has the notes on the whole file; errors are those of
-    `read_areas`, and GeometryError if neighbours overlap.
+    For ``key`` "layer" it is the layer. With ``limits`` they have the largest areas of triangles that the file gives.
+    The first ring has the notes on the whole file; errors are those of `read_areas`, and GeometryError if neighbours
+    overlap.
     """
     with prefixed(path):
         content = content_of(path, selection)
@@ -118,7 +132,18 @@ def read_regions(path: Path, selection: Selection, key: str) -> list[Area]:
         areas, notes = named_areas(features, key, selection)
         if selection.repair is not None:
             areas = selection.repair(areas, united=False)
+        given = largest_by_name(features, key) if limits else {}
+        areas = [replace(area, largest=given.get(str(area.name))) for area in areas]
+    told += _told_of_limits([area.largest for area in areas if area.largest is not None])
     return _finished(path, selection.factor(content), areas, [*content.notes, *notes, *told])
+
+
+def _told_of_limits(limits: Sequence[float]) -> list[str]:
+    """Note on largest areas of triangles that a file gives for regions."""
+    if not limits:
+        return []
+    values = f"{min(limits):g}" if min(limits) == max(limits) else f"{min(limits):g} to {max(limits):g}"
+    return [f"largest areas of triangles are those of the file in {counted(len(limits), 'region')} ({values})"]
 
 
 def read_rings(path: Path, selection: Selection) -> list[Ring]:
@@ -176,7 +201,11 @@ def content_of(
     """Content of a file; of lists of points what they are read for. FileError or CaseError."""
     known = FORMATS.get(path.suffix.lower())
     if known is None:
-        raise FileError(f"no known geometry format: the name must end in {', '.join(FORMATS)}")
+        ways = (way for endings, way in ELSEWHERE.items() if path.suffix.lower() in endings)
+        advice = next(
+            (f"{path.suffix} is not read: {way.format(shown(path.stem), shown(path.name))}; " for way in ways), ""
+        )
+        raise FileError(f"no known geometry format: {advice}the name must end in {', '.join(FORMATS)}")
     path = local_copy(path)
     require_readable(path)
     read_as = {"lines": known.lines, "points": known.points}.get(purpose) or known.read
@@ -197,12 +226,13 @@ def content_of(
 def _finished(path: Path, factor: float, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:
     """The areas in the case's lengths, with the file before where rings come from and before their notes."""
     times = "" if factor == 1 else f", lengths times {factor:g}"
+    by = Similarity.of(scale=factor)
     left = [*notes]
 
     def finished(ring: Ring) -> Ring:
         named = tuple(f"{path.name}: {note}" for note in (*left, *ring.notes))
         left.clear()
         origin = f"{path.name}: {ring.origin}{times}"
-        return replace(ring.moved(Similarity.of(scale=factor)), notes=named, origin=origin)
+        return replace(ring, notes=named, origin=origin)
 
-    return [area.mapped(finished) for area in areas]
+    return [area.moved(by).mapped(finished) for area in areas]

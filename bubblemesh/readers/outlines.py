@@ -113,11 +113,13 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
 def _tried(features: Sequence[Feature], joining: Joining) -> Outcome | None:
     """What features give, if they close without any ring that collapses."""
     try:
-        found = _bounding(clipped(features, joining)[0], joining)
+        seen = clipped(features, joining)[0]
+        used = next((kind for kind in (None, *SPARE) if any(one.bounds for one in seen if one.spare == kind)), None)
+        found = _bounding([one for one in seen if one.spare == used and not one.is_empty], joining)
         areas = areas_of([Area(outer, tuple(holes)) for outer, *holes in found.areas], found.rings, None)
     except BubblemeshError:
         return None
-    if not areas or found.slips.flat != sum(one.slips.flat for one in features):
+    if not areas or found.slips.flat != sum(one.slips.flat for one in seen if one.spare == used):
         return None
     shapes = shapes_of(areas)
     sound = bool(shapely.is_valid(shapes[np.argmax(shapely.area(shapes))]))

@@ -61,6 +61,19 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
     return _matched(found, notes, selection.join)
 
 
+def largest_by_name(features: Sequence[Feature], key: str) -> dict[str, float]:
+    """Largest areas of triangles that a file gives for its regions, by the names that `named_areas` takes.
+
+    Of several of one name it is the smallest.
+    """
+    found: dict[str, float] = {}
+    for one in features:
+        if one.largest is not None:
+            name = _value(one, key)
+            found[name] = min(one.largest, found.get(name, one.largest))
+    return found
+
+
 def is_straight(area: Area) -> bool:
     """Whether an area has straight sides only."""
     return all(isinstance(side.curve, Line) for ring in area.rings for side in ring.sides)

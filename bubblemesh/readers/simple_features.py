@@ -26,6 +26,13 @@ from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.topojson import entries_of
 
 DEPTHS = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
+# Other JSON with shapes, by a key that it has.
+OTHER_JSON = {
+    "elements": ("OpenStreetMap's Overpass", "export it as GeoJSON, as overpass turbo does"),
+    "features": ("ArcGIS", "ask its server for f=geojson, or convert it by ogr2ogr"),
+    "rings": ("ArcGIS", "ask its server for f=geojson, or convert it by ogr2ogr"),
+    "shapes": ("labelme", "write its polygons as GeoJSON or lists of points"),
+}
 COLLECTION = "GeometryCollection"
 DEEPEST = 20  # collections within collections
 MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
@@ -40,6 +47,10 @@ def read_geojson(path: Path, selection: Selection) -> FeatureCollection:
     if isinstance(data, dict) and data.get("type") == "Topology":
         return _collection(entries_of(data), selection)
     entries = data.get("features") if isinstance(data, dict) and data.get("type") == "FeatureCollection" else [data]
+    if isinstance(data, dict) and "type" not in data:
+        for key, (program, way) in OTHER_JSON.items():
+            if isinstance(data.get(key), list):
+                raise CaseError(f"it is what {program} writes, no GeoJSON: {way}")
     if not isinstance(entries, list):
         raise CaseError("the FeatureCollection has no list of features: give it one")
     return _collection(entries, selection)

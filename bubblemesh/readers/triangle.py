@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import shapely
@@ -133,8 +134,7 @@ def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> 
     around = next((part for part in parts if shapely.contains_xy(part, x, y)), None)
     feature = feature_of(NO_PARTS if around is None else parts_of(around), name, None, properties)
     area = row[4] if len(row) > 4 else 0.0
-    told = f"{name}: its largest area is not used: largest: {area:g} beside name sets it for all regions of the file"
-    return replace(feature, spare=REGION, notes=(told,) if area > 0 else ())
+    return replace(feature, spare=REGION, largest=area if 0 < area < inf else None)
 
 
 def _vertices_beside(path: Path) -> dict[float, Point]:

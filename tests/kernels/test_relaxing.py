@@ -32,12 +32,11 @@ def test_both_engines_move_bubbles_to_the_same_places_to_the_last_bit(seed, stre
         assert found.tobytes() == expected.tobytes()
     x, speeds = compiled
     np.testing.assert_array_equal(x[:30], start.x[:30])
-    assert np.hypot(*(x - start.x)[30:].T).min() > 0
+    assert np.median(np.hypot(*(x - start.x)[30:].T)) > 1e-3
     assert (speeds > 0).all()
 
 
 def test_too_little_memory_is_an_error_and_no_crash():
+    none = np.zeros(0)
     with pytest.raises(MemoryError):
-        kernels.library().call(
-            "relax", 1 << 57, 0, *[np.zeros(0)] * 3, 1.5, np.zeros(0), 0, np.zeros(0), 0.5, 0, *[np.zeros(0)] * 2
-        )
+        kernels.library().call("relax", 1 << 57, 0, none, none, none, 1.5, none, 0, none, 0.5, 0, none, none)

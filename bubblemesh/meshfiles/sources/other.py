@@ -1,0 +1,56 @@
+"""Formats that meshio reads."""
+
+import contextlib
+import io
+from pathlib import Path
+from typing import Any
+
+from bubblemesh.errors import FileError
+from bubblemesh.meshfiles.contained import bounded_reading
+from bubblemesh.meshfiles.sources.freefem import is_freefem, read_freefem
+from bubblemesh.meshfiles.sources.source import Source
+from bubblemesh.messages import shown
+
+# Plane elements of Abaqus and CalculiX that meshio does not know: stress, strain, with an axis, heat, membranes.
+PLANE_ELEMENTS = {
+    f"{family}{count}{more}": kind
+    for family in ("CPS", "CPE", "CPEG", "CAX", "CGAX", "DC2D", "DCAX", "M3D", "S")
+    for count, kind in ((3, "triangle"), (4, "quad"), (6, "triangle6"), (8, "quad8"))
+    for more in ("", "R", "H", "RH", "M", "T")
+}
+LONGEST_REASON = 200  # letters
+
+
+def read_msh(path: Path) -> Source:
+    """Mesh of Gmsh or of FreeFEM, which have the same ending; errors as of `read_other`."""
+    return read_freefem(path) if is_freefem(path) else read_other(path, "gmsh")  # meshio would try ANSYS first
+
+
+def read_inp(path: Path) -> Source:
+    """Mesh of Abaqus or CalculiX; errors as of `read_other`."""
+    from meshio.abaqus import _abaqus as reader
+
+    for name, kind in PLANE_ELEMENTS.items():
+        reader.abaqus_to_meshio_type.setdefault(name, kind)
+    return read_other(path)
+
+
+def read_other(path: Path, form: str | None = None) -> Source:
+    """Mesh as meshio reads it by the file's ending, or in a format by its name; FileError with meshio's reason."""
+    import meshio
+
+    chatter = io.StringIO()
+    streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
+    try:
+        with streams[0], streams[1], bounded_reading():
+            mesh: Any = meshio.read(path, file_format=form)
+    except SystemExit:  # meshio's answer where no reader of the ending's formats succeeds, whose reasons it prints
+        raise FileError(f"is no mesh that can be read ({_reason(chatter.getvalue(), path)})") from None
+    return Source.of(mesh)
+
+
+def _reason(printed: str, path: Path) -> str:
+    """What meshio printed, without the name of the file that messages begin with."""
+    lines = [line.strip().removeprefix("Error: ").strip() for line in printed.splitlines() if line.strip()]
+    said = [line for line in lines if "Couldn't read file" not in line and str(path) not in line]
+    return shown(" ".join(said) or "meshio gives no reason", LONGEST_REASON)

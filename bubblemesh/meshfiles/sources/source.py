@@ -1,0 +1,64 @@
+"""What a mesh file holds, whatever its format."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Integers
+from bubblemesh.errors import FileError
+
+Data = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Cells (m, k) of one kind, by meshio's name of it."""
+
+    type: str
+    data: Integers
+
+
+@dataclass(frozen=True)
+class Source:
+    """Nodes, blocks of cells, and data of a file; the fields have the names and the forms of a `meshio.Mesh`."""
+
+    points: Data  # (n, 2) or (n, 3)
+    cells: Sequence[Block]
+    point_data: Mapping[str, Data] = field(default_factory=dict)  # (n,) or (n, k)
+    cell_data: Mapping[str, Sequence[Data]] = field(default_factory=dict)  # (m,) or (m, k) for each block
+    field_data: Mapping[str, Any] = field(default_factory=dict)  # number and dimension of each named group
+    cell_sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)  # cells of each block, by the set's name
+    cell_tags: Mapping[int, Sequence[str]] = field(default_factory=dict)  # names of each group, by its number
+    notes: tuple[str, ...] = ()  # what a reader chose, as the last of several times
+
+    @classmethod
+    def of(cls, mesh: Any) -> "Source":
+        """Source of a `meshio.Mesh`."""
+        blocks = [Block(block.type, block.data) for block in mesh.cells]
+        tags = getattr(mesh, "cell_tags", {})  # of MED files
+        return cls(mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data, mesh.cell_sets, tags)
+
+
+def reals(words: Sequence[Any], what: str) -> Data:
+    """Numbers (n,) that words stand for; FileError if one is none."""
+    try:
+        return np.array(words, float)
+    except ValueError as error:
+        raise FileError(f"its {what} are no numbers ({error})") from None
+
+
+def wholes(words: Sequence[Any], what: str) -> Integers:
+    """Whole numbers (n,) that words stand for; FileError if one is none."""
+    try:
+        return np.array(words, np.int64)
+    except (ValueError, OverflowError) as error:
+        raise FileError(f"its {what} are no whole numbers ({error})") from None
+
+
+def require_length(found: int, wanted: int, what: str) -> None:
+    """Check that a file holds as many of something as it says; else it is a FileError."""
+    if found < wanted:
+        raise FileError(f"it ends too early: it has {found} of {wanted} {what}")

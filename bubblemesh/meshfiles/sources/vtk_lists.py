@@ -1,0 +1,63 @@
+"""Lists of VTK's files: the times of a solution (.pvd), and the parts of a grid that processes wrote (.pvtu)."""
+
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
+
+from bubblemesh.errors import FileError, prefixed
+from bubblemesh.files import read_bytes
+from bubblemesh.meshfiles.contained import Unpacking
+from bubblemesh.meshfiles.sources.source import Source
+from bubblemesh.meshfiles.sources.vtu import Piece, joined, pieces_of
+
+MOST_FILES = 10_000  # of one grid
+
+
+def read_pvtu(path: Path) -> Source:
+    """The parts of a grid as one; errors as of `read_vtu`."""
+    return joined(_pieces(_parts(path)))
+
+
+def read_pvd(path: Path) -> Source:
+    """The grid of the last time; errors as of `read_vtu`."""
+    entries = [(float(entry.get("timestep") or 0), entry) for entry in _root(path).iterfind("Collection/DataSet")]
+    if not entries:
+        raise FileError("lists no files")
+    last = max(time for time, _ in entries)
+    names = {entry.get("part", "0"): entry.get("file", "") for time, entry in entries if time == last}
+    # Each process may have a part of its own; a first file of the same time and part may hold the mesh alone.
+    files = [_beside(path, name) for name in names.values()]
+    parts = [part for file in files for part in (_parts(file) if file.suffix == ".pvtu" else [file])]
+    times = len({time for time, _ in entries})
+    notes = (f"holds {times} times: the last one, {last:g}, is read",) if times > 1 else ()
+    return replace(joined(_pieces(parts)), notes=notes)
+
+
+def _parts(path: Path) -> list[Path]:
+    names = dict.fromkeys(part.get("Source", "") for part in _root(path).iterfind("PUnstructuredGrid/Piece"))
+    if not names or len(names) > MOST_FILES:
+        raise FileError(f"lists {len(names):,} files of a grid: from 1 to {MOST_FILES:,} are read")
+    return [_beside(path, name) for name in names]
+
+
+def _pieces(paths: list[Path]) -> list[Piece]:
+    unpacking, found = Unpacking(), []
+    for path in paths:
+        with prefixed(path.name):
+            found += pieces_of(path, unpacking)
+    return found
+
+
+def _root(path: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(read_bytes(path))
+    except ElementTree.ParseError as error:
+        raise FileError(f"is no XML: {error}") from None
+
+
+def _beside(path: Path, name: str) -> Path:
+    """Path of a file that a list names, which may not be outside of the list's folder."""
+    other = PurePosixPath(name)
+    if not name or other.is_absolute() or ".." in other.parts:
+        raise FileError(f"lists the file {name!r}, which is not below its own folder: put it there")
+    return path.parent / other
