@@ -1,6 +1,7 @@
 """Lists of numbers in YAML text, which are read at once: a ring may have hundreds of thousands of points.
 
-Each is cut out of the text, and a word with its number, `MARK` and digits, stands in its place. The parser's events
+Each is cut out of the text, and a word with its number, `MARK` and digits, stands in its place, be it in brackets or a
+list of such lists as lines with dashes. The parser's events
 tell whether that word is a value by itself, for then the list was one; where it has become a part of a text, a key
 or anything else, the whole text is to be read without this.
 """
@@ -8,13 +9,18 @@ or anything else, the whole text is to be read without this.
 import json
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
 MARK = "\ue000"  # a character for private use, with which a plain scalar may begin
 CANDIDATE = re.compile(r"\[[-+.0-9eE,\[\] \r\n]*")
 BETWEEN_BREAKS = re.compile(r"[^\r\n]+")
+# Lines with a dash and a list each, all at one indentation; blank lines and comments may stand between and behind them.
+COMMENT = r"#[^\r\n\x85\u2028\u2029]*"  # the last three end lines in YAML
+LINE = rf"- +\[[-+.0-9eE, ]*\](?: *| +{COMMENT})(?:\r?\n|\Z)"
+LINES = re.compile(rf"^(?P<indent> *){LINE}(?:(?: *(?:{COMMENT})?\r?\n)*+(?P=indent){LINE})++", re.MULTILINE)
+ITEM = re.compile(r"^ *- +(\[[^\]]*\])", re.MULTILINE)
 LEAST = 16  # characters of a list that is worth it
 NUMBERS = {int, float}
 
@@ -27,17 +33,20 @@ class NumberList:
     ----------
     value : list
     text : str
-        Its text, from bracket to bracket.
+        Its text, from bracket to bracket, or whole lines.
     size : int
         Number of values in it, lists and itself among them.
     height : int
         1 for numbers, 2 for lists of them.
+    has_lines : bool
+        Whether the text is lines with dashes, which cannot stand within brackets.
     """
 
     value: list[Any]
     text: str
     size: int
     height: int
+    has_lines: bool = False
 
 
 def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, NumberList]]:
@@ -50,16 +59,25 @@ def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, Nu
         return text, lists
     decode = json.JSONDecoder(parse_int=integer).decode
 
-    def replaced(match: re.Match[str]) -> str:
-        length = match[0].rfind("]") + 1
-        found = _number_list(match[0][:length], decode) if length >= LEAST else None
+    def replaced(text: str, found: NumberList | None) -> str:
         if found is None:
-            return match[0]
+            return text
         word = f"{MARK}{len(lists)}"
         lists[word] = found
-        return word + BETWEEN_BREAKS.sub("", found.text) + match[0][length:]
+        return word + BETWEEN_BREAKS.sub("", found.text)
 
-    return CANDIDATE.sub(replaced, text), lists
+    def without_lines(match: re.Match[str]) -> str:
+        found = _number_list(f"[{','.join(ITEM.findall(match[0]))}]", decode)
+        # A list may begin where the key above it does, but a word that is its value has to stand behind that.
+        indent = match["indent"] + " "
+        return match[0] if found is None else indent + replaced(match[0], replace(found, text=match[0], has_lines=True))
+
+    def without_brackets(match: re.Match[str]) -> str:
+        length = match[0].rfind("]") + 1
+        list_text = match[0][:length]
+        return replaced(list_text, _number_list(list_text, decode) if length >= LEAST else None) + match[0][length:]
+
+    return CANDIDATE.sub(without_brackets, LINES.sub(without_lines, text)), lists
 
 
 def _number_list(text: str, decode: Callable[[str], Any]) -> NumberList | None:

@@ -163,6 +163,7 @@ class _Reader:
         self.place = place
         self.lists = lists or {}
         self.anchors: dict[str, Node | None] = {}
+        self.brackets = 0  # around what is being read
 
     def read(self) -> Node | None:
         try:
@@ -198,10 +199,11 @@ class _Reader:
         if isinstance(event, yaml.ScalarEvent):
             number_list = self.lists.get(event.value)
             node = Node(self._scalar(event)) if number_list is None else self._number_list(event, number_list, depth)
-        elif isinstance(event, yaml.SequenceStartEvent):
-            node = self._sequence(event, events, depth)
         else:
-            node = self._mapping(event, events, depth)
+            self.brackets += event.flow_style
+            is_list = isinstance(event, yaml.SequenceStartEvent)
+            node = (self._sequence if is_list else self._mapping)(event, events, depth)
+            self.brackets -= event.flow_style
         if node.size > MAX_VALUES:
             raise self._error(event, f"more than {MAX_VALUES:,} values, each alias counted in full: use fewer")
         if event.anchor:
@@ -219,7 +221,9 @@ class _Reader:
         return node
 
     def _number_list(self, event: Any, found: NumberList, depth: int) -> Node:
-        if depth + found.height > MAX_DEPTH or event.tag or event.style:
+        begins_above = event.start_mark.line < event.end_mark.line  # as its anchor does
+        misplaced = begins_above or (found.has_lines and self.brackets > 0)
+        if depth + found.height > MAX_DEPTH or event.tag or event.style or misplaced:
             raise self._error(event, "not to be read at once")
         return Node(found.value, _LatePlaces(found.text, event.start_mark.line + 1), found.size, found.height)
 
