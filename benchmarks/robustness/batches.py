@@ -12,15 +12,10 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
+from benchmarks.robustness.commands import square_case
 from benchmarks.robustness.trials import note
 
-CASE = """\
-domain: {outer: {rectangle: [0, 0, 1, 1]}}
-spacing: 0.6
-method: accelerated
-schedule: {rounds: 1, iterations: 2}
-output: {formats: [msh]}
-"""
+CASE = square_case(0.6, "rounds: 1, iterations: 2")
 GOAL = 10.0  # seconds of --resume
 
 
