@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "geometry": FOUNDATION,
     "readers": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},
-    "packing": FOUNDATION | {"geometry", "meshes", "spacing"},
+    "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},

@@ -9,6 +9,7 @@ from annotated_types import Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.relaxing import Pull
 from bubblemesh.packing.neighbours import Neighbours
 
 CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
@@ -53,6 +54,11 @@ class BoundForce:
     def ends(self) -> Integers:
         """First and second members (2, m) of the pairs."""
         return np.ascontiguousarray(self.neighbours.pairs.T)
+
+    @property
+    def pull(self) -> Pull:
+        """The same for compiled kernels."""
+        return Pull(self.neighbours.pairs, self.neighbours.contact, self.strength, CUTOFF)
 
     def __call__(self, x: Floats) -> Floats:
         """Forces (n, 2) on bubbles at x (n, 2)."""

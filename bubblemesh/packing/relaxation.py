@@ -10,11 +10,13 @@ from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.relaxing import relaxed
 from bubblemesh.packing.boundary_edges import drop_strays, split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Confinement, Sliding
-from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.motion import Motion
+from bubblemesh.packing.forces import BoundForce, VanDerWaals
+from bubblemesh.packing.motion import Motion, SemiImplicitEuler
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.spacing.spacing import Spacing
@@ -90,7 +92,7 @@ class Nearby:
                 acting = force.among(neighbours)
             moved, v = motion(x, v, damping(step, start.touched), sliding.projecting(acting))
             x, v = sliding.advance(*_bounded(x, moved, v, d))
-            speeds[step] = _lengths(v).mean()
+            speeds[step] = _mean(_lengths(v))
         confinement.put_back(x[inside], v[inside], d[inside])
         ended = split_cutting_edges(sliding.bubbles_at(x, spacing(x)), domain, spacing)
         kept = drop_strays(ended, domain)
@@ -117,17 +119,30 @@ class Connected:
             if begin:
                 net = connect_inside(net.bubbles, domain, spacing)
             bubbles = net.bubbles
-            x, v, d = bubbles.x, np.zeros_like(bubbles.x), bubbles.d
+            x, d = bubbles.x, bubbles.d
             acting = force.among(Neighbours.along(net.edges, x, d))
-            for step in range(begin, min(begin + self.refresh, steps)):
-                moved, v = motion(x, v, damping(step, bubbles.touched), acting)
-                moved[: bubbles.boundary_count] = x[: bubbles.boundary_count]
-                v[: bubbles.boundary_count] = 0
-                x, v = _bounded(x, moved, v, d)
-                speeds[step] = _lengths(v).mean()
-                evaluations += len(x) * motion.evaluations
+            viscosities = [damping(step, bubbles.touched) for step in range(begin, min(begin + self.refresh, steps))]
+            x, speeds[begin : begin + self.refresh] = _moved(bubbles, acting, motion, viscosities)
+            evaluations += len(x) * motion.evaluations * len(viscosities)
             net = replace(net, bubbles=replace(bubbles, x=x))
         return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
+
+
+def _moved(
+    bubbles: Bubbles, acting: BoundForce, motion: Motion, viscosities: list[Floats | float]
+) -> tuple[Floats, Floats]:
+    """Places (n, 2) and mean speeds (k,) of bubbles after a step for each viscosity; those on the boundary stay."""
+    x, d, fixed, compiled = bubbles.x, bubbles.d, bubbles.boundary_count, library()
+    if compiled is not None and isinstance(motion, SemiImplicitEuler) and all(map(np.isscalar, viscosities)):
+        numbers = np.array(viscosities, float)
+        return relaxed(compiled, x, acting.pull, fixed, MOST_MOVE * d, float(motion.dt), numbers)
+    v, speeds = np.zeros_like(x), np.empty(len(viscosities))
+    for step, c in enumerate(viscosities):
+        moved, v = motion(x, v, c, acting)
+        moved[:fixed], v[:fixed] = x[:fixed], 0
+        x, v = _bounded(x, moved, v, d)
+        speeds[step] = _mean(_lengths(v))
+    return x, speeds
 
 
 def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:
@@ -141,5 +156,11 @@ def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Fl
 
 
 def _lengths(vectors: Floats) -> Floats:
-    """Lengths (n,) of vectors (n, 2), by way of complex numbers, which NumPy measures fastest."""
-    return np.abs(np.ascontiguousarray(vectors).view(np.complex128)[:, 0])
+    """Lengths (n,) of vectors (n, 2)."""
+    x, y = vectors.T
+    return np.sqrt(x * x + y * y)
+
+
+def _mean(values: Floats) -> float:
+    """Mean of values (n,), added one after the other as the compiled kernels do."""
+    return float(np.cumsum(values)[-1]) / len(values)

@@ -10,6 +10,7 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.shapes import WORST, Links, gradient
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.net import Net, connect_inside
@@ -17,9 +18,6 @@ from bubblemesh.spacing.spacing import Spacing
 
 MOMENTUM = 0.8
 MOST_MOVE = 0.1  # spacings in a step
-FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
-SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to part in
-WORST = 3.0  # shape measure, beyond which its power grows no more
 
 
 @dataclass(frozen=True)
@@ -82,13 +80,13 @@ class Smoothing:
         sliding = Sliding(domain.boundary, bubbles)
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
-        contact = (d[ends[0]] + d[ends[1]]) / 2
+        links = Links(corners, d, ends, (d[ends[0]] + d[ends[1]]) / 2)
         free = free.copy()
         free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
         scale = np.where(free, d * d, 0.0)[:, None]
         for _ in range(self.shape_steps):
-            gradient = shape_gradient(x, corners, d) + self.spacing_weight * spacing_gradient(x, ends, contact)
-            v = MOMENTUM * v - self.shape_step * sliding.project(gradient * scale)
+            downhill = sliding.project(gradient(x, links, self.spacing_weight) * scale)
+            v = MOMENTUM * v - self.shape_step * downhill
             length = np.sqrt(np.einsum("ij,ij->i", v, v))
             v *= (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
             x, v = sliding.advance(x + v, v)
@@ -102,39 +100,3 @@ def eta(x: Floats, triangles: Integers) -> Floats:
     area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
     squares = ((b - a) ** 2 + (c - a) ** 2 + (c - b) ** 2).sum(axis=1)
     return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)
-
-
-def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of eta^4 over triangles with the nodes ``corners`` (3, t), at positions x (n, 2)."""
-    px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
-    ux, uy = px[1] - px[0], py[1] - py[0]
-    wx, wy = px[2] - px[0], py[2] - py[0]
-    zx, zy = px[2] - px[1], py[2] - py[1]
-    area = np.maximum((ux * wy - uy * wx) / 2, FLATTEST * d.take(corners[0]) ** 2)
-    squares = ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy
-    to_eta = 1 / (4 * np.sqrt(3) * area)
-    eta = squares * to_eta
-    steep = 4 * np.minimum(eta, WORST) ** 3
-    by_squares, by_area = 2 * steep * to_eta, steep * eta / (2 * area)
-    # The sum of squares pulls each corner to the others, the area pushes it off the side across.
-    pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))
-    push = ((-zy, zx), (wy, -wx), (-uy, ux))
-    result = np.zeros((len(x), 2))
-    for axis in range(2):
-        for node, toward, off in zip(corners, pull, push, strict=True):
-            weight = by_squares * toward[axis] - by_area * off[axis]
-            result[:, axis] += np.bincount(node, weight, minlength=len(x))
-    return result
-
-
-def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of (l / l0 - 1)^2 over edges ``ends`` (2, m), with l0 = ``contact`` (m,)."""
-    i, j = ends
-    delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
-    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * contact)
-    weight = 2 * (length / contact - 1) / (contact * length)
-    columns = [
-        np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))
-        for part in delta
-    ]
-    return np.column_stack(columns)

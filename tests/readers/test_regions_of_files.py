@@ -343,18 +343,20 @@ def test_gaps_that_are_wide_beside_the_spacing_and_corners_between_regions_are_n
     assert gap_warnings(written, spacing=0.012, **shapes)[0] == []
 
 
-def test_short_edges_of_shared_borders_name_a_key_that_works(written):
+@pytest.mark.parametrize(("keys", "factor"), [("", 1), (", scale: 1000", 1000), (", units: mm", 1e-3)])
+def test_short_edges_of_shared_borders_name_a_key_that_works(written, keys, factor):
     y = np.linspace(0, 2, 401)
     border = np.column_stack([1 + 0.02 * np.sin(9 * y) + 1e-3 * np.cos(400 * y), y])
     west = shapely.Polygon([*border, (0, 2), (0, 0)])
     east = shapely.Polygon([*border, (3, 2), (3, 0)])
     written("land.geojson", features(west=west, east=east))
-    text = "domain: {{regions: {{file: land.geojson, name: NAME{}}}}}\nspacing: 0.4\n"
+    text = f"domain: {{{{regions: {{{{file: land.geojson, name: NAME{keys}{{}}}}}}}}}}\nspacing: {0.4 * factor}\n"
     before = prepare(load_case(written("case.yaml", text.format(""))))
     (key,) = [re.search(r"\((simplify: \S+) in the file", note)[1] for note in before.warnings if "simplify" in note]
     after = prepare(load_case(written("case.yaml", text.format(f", {key}"))))
     assert after.expected_nodes < before.expected_nodes / 3
-    assert sum(sizes(after.domain).values()) == pytest.approx(6, rel=1e-9)
+    assert not any("simplify" in note for note in after.warnings)
+    assert sum(sizes(after.domain).values()) == pytest.approx(6 * factor**2, rel=1e-9)
     with pytest.raises(CaseError, match="corners is not for regions that share borders: simplify: LENGTH leaves out"):
         prepare(load_case(written("case.yaml", text.format(", corners: 30"))))
 

@@ -1,0 +1,32 @@
+"""Steps of the motion of bubbles between which there are edges: its twin is the loop in `packing.relaxation`."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import Library
+
+
+class Pull(NamedTuple):
+    """Forces between pairs of bubbles."""
+
+    pairs: Integers  # (m, 2)
+    contact: Floats  # (m,): distance at which a pair is at rest
+    strength: Floats  # (n,): factor of the force on each bubble
+    cutoff: float  # distance in terms of that, from which on a pair does not act
+
+
+def relaxed(
+    compiled: Library, x: Floats, pull: Pull, fixed: int, most: Floats, dt: float, c: Floats
+) -> tuple[Floats, Floats]:
+    """Places (n, 2) of bubbles, and their mean speeds (k,), after steps from rest at x (n, 2) with viscosities c (k,).
+
+    A step is a symplectic Euler step with implicit damping. The first ``fixed`` bubbles stay where they are, and none
+    goes farther in a step than ``most`` (n,).
+    """
+    places, speeds = np.array(x, order="C"), np.empty(len(c))
+    pairs, contact, strength, cutoff = pull
+    numbers = len(x), len(pairs), np.ascontiguousarray(pairs), contact, strength, cutoff
+    compiled.call("relax", *numbers, places, fixed, most, dt, len(c), c, speeds)
+    return places, speeds

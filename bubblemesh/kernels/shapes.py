@@ -1,0 +1,81 @@
+"""How moving nodes changes the shapes of triangles and the lengths of edges."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import library
+
+FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
+SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to part in
+WORST = 3.0  # shape measure, beyond which its power grows no more
+
+
+class Links(NamedTuple):
+    """Triangles and edges between n nodes."""
+
+    corners: Integers  # (3, t): nodes of the triangles
+    d: Floats  # (n,): spacing at the nodes
+    ends: Integers  # (2, m): nodes of the edges
+    contact: Floats  # (m,): lengths that the edges should have
+
+
+def gradient(x: Floats, links: Links, spacing_weight: float) -> Floats:
+    """Gradient (n, 2), at nodes x (n, 2), of the sums over triangles of eta^4 and over edges of (l / l0 - 1)^2.
+
+    The latter counts ``spacing_weight`` times. The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an
+    equilateral triangle.
+    """
+    compiled = library()
+    if compiled is None:
+        return gradient_in_numpy(x, links, spacing_weight)
+    corners, d, ends, contact = links
+    result = np.empty((len(x), 2))
+    triangles = np.ascontiguousarray(x), d, corners, FLATTEST, WORST
+    edges = ends, contact, SHORTEST, spacing_weight
+    compiled.call("shape_gradient", len(x), corners.shape[1], len(contact), *triangles, *edges, result)
+    return result
+
+
+def gradient_in_numpy(x: Floats, links: Links, spacing_weight: float) -> Floats:
+    """The same in NumPy."""
+    shape, lengths = shape_gradient(x, links.corners, links.d), spacing_gradient(x, links.ends, links.contact)
+    return shape + spacing_weight * lengths
+
+
+def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of eta^4 over triangles with the nodes ``corners`` (3, t), at positions x (n, 2)."""
+    px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
+    ux, uy = px[1] - px[0], py[1] - py[0]
+    wx, wy = px[2] - px[0], py[2] - py[0]
+    zx, zy = px[2] - px[1], py[2] - py[1]
+    area = np.maximum((ux * wy - uy * wx) / 2, FLATTEST * d.take(corners[0]) ** 2)
+    squares = ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy
+    to_eta = 1 / (4 * np.sqrt(3) * area)
+    eta = squares * to_eta
+    bounded = np.minimum(eta, WORST)
+    steep = 4 * (bounded * bounded * bounded)
+    by_squares, by_area = 2 * steep * to_eta, steep * eta / (2 * area)
+    # The sum of squares pulls each corner to the others, the area pushes it off the side across.
+    pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))
+    push = ((-zy, zx), (wy, -wx), (-uy, ux))
+    result = np.zeros((len(x), 2))
+    for axis in range(2):
+        for node, toward, off in zip(corners, pull, push, strict=True):
+            weight = by_squares * toward[axis] - by_area * off[axis]
+            result[:, axis] += np.bincount(node, weight, minlength=len(x))
+    return result
+
+
+def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of (l / l0 - 1)^2 over edges ``ends`` (2, m), with l0 = ``contact`` (m,)."""
+    i, j = ends
+    delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
+    length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * contact)
+    weight = 2 * (length / contact - 1) / (contact * length)
+    columns = [
+        np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))
+        for part in delta
+    ]
+    return np.column_stack(columns)

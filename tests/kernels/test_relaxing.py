@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+from twins import needs_compiler
+
+from bubblemesh.kernels import library as kernels
+from bubblemesh.packing import relaxation
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.forces import VanDerWaals
+from bubblemesh.packing.motion import SemiImplicitEuler
+from bubblemesh.packing.neighbours import Neighbours
+
+pytestmark = needs_compiler
+
+
+def bubbles(seed, count=400, on_boundary=30):
+    random = np.random.default_rng(seed)
+    x, d = random.random((count, 2)), random.uniform(0.02, 0.08, count)
+    nowhere = np.zeros(0, np.int64), np.zeros(0)
+    return Bubbles(x, d, *nowhere, on_boundary, np.zeros(count, bool))
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("strength", [1.0, 60.0])  # the latter makes bubbles fly, but for the bound of a step
+def test_both_engines_move_bubbles_to_the_same_places_to_the_last_bit(seed, strength, monkeypatch):
+    start = bubbles(seed)
+    acting = VanDerWaals(k0=strength).among(Neighbours.of(start.x, start.d, 1.9))
+    viscosities = np.linspace(0.5, 4, 12).tolist()
+    compiled = relaxation._moved(start, acting, SemiImplicitEuler(), viscosities)
+    monkeypatch.setattr(relaxation, "library", lambda: None)
+    plain = relaxation._moved(start, acting, SemiImplicitEuler(), viscosities)
+    for found, expected in zip(compiled, plain, strict=True):
+        assert found.tobytes() == expected.tobytes()
+    x, speeds = compiled
+    np.testing.assert_array_equal(x[:30], start.x[:30])
+    assert np.median(np.hypot(*(x - start.x)[30:].T)) > 1e-3
+    assert (speeds > 0).all()
+
+
+def test_too_little_memory_is_an_error_and_no_crash():
+    none = np.zeros(0)
+    with pytest.raises(MemoryError):
+        kernels.library().call("relax", 1 << 57, 0, none, none, none, 1.5, none, 0, none, 0.5, 0, none, none)
