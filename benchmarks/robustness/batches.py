@@ -47,5 +47,10 @@ def main(arguments: list[str]) -> None:
     print(
         f"{rows} rows; --resume of what is done: {seconds:.1f} s, {'within' if seconds < GOAL else 'above'} {GOAL:g} s"
     )
-    note("batches", {"cases": rows, "seconds of --resume": round(seconds, 1), "MB at most": round(megabytes)})
+    figures = {
+        "seconds of --resume": round(seconds, 1),
+        "of processors": round(worked, 1),
+        "mean load": round(os.getloadavg()[0], 1),
+    }
+    note("batches", {"cases": rows, **figures, "MB at most": round(megabytes)})
     raise SystemExit(rows != options.cases)

@@ -64,7 +64,7 @@ OTHERS = {  # what each of the other trials does and demands, and what it has fo
         "Nothing so far.",
     ),
     "batches": (
-        "10,000 cases end to end: their rate, the memory, and the time of `--resume` when all is done, at most 10 s.",
+        "10,000 cases end to end: their rate, the memory, and the time of `--resume` when all is done, at most 10 s on cores without other work.",
         "Its figures are those of the last run.",
     ),
     "limits": (
