@@ -121,7 +121,6 @@ def test_a_gap_wider_than_join_stays(found):
     [
         ("name: NAMES", CaseError, "unknown property 'NAMES'; did you mean 'NAME'"),
         ("name: NAME, part: all", CaseError, "part is not for regions that share borders"),
-        ("name: NAME, corners: 30", CaseError, "corners is not for regions"),
         ("name: NAME, join: 1", GeometryError, "join: 1 is too much for regions that are 3 wide"),
     ],
 )
