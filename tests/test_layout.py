@@ -17,7 +17,7 @@ MAY_IMPORT = {
     "messages": {"arrays"},
     "resources": set(),
     "kernels": {"arrays", "errors"},
-    "meshes": FOUNDATION,
+    "meshes": FOUNDATION | {"kernels"},
     "geometry": FOUNDATION,
     "readers": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},

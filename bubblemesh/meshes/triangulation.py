@@ -7,6 +7,7 @@ import pythoncdt as cdt
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
+from bubblemesh.kernels.linking import in_order
 from bubblemesh.meshes.edges import SideTable
 from bubblemesh.messages import place
 
@@ -21,7 +22,7 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
 
     The constraints (e, 2) form closed rings without crossings, and the region is what an odd number of rings encloses;
     those of the mask ``two_sided`` (e,) lie inside of it and bound nothing. Triangles are counter-clockwise, in the
-    library's order. GeometryError, with the coordinates, if points (n, 2) coincide or constraints cross.
+    order of `in_order`. GeometryError, with the coordinates, if points (n, 2) coincide or constraints cross.
     """
     if not np.isfinite(points).all():  # the library would run out of memory
         raise ValueError("points must be finite")
@@ -34,12 +35,7 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
     except RuntimeError as error:
         raise GeometryError(_explained(str(error), points)) from error
     mesh.erase_outer_triangles_and_holes()
-    found = mesh.triangles_array()
-    triangles = found["vertices"].astype(np.int64)
-    # Neighbour k lies across the edge from node k to the next; where there is none its number is the largest.
-    once = found["neighbors"] > np.arange(len(triangles), dtype=np.uint32)[:, None]
-    edges = np.column_stack([triangles[once], triangles[:, [1, 2, 0]][once]])
-    return triangles, edges
+    return in_order(mesh.triangles_array()["vertices"].astype(np.int64), len(points))
 
 
 def sorted_triangles(triangles: Integers) -> Integers:

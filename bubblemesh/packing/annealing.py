@@ -65,7 +65,8 @@ class Annealing:
         total = Relaxed.none(net.bubbles)
         cycles = self.cycles(len(net.bubbles))
         for cycle in range(cycles):
-            net = connect_inside(self._displaced(net, 1 - cycle / cycles, random), domain, spacing)
+            displaced = self._displaced(net, 1 - cycle / cycles, random)
+            net = connect_inside(displaced, domain, spacing, net)
             relaxed = relax(net, self.shake_steps)
             total = total.followed_by(relaxed)
             # The edges from before the relaxation still tell where the order is broken.

@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
@@ -79,8 +80,13 @@ class Net:
         )
 
 
-def connect(bubbles: Bubbles, domain: Domain) -> Net:
-    """Connect bubbles; those outside the boundary edges belong to no triangle."""
+def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None) -> Net:
+    """Connect bubbles; those outside the boundary edges belong to no triangle.
+
+    If they are those of a net ``before``, with the same ones on the boundary, that may spare most of the work.
+    """
+    if before is not None and len(bubbles) == len(before.bubbles) and _same_on_boundary(before.bubbles, bubbles):
+        return reconnect(before, bubbles)
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     two_sided = domain.boundary.inner[piece]
     return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
@@ -88,13 +94,27 @@ def connect(bubbles: Bubbles, domain: Domain) -> Net:
 
 def reconnect(net: Net, bubbles: Bubbles) -> Net:
     """Connect the bubbles of a net anew at other places, within the same facets."""
-    triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
+    found = None
+    # Where bubbles move on the boundary, its edges may come to cross each other on the outside.
+    if _same_on_boundary(net.bubbles, bubbles) and (net.valence > 0).all():
+        found = legalised(net.triangles, bubbles.x, net.facets)
+    triangles, edges = linked(bubbles.x, net.facets, net.two_sided) if found is None else found
     return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
 
 
-def connect_inside(bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Net:
-    """Connect bubbles without those outside, and evaluate the spacing where they are."""
-    net = connect(bubbles, domain)
+def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:
+    """Whether the bubbles on the boundary are the same ones at the same places."""
+    count = some.boundary_count
+    same = count == others.boundary_count and np.array_equal(some.piece, others.piece)
+    return same and np.array_equal(some.s, others.s) and np.array_equal(some.x[:count], others.x[:count])
+
+
+def connect_inside(bubbles: Bubbles, domain: Domain, spacing: Spacing, before: Net | None = None) -> Net:
+    """Connect bubbles without those outside, and evaluate the spacing where they are.
+
+    For a net ``before`` see `connect`.
+    """
+    net = connect(bubbles, domain, before)
     kept = net.valence > 0
     d = np.where(kept, 0.0, np.nan)
     d[kept] = spacing.extended(bubbles.x[kept])

@@ -117,7 +117,7 @@ class Connected:
         force, motion, damping = dynamics
         for begin in range(0, steps, self.refresh):
             if begin:
-                net = connect_inside(net.bubbles, domain, spacing)
+                net = connect_inside(net.bubbles, domain, spacing, net)
             bubbles = net.bubbles
             x, d = bubbles.x, bubbles.d
             acting = force.among(Neighbours.along(net.edges, x, d))

@@ -102,7 +102,7 @@ class LevelRun:
             else:
                 relaxed = self.relax(net, steps, number, odd)
             # 2. They are triangulated where they are now, with the spacing there.
-            net = connect_inside(relaxed.bubbles, domain, spacing)
+            net = connect_inside(relaxed.bubbles, domain, spacing, net)
             # 3. Where they are too many some are deleted, and gaps are filled.
             change = method.population(net, domain, spacing, self.random)
             self.progress.net = net = connect(change.bubbles, domain)

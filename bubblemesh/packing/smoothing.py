@@ -67,7 +67,8 @@ class Smoothing:
         allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
         for held in (net.bubbles.corners, net.bubbles.boundary_count):
             try:
-                smoothed = connect_inside(self.moved(net, domain, np.arange(len(net.bubbles)) >= held), domain, spacing)
+                moved = self.moved(net, domain, np.arange(len(net.bubbles)) >= held)
+                smoothed = connect_inside(moved, domain, spacing, net)
             except GeometryError:
                 continue
             if eta(smoothed.bubbles.x, smoothed.triangles).max() <= allowed:

@@ -1,0 +1,52 @@
+"""Triangles and their edges in an order of their own, and flips of edges that make them Delaunay."""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.kernels.library import library
+
+NO_PLACES, NO_FACETS = np.zeros((0, 2)), np.zeros((0, 2), np.int64)
+
+
+def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
+    """Triangles (t, 3) of ``n`` nodes and their edges (m, 2), each once, in an order of their own.
+
+    Triangles begin with their lowest node and keep their turn, edges have the lower node first; both ascend.
+    """
+    compiled = library()
+    if compiled is None:
+        return in_order_in_numpy(triangles, n)
+    result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
+    count, outcome = np.zeros((2, 1), np.int64)
+    flips = 0, NO_PLACES, 0, NO_FACETS
+    compiled.call("link_triangles", n, len(result), result, *flips, edges, count, outcome)
+    return result, edges[: count[0]].copy()
+
+
+def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
+    """The same in NumPy."""
+    first = triangles.argmin(axis=1)
+    a, b, c = (np.take_along_axis(triangles, (first[:, None] + k) % 3, axis=1)[:, 0] for k in range(3))
+    order = np.argsort(a * n + b, kind="stable")
+    sides = np.concatenate([np.minimum(p, q) * n + np.maximum(p, q) for p, q in ((a, b), (b, c), (c, a))])
+    return np.column_stack([a, b, c])[order], np.stack(np.divmod(each_once(sides), n), axis=1)
+
+
+def legalised(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integers, Integers] | None:
+    """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
+
+    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Triangles and edges come as from
+    `in_order`; None where rounding would decide, a triangle is inverted, or no kernels are compiled: triangulate anew.
+
+    References
+    ----------
+    C. L. Lawson, "Software for C1 surface interpolation", in: Mathematical Software III (1977).
+    """
+    compiled = library()
+    if compiled is None:
+        return None
+    result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
+    count, outcome = np.zeros((2, 1), np.int64)
+    flips = 1, np.ascontiguousarray(x), len(facets), np.ascontiguousarray(facets)
+    compiled.call("link_triangles", len(x), len(result), result, *flips, edges, count, outcome)
+    return None if outcome[0] else (result, edges[: count[0]].copy())

@@ -1,0 +1,256 @@
+/* Triangles and their edges in an order of their own, and flips of edges that make them Delaunay; see linking.py. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernels.h"
+
+enum { UNDECIDED = 1, MOST_FLIPS = 20 };
+
+/* Of determinants: J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
+   Discrete Comput. Geom. 18 (1997), his bounds A. */
+static const double TURN_ERROR = 3.3306690738754716e-16, CIRCLE_ERROR = 1.1102230246251577e-15;
+
+/* Side k of a triangle goes from its node k to the next; sides are numbered 3 * triangle + k. */
+static int64_t next_side(int64_t side)
+{
+    return side % 3 == 2 ? side - 2 : side + 1;
+}
+
+typedef struct {
+    int64_t low, high, value;
+} Item;
+
+/* Sorts items (count,) by their low, which are below n, then by high: those of the same low are few. */
+static void sorted(int64_t n, int64_t count, Item *items, Item *spare, int64_t *start)
+{
+    int64_t k, sum = 0;
+    memset(start, 0, (size_t)(n + 1) * sizeof *start);
+    for (k = 0; k < count; k++)
+        start[items[k].low]++;
+    for (k = 0; k <= n; k++) {
+        int64_t mine = start[k];
+        start[k] = sum;
+        sum += mine;
+    }
+    for (k = 0; k < count; k++)
+        spare[start[items[k].low]++] = items[k];
+    for (k = 0; k < count; k++) {
+        Item item = spare[k];
+        int64_t place = k;
+        while (place > 0 && items[place - 1].low == item.low && items[place - 1].high > item.high) {
+            items[place] = items[place - 1];
+            place--;
+        }
+        items[place] = item;
+    }
+}
+
+typedef struct {
+    int64_t n, t, *triangles; /* (t, 3) */
+    int64_t *twin;            /* (t, 3): the same edge's side in the triangle across, -1 on the rim */
+    Item *items, *spare;      /* (3 t,) */
+    int64_t *start;           /* (n + 1,) */
+} Mesh;
+
+static void items_of_sides(Mesh *mesh)
+{
+    int64_t side;
+    for (side = 0; side < 3 * mesh->t; side++) {
+        int64_t a = mesh->triangles[side], b = mesh->triangles[next_side(side)];
+        Item item = {a < b ? a : b, a < b ? b : a, side};
+        mesh->items[side] = item;
+    }
+    sorted(mesh->n, 3 * mesh->t, mesh->items, mesh->spare, mesh->start);
+}
+
+static int same_edge(Item a, Item b)
+{
+    return a.low == b.low && a.high == b.high;
+}
+
+/* Triangles begin with their lowest node and ascend; edges (count, 2) with the lower node first ascend. */
+static int64_t in_order(Mesh *mesh, int64_t *edges)
+{
+    int64_t k, count = 0, *triangles = mesh->triangles;
+    for (k = 0; k < mesh->t; k++) {
+        int64_t *mine = triangles + 3 * k, a = mine[0], b = mine[1], c = mine[2];
+        Item item = {a, b, c};
+        if (b < a && b < c)
+            item.low = b, item.high = c, item.value = a;
+        else if (c < a && c < b)
+            item.low = c, item.high = a, item.value = b;
+        mesh->items[k] = item;
+    }
+    sorted(mesh->n, mesh->t, mesh->items, mesh->spare, mesh->start);
+    for (k = 0; k < mesh->t; k++) {
+        triangles[3 * k] = mesh->items[k].low;
+        triangles[3 * k + 1] = mesh->items[k].high;
+        triangles[3 * k + 2] = mesh->items[k].value;
+    }
+    items_of_sides(mesh);
+    for (k = 0; k < 3 * mesh->t; k++)
+        if (k == 0 || !same_edge(mesh->items[k], mesh->items[k - 1])) {
+            edges[2 * count] = mesh->items[k].low;
+            edges[2 * count++ + 1] = mesh->items[k].high;
+        }
+    return count;
+}
+
+static void find_twins(Mesh *mesh)
+{
+    int64_t k;
+    items_of_sides(mesh);
+    for (k = 0; k < 3 * mesh->t; k++)
+        mesh->twin[k] = -1;
+    for (k = 1; k < 3 * mesh->t; k++)
+        if (same_edge(mesh->items[k], mesh->items[k - 1])) {
+            mesh->twin[mesh->items[k].value] = mesh->items[k - 1].value;
+            mesh->twin[mesh->items[k - 1].value] = mesh->items[k].value;
+        }
+}
+
+/* Marks sides (t, 3) on facets (m, 2), which stay; the items still are those of the sides. */
+static void fix(const Mesh *mesh, int64_t m, const int64_t *facets, char *fixed)
+{
+    int64_t k, place;
+    for (k = 0; k < m; k++) {
+        int64_t a = facets[2 * k], b = facets[2 * k + 1], low = a < b ? a : b, high = a < b ? b : a;
+        /* after the sort, a start is the end of its bucket */
+        for (place = low == 0 ? 0 : mesh->start[low - 1]; place < mesh->start[low]; place++)
+            if (mesh->items[place].high == high)
+                fixed[mesh->items[place].value] = 1;
+    }
+}
+
+/* 1 if the nodes turn to the left for sure, else 0. */
+static int turns_left(const double *a, const double *b, const double *c)
+{
+    double left = (a[0] - c[0]) * (b[1] - c[1]), right = (a[1] - c[1]) * (b[0] - c[0]);
+    return left - right > TURN_ERROR * (fabs(left) + fabs(right));
+}
+
+/* 1 if d is in the circle through a, b and c for sure, -1 if it is outside, 0 if rounding decides. */
+static int in_circle(const double *a, const double *b, const double *c, const double *d)
+{
+    double ax = a[0] - d[0], ay = a[1] - d[1], bx = b[0] - d[0], by = b[1] - d[1], cx = c[0] - d[0], cy = c[1] - d[1];
+    double bc = bx * cy, cb = cx * by, ca = cx * ay, ac = ax * cy, ab = ax * by, ba = bx * ay;
+    double over_a = ax * ax + ay * ay, over_b = bx * bx + by * by, over_c = cx * cx + cy * cy;
+    double value = over_a * (bc - cb) + over_b * (ca - ac) + over_c * (ab - ba);
+    double most = (fabs(bc) + fabs(cb)) * over_a + (fabs(ca) + fabs(ac)) * over_b + (fabs(ab) + fabs(ba)) * over_c;
+    double error = CIRCLE_ERROR * most;
+    return value > error ? 1 : value < -error ? -1 : 0;
+}
+
+typedef struct {
+    int64_t *sides, count, room; /* a ring buffer */
+    int64_t first;
+    char *waiting;
+} Queue;
+
+static void ask(Queue *queue, int64_t side)
+{
+    if (queue->waiting[side])
+        return;
+    queue->waiting[side] = 1;
+    queue->sides[(queue->first + queue->count++) % queue->room] = side;
+}
+
+static void join(Mesh *mesh, int64_t side, int64_t twin)
+{
+    mesh->twin[side] = twin;
+    if (twin >= 0)
+        mesh->twin[twin] = side;
+}
+
+/* The edge between two triangles becomes the one between their other nodes; their outer sides are asked again. */
+static void flip(Mesh *mesh, char *fixed, Queue *queue, int64_t side)
+{
+    int64_t *triangles = mesh->triangles, across = mesh->twin[side];
+    int64_t one = side - side % 3, two = across - across % 3, k;
+    int64_t ahead = next_side(side), behind = next_side(ahead), ahead2 = next_side(across), behind2 = next_side(ahead2);
+    int64_t u = triangles[side], v = triangles[ahead], w = triangles[behind], w2 = triangles[behind2];
+    int64_t outer[4] = {mesh->twin[ahead2], mesh->twin[behind], mesh->twin[behind2], mesh->twin[ahead]};
+    char held[4] = {fixed[ahead2], fixed[behind], fixed[behind2], fixed[ahead]};
+    triangles[one] = u, triangles[one + 1] = w2, triangles[one + 2] = w;
+    triangles[two] = w2, triangles[two + 1] = v, triangles[two + 2] = w;
+    join(mesh, one, outer[0]), join(mesh, one + 2, outer[1]);
+    join(mesh, two, outer[2]), join(mesh, two + 1, outer[3]);
+    join(mesh, one + 1, two + 2);
+    fixed[one] = held[0], fixed[one + 2] = held[1], fixed[two] = held[2], fixed[two + 1] = held[3];
+    fixed[one + 1] = fixed[two + 2] = 0;
+    for (k = 0; k < 3; k++) {
+        if (mesh->twin[one + k] >= 0 && !fixed[one + k])
+            ask(queue, one + k);
+        if (mesh->twin[two + k] >= 0 && !fixed[two + k])
+            ask(queue, two + k);
+    }
+}
+
+/* Lawson's flips, until every edge between two triangles is locally Delaunay, but for fixed sides. */
+static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue)
+{
+    int64_t side, left = MOST_FLIPS * mesh->t, k;
+    const int64_t *triangles = mesh->triangles;
+    for (k = 0; k < mesh->t; k++)
+        if (!turns_left(x + 2 * triangles[3 * k], x + 2 * triangles[3 * k + 1], x + 2 * triangles[3 * k + 2]))
+            return UNDECIDED;
+    for (side = 0; side < 3 * mesh->t; side++)
+        if (mesh->twin[side] > side && !fixed[side])
+            ask(queue, side);
+    while (queue->count > 0) {
+        int64_t ahead, behind, other;
+        int inside;
+        side = queue->sides[queue->first];
+        queue->first = (queue->first + 1) % queue->room;
+        queue->count--;
+        queue->waiting[side] = 0;
+        ahead = next_side(side), behind = next_side(ahead);
+        other = next_side(next_side(mesh->twin[side]));
+        inside = in_circle(x + 2 * triangles[side], x + 2 * triangles[ahead], x + 2 * triangles[behind],
+                           x + 2 * triangles[other]);
+        if (inside == 0 || (inside > 0 && left-- == 0))
+            return UNDECIDED;
+        if (inside > 0)
+            flip(mesh, fixed, queue, side);
+    }
+    return DONE;
+}
+
+/* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in count (1,); if
+   flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2). Where rounding decides, or a
+   triangle is inverted, nothing is sure: then outcome (1,) is 1, else 0. */
+KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *x, int64_t m,
+                              const int64_t *facets, int64_t *edges, int64_t *count, int64_t *outcome)
+{
+    Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL};
+    Queue queue = {NULL, 0, 3 * t + 1, 0, NULL};
+    char *fixed = calloc((size_t)(3 * t + 1), 1);
+    int64_t status = NO_MEMORY;
+    mesh.twin = malloc((size_t)(3 * t + 1) * sizeof *mesh.twin);
+    mesh.items = malloc((size_t)(3 * t + 1) * sizeof *mesh.items);
+    mesh.spare = malloc((size_t)(3 * t + 1) * sizeof *mesh.spare);
+    mesh.start = malloc((size_t)(n + 1) * sizeof *mesh.start);
+    queue.sides = malloc((size_t)queue.room * sizeof *queue.sides);
+    queue.waiting = calloc((size_t)queue.room, 1);
+    if (!fixed || !mesh.twin || !mesh.items || !mesh.spare || !mesh.start || !queue.sides || !queue.waiting)
+        goto end;
+    *outcome = DONE;
+    if (flips) {
+        find_twins(&mesh);
+        fix(&mesh, m, facets, fixed);
+        *outcome = legalise(&mesh, x, fixed, &queue);
+    }
+    if (*outcome == DONE)
+        *count = in_order(&mesh, edges);
+    status = DONE;
+end:
+    free(fixed);
+    free(mesh.twin);
+    free(mesh.items);
+    free(mesh.spare);
+    free(mesh.start);
+    free(queue.sides);
+    free(queue.waiting);
+    return status;
+}
