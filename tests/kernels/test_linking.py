@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from twins import needs_compiler
+
+from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
+from bubblemesh.meshes.triangulation import linked
+
+pytestmark = needs_compiler
+SQUARE = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+SIDES = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
+
+
+def scattered(seed, rows=17):
+    """Points near those of a grid in a square, with its corners first."""
+    steps = (np.arange(rows) + 0.5) / rows
+    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    return np.vstack([SQUARE, grid + np.random.default_rng(seed).uniform(-0.2, 0.2, grid.shape) / rows])
+
+
+def moved(x, share, seed):
+    """Points at other places, by a share of their distance from each other, but for those near the rim."""
+    step = share / np.sqrt(len(x)) * np.random.default_rng(seed).uniform(-1, 1, x.shape)
+    step[(np.abs(x - 0.5) > 0.35).any(axis=1)] = 0  # triangles there are flat
+    return x + step
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_both_engines_order_triangles_and_edges_alike(seed):
+    random = np.random.default_rng(seed)
+    triangles, _ = linked(scattered(seed), SIDES)
+    mixed = random.permutation(triangles)
+    turned = np.take_along_axis(mixed, (np.arange(3) + random.integers(0, 3, (len(mixed), 1))) % 3, axis=1)
+    compiled, plain = in_order(turned, 293), in_order_in_numpy(turned, 293)
+    for found, expected in zip(compiled, plain, strict=True):
+        assert found.dtype == np.int64
+        np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(compiled[0], triangles)
+    assert len(compiled[1]) == 3 * 293 - 3 - 4
+    assert (np.diff(compiled[1][:, 0] * 293 + compiled[1][:, 1]) > 0).all()
+
+
+@pytest.mark.parametrize(("origin", "spared"), [(0.0, 15), (1e6, 10)])
+def test_flips_lead_to_the_triangulation_made_anew(origin, spared):
+    found = flipped = 0
+    for seed in range(20):
+        before, after = scattered(seed) + origin, moved(scattered(seed), 0.1, seed + 50) + origin
+        triangles, _ = linked(before, SIDES)
+        expected = linked(after, SIDES)
+        legal = legalised(triangles, after, SIDES)
+        if legal is not None:
+            found += 1
+            flipped += not np.array_equal(legal[0], triangles)
+            for mine, theirs in zip(legal, expected, strict=True):
+                np.testing.assert_array_equal(mine, theirs)
+    assert found >= spared
+    assert flipped > spared // 2
+
+
+def test_facets_inside_stay():
+    x = np.vstack([SQUARE, [[0.5, 0.3], [0.5, 0.7]], scattered(4, 8)[4:]])
+    x = x[np.append(True, np.hypot(*(x[1:] - [0.5, 0.5]).T) > 0.1)]  # none near the middle of the wall
+    wall = np.array([[4, 5]])
+    facets, two_sided = np.vstack([SIDES, wall]), np.arange(5) == 4
+    triangles, edges = linked(x, facets, two_sided)
+    after = moved(x, 0.05, 1)
+    after[4:6] = x[4:6]
+    found = legalised(triangles, after, facets)
+    assert found is not None
+    np.testing.assert_array_equal(found[1], linked(after, facets, two_sided)[1])
+    assert [4, 5] in found[1].tolist()
+    assert [4, 5] in edges.tolist()
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        pytest.param([*SQUARE, [2.0, 0.5]], id="inverted"),
+        pytest.param([*SQUARE, [0.5, 0.0]], id="flat"),
+        pytest.param([*SQUARE, [np.nan, 0.5]], id="no number"),
+    ],
+)
+def test_what_a_node_inverts_is_left_to_the_triangulation(x):
+    triangles, _ = linked(np.array([*SQUARE, [0.5, 0.5]]), SIDES)
+    assert legalised(triangles, np.array(x), SIDES) is None
+
+
+def test_four_nodes_on_a_circle_are_left_to_the_triangulation():
+    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, SIDES) is None
+    kite = np.array([[0.0, 0], [1, 0], [1.1, 1.1], [0, 1]])
+    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), kite, SIDES) is not None
