@@ -13,6 +13,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, ab
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.followed import Following, followed_together
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_of
@@ -131,11 +132,13 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
 
 def _regions_of_file(keys: RegionFile) -> list[Area]:
     """Areas of a file that share borders, with their names."""
-    for key, advice in (("corners", "simplify: LENGTH leaves out vertices of both at once"), ("part", "leave it out")):
-        if getattr(keys, key) is not None:
-            raise CaseError(f"{key} is not for regions that share borders: {advice}")
+    if keys.part is not None:
+        raise CaseError("part is not for regions that share borders: leave it out")
     found = read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None)
-    return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
+    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
+    if keys.corners is not None:
+        labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
+    return drawn(labelled, keys)
 
 
 def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:

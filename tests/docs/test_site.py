@@ -1,4 +1,4 @@
-"""The site: its pages run as they stand in an empty folder, its reference is made of the program, it has no warnings."""
+"""The site: its pages run as they stand in an empty folder, the reference is made of the program, no warnings."""
 
 import re
 import subprocess
