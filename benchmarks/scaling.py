@@ -5,7 +5,7 @@ The last column is the power of n by which the time grows, from the last doublin
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import log2
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -34,8 +34,7 @@ def star(n: int) -> str:
 
 def circle(n: int) -> str:
     """A polygon with n points on a circle."""
-    turn = 2 * np.pi * np.arange(n) / n
-    return polygon(np.column_stack([np.cos(turn), np.sin(turn)]))
+    return polygon(_circle(n))
 
 
 def zigzag(n: int) -> str:
@@ -53,6 +52,28 @@ def parameters(n: int) -> str:
 def holes(n: int) -> str:
     """A square with n holes in rows, squares themselves."""
     return f"{SQUARE}, holes: [{', '.join(_squares(n))}]}}\nspacing: {SPACING}\n"
+
+
+def circular_holes(n: int) -> str:
+    """A square with n circles as holes in rows."""
+    circles = (f"{{circle: {{center: {center}, radius: {0.2 / np.sqrt(n)}}}}}" for center in _rows(n, 0.5).tolist())
+    return f"{SQUARE}, holes: [{', '.join(circles)}]}}\nspacing: {SPACING}\n"
+
+
+def points(n: int) -> str:
+    """A square with n points that the mesh has to have."""
+    places = np.random.default_rng(0).random((n, 2)).tolist()
+    return f"{SQUARE}, points: [{', '.join(f'{{at: {place}}}' for place in places)}]}}\nspacing: {SPACING}\n"
+
+
+def lines(n: int) -> str:
+    """A polygon with n points on a circle, each on a line of its own."""
+    return _outer(f"      - [{x}, {y}]\n" for x, y in _circle(n).tolist())
+
+
+def dashes(n: int) -> str:
+    """A polygon with n points on a circle, each number on a line of its own."""
+    return _outer(f"      - - {x}\n        - {y}\n" for x, y in _circle(n).tolist())
 
 
 def regions(n: int) -> str:
@@ -74,9 +95,23 @@ def sweep(n: int) -> str:
 
 
 def _squares(n: int) -> list[str]:
+    side = 0.2 / np.ceil(np.sqrt(n))
+    return [f"{{rectangle: [{x}, {y}, {x + side}, {y + side}]}}" for x, y in _rows(n, 0.4).tolist()]
+
+
+def _rows(n: int, share: float) -> np.ndarray:
+    """Places (n, 2) in rows that fill a square, a share of the width of a column from the column's left and low end."""
     across = int(np.ceil(np.sqrt(n)))
-    low = [((k % across + 0.4) / across, (k // across + 0.4) / across) for k in range(n)]
-    return [f"{{rectangle: [{x}, {y}, {x + 0.2 / across}, {y + 0.2 / across}]}}" for x, y in low]
+    return (np.column_stack([np.arange(n) % across, np.arange(n) // across]) + share) / across
+
+
+def _circle(n: int) -> np.ndarray:
+    turn = 2 * np.pi * np.arange(n) / n
+    return np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def _outer(rows: Iterable[str]) -> str:
+    return f"domain:\n  outer:\n    polygon:\n{''.join(rows)}spacing: {SPACING}\n"
 
 
 CASES: dict[str, tuple[Callable[[int], str], int]] = {  # with the least number of parts
@@ -85,6 +120,10 @@ CASES: dict[str, tuple[Callable[[int], str], int]] = {  # with the least number 
     "zigzag": (zigzag, 10_000),
     "parameters": (parameters, 50_000),
     "holes": (holes, 1250),
+    "circular holes": (circular_holes, 1250),
+    "points": (points, 1250),
+    "lines": (lines, 5000),
+    "dashes": (dashes, 5000),
     "regions": (regions, 1250),
     "near": (near, 1250),
     "sweep": (sweep, 1000),
@@ -109,11 +148,11 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m benchmarks.scaling", description=__doc__)
     parser.add_argument("cases", nargs="*", choices=[[], *CASES], help="all if none is named")
     seconds(star(10), swept=False)  # whatever is to be loaded is
-    print(f"{'':11} {'n':>8} {'n':>8} {'2 n':>8} {'4 n':>8} {'power':>6}")
+    print(f"{'':14} {'n':>8} {'n':>8} {'2 n':>8} {'4 n':>8} {'power':>6}")
     for name in parser.parse_args().cases or CASES:
         make, n = CASES[name]
         times = [seconds(make(factor * n), make is sweep) for factor in (1, 2, 4)]
-        print(f"{name:11} {n:8,} {' '.join(f'{time:8.2f}' for time in times)} {log2(times[2] / times[1]):6.2f}")
+        print(f"{name:14} {n:8,} {' '.join(f'{time:8.2f}' for time in times)} {log2(times[2] / times[1]):6.2f}")
         sys.stdout.flush()
 
 

@@ -27,7 +27,7 @@ STAGES = {
     "quality": ("measuring the mesh", "coarsen the spacing"),
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
-GRACE, GRACE_SHARE = 0.8, 0.08  # seconds, or share of the limit, after which a run that is late is ended
+GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, after which a run that is late is ended
 AGAIN = 1.0  # seconds until an exception that a library has swallowed is raised anew
 IMPORT_POLL = 0.02  # seconds until an import may be over
 LONGEST_WAIT = 3600.0  # seconds that a thread waits at once

@@ -3,7 +3,7 @@
 import json
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.readers.formats import read_areas
+from bubblemesh.readers.formats import read_areas, read_shapes
 from bubblemesh.readers.selection import Selection
 
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
@@ -35,6 +35,11 @@ def domain(path, **options):
 
 def area(path, **options):
     return domain(path, **options).polygon.area
+
+
+def read_rings(path, selection):
+    """Outer rings of all areas of a file."""
+    return [area.outer for area in read_shapes(path, selection)]
 
 
 def labels_of(path, **options):

@@ -583,7 +583,6 @@ def test_edge_nodes_lie_on_the_curves_and_the_area_converges_with_fourth_order()
 
 
 @pytest.mark.long
-@pytest.mark.filterwarnings("ignore:the spacing is too coarse for the curve")
 def test_edge_nodes_are_halfway_along_every_kind_of_piece():
     half = rings.path(
         (1, 0),

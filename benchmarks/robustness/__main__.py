@@ -3,7 +3,7 @@
 import sys
 from importlib import import_module
 
-TRIALS = ("meshes", "page", "fuzz", "kills", "disk", "clock", "changes", "batches")
+TRIALS = ("meshes", "page", "fuzz", "kills", "disk", "clock", "changes", "batches", "limits")
 
 
 def main() -> None:

@@ -12,15 +12,10 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
+from benchmarks.robustness.commands import square_case
 from benchmarks.robustness.trials import note
 
-CASE = """\
-domain: {outer: {rectangle: [0, 0, 1, 1]}}
-spacing: 0.6
-method: accelerated
-schedule: {rounds: 1, iterations: 2}
-output: {formats: [msh]}
-"""
+CASE = square_case(0.6, "rounds: 1, iterations: 2")
 GOAL = 10.0  # seconds of --resume
 
 
@@ -52,5 +47,10 @@ def main(arguments: list[str]) -> None:
     print(
         f"{rows} rows; --resume of what is done: {seconds:.1f} s, {'within' if seconds < GOAL else 'above'} {GOAL:g} s"
     )
-    note("batches", {"cases": rows, "seconds of --resume": round(seconds, 1), "MB at most": round(megabytes)})
+    figures = {
+        "seconds of --resume": round(seconds, 1),
+        "of processors": round(worked, 1),
+        "mean load": round(os.getloadavg()[0], 1),
+    }
+    note("batches", {"cases": rows, **figures, "MB at most": round(megabytes)})
     raise SystemExit(rows != options.cases)

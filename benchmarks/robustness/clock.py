@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import nullcontext
 from pathlib import Path
 
-from benchmarks.robustness.commands import Ended, begun, command, compiled, damage, ended
+from benchmarks.robustness.commands import Ended, begun, command, compiled, damage, ended, square_case
 from benchmarks.robustness.kills import cluster
 from benchmarks.robustness.trials import tell
 from bubblemesh.errors import LimitError
@@ -62,21 +62,8 @@ JUMPS = {"2 hours on": 2 * HOUR, "2 hours back": -2 * HOUR, "10 years on": 10 * 
 LIMIT = 6  # seconds of a time limit, of which some are kept for the end of a run: the more, the busier the machine is
 MOMENTS = 0.2, 2.5  # seconds after the beginning of a command
 START = 30.0  # seconds that a process may take to begin and to end
-LONG = """\
-domain: {outer: {rectangle: [0, 0, 1, 1]}}
-spacing: 0.05
-method: bpm
-schedule: {rounds: 1000, iterations: 1000, termination: fixed}
-output: {formats: [msh]}
-"""
-SHORT = """\
-domain: {outer: {rectangle: [0, 0, 1, 1]}}
-spacing: 0.1
-method: accelerated
-schedule: {rounds: 2, iterations: 20}
-output: {formats: [msh]}
-sweep: {packing.seed: [1, 2, 3, 4]}
-"""
+LONG = square_case(0.05, "rounds: 1000, iterations: 1000, termination: fixed", "bpm")
+SHORT = f"{square_case(0.1, 'rounds: 2, iterations: 20')}sweep: {{packing.seed: [1, 2, 3, 4]}}\n"
 Jumping = Callable[..., Ended]  # makes a command, given a folder and arguments, in which the clock jumps
 
 BATCH = ("batch", "a.yaml", "-q", "-o", "out", "--resume")

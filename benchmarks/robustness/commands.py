@@ -14,6 +14,17 @@ from typing import NamedTuple
 LONGEST = 300.0  # seconds after which a command hangs, also on a machine that has much else to do
 
 
+def square_case(spacing: float, schedule: str, method: str = "accelerated") -> str:
+    """A case of a square whose mesh is one file."""
+    return f"""\
+domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}
+spacing: {spacing:g}
+method: {method}
+schedule: {{{schedule}}}
+output: {{formats: [msh]}}
+"""
+
+
 class Ended(NamedTuple):
     """How a command ended."""
 

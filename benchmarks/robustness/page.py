@@ -64,8 +64,16 @@ OTHERS = {  # what each of the other trials does and demands, and what it has fo
         "Nothing so far.",
     ),
     "batches": (
-        "10,000 cases end to end: their rate, the memory, and the time of `--resume` when all is done, at most 10 s.",
+        "10,000 cases end to end: their rate, the memory, and the time of `--resume` when all is done, at most 10 s on "
+        "cores without other work.",
         "Its figures are those of the last run.",
+    ),
+    "limits": (
+        "Circles of 300,000 points, zigzags of 100,000, a star of 4,000, 20,000 circles as holes, 100,000 points, "
+        "200,000 parameters, checked and run with a time limit: each names the stage that was too slow, and ends at "
+        "most 1 s after the limit on cores without other work.",
+        "Lists of points that were read one by one, now at once. The spacing of a star still takes more than its share "
+        "with more points.",
     ),
 }
 

@@ -1,8 +1,9 @@
 """Going on after an earlier batch: the rows that it has recorded, its finished cases, and the rows that stay."""
 
 from collections.abc import Iterable, Sequence
-from hashlib import file_digest
+from hashlib import sha256
 from pathlib import Path
+from typing import BinaryIO
 
 from bubblemesh.batch.plan import STEM, Entry
 from bubblemesh.batch.row import Row
@@ -13,6 +14,7 @@ from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
 EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
+BLOCK = 1 << 16  # bytes of a file to read at once
 FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
 
 
@@ -70,12 +72,20 @@ def _has_extras(row: Row, entry: Entry) -> bool:
     return bool(row.files) and extras <= row.files.keys()
 
 
+def _digest(file: BinaryIO) -> str:
+    """SHA-256 hash of a file's content; that of the standard library clears a buffer first, which costs more."""
+    found = sha256()
+    while block := file.read(BLOCK):
+        found.update(block)
+    return found.hexdigest()
+
+
 def _intact(row: Row, root: Path) -> bool:
     folder = root / str(row.folder)
     try:
         for name, digest in row.files.items():
             with opened(folder / name, limited=False) as file:
-                if file_digest(file, "sha256").hexdigest() != digest:
+                if _digest(file) != digest:
                     return False
     except (OSError, FileError):
         return False

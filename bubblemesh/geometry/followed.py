@@ -1,5 +1,6 @@
 """Rings of many short edges followed as curves between the vertices that stay nodes, and how far a mesh departs."""
 
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,7 +12,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.curves import interpolating_spline, shares_before, turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import Curve, Line, Point, Polyline, Ring, Side, Spline
+from bubblemesh.geometry.paths import Area, Curve, Line, Point, Polyline, Ring, Side, Spline
 from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
 
@@ -33,12 +34,13 @@ class Following:
     smooth: bool = False  # follow a spline through the vertices, not the straight lines between them
     tolerance: float | None = None  # largest distance of the mesh from the polyline: more vertices stay nodes for it
 
-    def __call__(self, ring: Ring) -> Ring:
+    def __call__(self, ring: Ring, stay: Set[Point] = frozenset()) -> Ring:
         """The ring with its straight sides followed as curves between the vertices that stay nodes.
 
+        Those in the set ``stay`` do so too, and then reversed runs are followed by the same curves.
         GeometryError if the spline through the vertices departs from the polyline by more than half the tolerance.
         """
-        fixed = self._fixed(ring)
+        fixed = self.fixed(ring) | np.array([vertex in stay for vertex in ring.vertices], bool)
         if fixed.all():
             return ring
         if not fixed.any() and self.tolerance is None:
@@ -52,12 +54,16 @@ class Following:
         for begin, end in pairwise([*stops, stops[0] + len(fixed)]):
             run, corners = ring.sides[begin], [ring.vertices[k % len(fixed)] for k in range(begin, end + 1)]
             straight = isinstance(run.curve, Line)
-            curves = self._curves(np.array(corners), cornered) if straight else {0: run.curve}
+            curves = (
+                (self._either_way if stay else self._curves)(np.array(corners), cornered)
+                if straight
+                else {0: run.curve}
+            )
             sides += [Side(curve, run.label) for curve in curves.values()]
             vertices += [corners[first] for first in curves]
         return replace(ring, sides=tuple(sides), vertices=tuple(vertices), given=outline(ring))
 
-    def _fixed(self, ring: Ring) -> Booleans:
+    def fixed(self, ring: Ring) -> Booleans:
         """Mask (n,) of the vertices that stay nodes whatever the tolerance."""
         straight = np.array([isinstance(side.curve, Line) for side in ring.sides])
         if len(ring.vertices) < 3 or not straight.any():
@@ -67,6 +73,16 @@ class Following:
         turn = np.degrees(np.abs(turning(np.roll(ahead, 1, axis=0), ahead)))
         labels = np.array([side.label or "" for side in ring.sides])
         return (turn > self.corners) | (labels != np.roll(labels, 1)) | ~straight | ~np.roll(straight, 1)
+
+    def _either_way(self, points: Floats, cornered: bool) -> dict[int, Curve]:
+        """Curves as of `_curves`, the same ones for a run and for its reverse, which neighbours have."""
+        last = len(points) - 1
+        if self.tolerance is None or not cornered or points[0].tolist() <= points[-1].tolist():
+            return self._curves(points, cornered)
+        curves = self._curves(points[::-1], cornered)
+        ends = [*list(curves)[1:], last]
+        back = {last - end: curve.reversed() for end, curve in zip(ends, curves.values(), strict=True)}
+        return dict(sorted(back.items()))
 
     def _curves(self, points: Floats, cornered: bool) -> dict[int, Curve]:
         """Curves through the points (k, 2) of a run, by the number of the first point of each.
@@ -95,6 +111,32 @@ class Following:
                 f"the spline at {place(points[away.argmax()])} departs from the polyline by {away.max():.3g}, more "
                 f"than half the tolerance of {self.tolerance:g}: raise the tolerance or leave out smooth"
             )
+
+
+def followed_together(areas: Sequence[Area], follow: Following) -> list[Area]:
+    """Areas with exactly shared borders, followed as curves that they share.
+
+    Vertices stay nodes where they do in any of the rings, and where a border between two areas begins or ends.
+    """
+    rings = [ring for area in areas for ring in area.rings]
+    at: dict[Point, set[int]] = {}
+    along: dict[frozenset[Point], set[int]] = {}
+    for number, ring in enumerate(rings):
+        for k, vertex in enumerate(ring.vertices):
+            at.setdefault(vertex, set()).add(number)
+            along.setdefault(frozenset((ring.vertices[k - 1], vertex)), set()).add(number)
+    stay = set[Point]()
+    for ring in rings:
+        corners = ring.vertices
+        for before, vertex, after, fixed in zip(
+            corners[-1:] + corners[:-1], corners, corners[1:] + corners[:1], follow.fixed(ring).tolist(), strict=True
+        ):
+            if fixed or not at[vertex] == along[frozenset((before, vertex))] == along[frozenset((vertex, after))]:
+                stay.add(vertex)
+    for ring in rings:  # a loop that two areas share begins in one place
+        if ring.vertices and stay.isdisjoint(ring.vertices) and len(at[ring.vertices[0]]) > 1:
+            stay.add(min(ring.vertices))
+    return [area.mapped(lambda ring: follow(ring, stay)) for area in areas]
 
 
 def _part(points: Floats, spline: "CubicSpline | None", begin: int, end: int) -> Curve:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.nesting import Shapes, shapes_of
+from bubblemesh.geometry.nesting import Shapes, shapes_of, with_holes
 from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
 from bubblemesh.geometry.validity import fault_place
@@ -68,7 +68,7 @@ class Repair:
         if not shapes:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
         if not work.changes:
-            return list(areas)
+            return with_holes(areas, holes)
         first, *others = map(work.area, shapes, _names(shapes, areas))
         notes = tuple(dict.fromkeys(note for ring in work.rings for note in ring.notes))
         changes = (*(change for ring in work.rings for change in ring.changes), *work.changes)

@@ -47,7 +47,7 @@ class Format:
         return (self.points or not len(mesh.labelled_nodes)) and (self.periodic or not len(mesh.periodic))
 
 
-_FOR_MSH = ("fenicsx", "scikit-fem", "mfem")
+_FOR_MSH = ("fenicsx", "scikit-fem", "mfem", "firedrake", "getdp")
 _AS_THEY_ARE = "groups.as_they_are"
 FORMATS: Mapping[str, Format] = {
     "msh": Format((".msh",), "write.gmsh.write_msh", _AS_THEY_ARE, BOTH, periodic=True, solvers=_FOR_MSH),
@@ -62,7 +62,7 @@ FORMATS: Mapping[str, Format] = {
         alone="write.xdmf.write_inline_xdmf",
         solvers=("fenicsx",),
     ),
-    "msh-ascii": Format((".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True),
+    "msh-ascii": Format((".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True, solvers=("moose",)),
     "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",)),
     "inp": Format(
         (".inp",),
@@ -84,6 +84,12 @@ FORMATS: Mapping[str, Format] = {
     ),
     "nodes.csv": Format((".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE),
     "nodes.npz": Format((".nodes.npz",), "write.nodes.write_npz", _AS_THEY_ARE, periodic=True),
+    "skfem": Format(
+        (".vtu",), "write.python.write_skfem", "write.python.skfem_names", BOTH, points=False, solvers=("scikit-fem",)
+    ),
+    "ngsolve": Format((".msh",), "write.gmsh.write_words", "groups.plain_words", solvers=("ngsolve",)),
+    "dealii": Format((".msh",), "write.gmsh.write_boundary", _AS_THEY_ARE, points=False, solvers=("dealii",)),
+    "sfepy": Format((".vtk",), "write.python.write_sfepy", None, solvers=("sfepy",)),
 }
 FORMATS_FOR: Mapping[str, tuple[str, ...]] = {
     solver: tuple(name for name, form in FORMATS.items() if solver in form.solvers)

@@ -48,6 +48,15 @@ def node_ids(mesh: Mesh) -> Integers:
     return mesh.node_labels.astype(np.int64) + 1 + len(mesh.labels) + len(mesh.regions)
 
 
+def point_ids(mesh: Mesh) -> Integers:
+    """Return the (n,) id of each node: that of its own label, else of a facet at it, else 0."""
+    ids = np.zeros(len(mesh.points), np.int64)
+    for ends in mesh.facets.T[1::-1]:
+        ids[ends] = facet_ids(mesh)
+    ids[mesh.labelled_nodes] = node_ids(mesh)
+    return ids
+
+
 def group_names(mesh: Mesh) -> dict[str, Group]:
     """Return the group of each label, each region and each labelled point by its name, in the order of the ids.
 

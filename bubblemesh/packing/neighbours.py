@@ -42,7 +42,7 @@ class Neighbours:
 def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
 
-    Points are sorted into classes of like spacing; each class searches itself and the finer ones, so that the work
+    Points are sorted into classes of like spacing; each class searches itself and every finer one, so that the work
     stays proportional to the pairs however much d varies.
     """
     from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
@@ -51,17 +51,19 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
         return np.empty((0, 2), np.int64)
     octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)
     order = np.argsort(octave, kind="stable")
-    first = np.unique(octave[order], return_index=True)[1]
+    classes = np.split(order, np.flatnonzero(np.diff(octave[order])) + 1)
+    coarsest = [float(d[some].max()) for some in classes]
     found = []
-    for begin, end in zip(first, [*first[1:], len(x)], strict=True):
-        mine = order[begin:end]
-        radius = reach * d[mine].max()
+    for number, mine in enumerate(classes):
         tree = cKDTree(x[mine])
-        found.append(mine[tree.query_pairs(radius, output_type="ndarray")])
-        if begin:
-            finer = _within(order[:begin], x, x[mine], radius)
-            near = tree.sparse_distance_matrix(cKDTree(x[finer]), radius, output_type="ndarray")
-            found.append(np.column_stack([mine[near["i"]], finer[near["j"]]]))
+        found.append(mine[tree.query_pairs(reach * coarsest[number], output_type="ndarray")])
+        for finer, largest in zip(classes[:number], coarsest, strict=False):
+            # Around a fine spot lie bubbles of all sizes: a radius for each size keeps far ones out.
+            radius = reach * (coarsest[number] + largest) / 2
+            others = _within(finer, x, x[mine], radius)
+            if len(others):
+                near = tree.sparse_distance_matrix(cKDTree(x[others]), radius, output_type="ndarray")
+                found.append(np.column_stack([mine[near["i"]], others[near["j"]]]))
     pairs = np.concatenate(found).astype(np.int64)
     i, j = pairs.T
     pairs = pairs[np.hypot(*(x[i] - x[j]).T) < reach * (d[i] + d[j]) / 2]

@@ -13,6 +13,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, ab
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.followed import Following, followed_together
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_of
@@ -20,7 +21,7 @@ from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.repair import repair_of, with_repair
-from bubblemesh.problem.shapes import areas_of, followed, outer_areas_of, rings_of, selection_of
+from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
 from bubblemesh.readers.formats import read_areas, read_regions
 from bubblemesh.readers.regions import is_straight, united
 
@@ -63,7 +64,11 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
     repair, areas, holes = repair_of(keys), list(_outer_areas(keys)), list(_holes(keys))
-    return repair(areas, holes) if repair.mend else repair(with_holes(areas, holes))
+    rings = [hole.outer for hole in holes]
+    islands = [Area(ring) for hole in holes for ring in hole.holes]  # what lies in a hole of a hole is meshed again
+    if not repair.mend:
+        return repair([*with_holes(areas, rings), *islands])
+    return [*repair(areas, rings), *(repair(islands) if islands else [])]
 
 
 def _outer_areas(keys: RingDomain) -> Iterator[Area]:
@@ -76,13 +81,13 @@ def _outer_areas(keys: RingDomain) -> Iterator[Area]:
         yield from (area.about(key) for area in found)
 
 
-def _holes(keys: RingDomain) -> Iterator[Ring]:
+def _holes(keys: RingDomain) -> Iterator[Area]:
     made = 0
     for number, own in enumerate(keys.holes):
         ring = _inheriting(own, keys)
         key = Key((*DOMAIN, "holes", number))
         with prefixed(ring_name(made + 1)), about(key):
-            found = [replace(one, key=key) for one in rings_of(ring)]
+            found = [area.about(key) for area in hole_areas_of(ring)]
         made += len(found)
         yield from found
 
@@ -127,11 +132,13 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
 
 def _regions_of_file(keys: RegionFile) -> list[Area]:
     """Areas of a file that share borders, with their names."""
-    for key, advice in (("corners", "simplify: LENGTH leaves out vertices of both at once"), ("part", "leave it out")):
-        if getattr(keys, key) is not None:
-            raise CaseError(f"{key} is not for regions that share borders: {advice}")
+    if keys.part is not None:
+        raise CaseError("part is not for regions that share borders: leave it out")
     found = read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None)
-    return drawn([area.mapped(lambda ring: ring.labelled(keys.label)) for area in found], keys)
+    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
+    if keys.corners is not None:
+        labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
+    return drawn(labelled, keys)
 
 
 def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import inf
 
 from bubblemesh.case import Case
+from bubblemesh.case.domain import RegionFile
 from bubblemesh.errors import CaseError, Key, LimitError, about
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import enter, timed
@@ -15,6 +16,7 @@ from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
+from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
@@ -97,7 +99,14 @@ def check_spacing(
         )
         from_files = any(region.area.outer.origin for region in domain.parts.regions)
         detail = Detail(
-            short, coarse, filled.gaps, filled.spacing, survey.ideal_nodes, filled.expected_nodes, from_files
+            short,
+            coarse,
+            filled.gaps,
+            filled.spacing,
+            survey.ideal_nodes,
+            filled.expected_nodes,
+            from_files,
+            task.file_length,
         )
         told = (
             *domain.notes,
@@ -137,4 +146,11 @@ def task_of(case: Case, domain: Domain) -> Task:
         least_angle=case.angle_min or 0.0,
         largest=inf if case.largest is None else case.largest,
         largest_in=largest_areas(case, domain),
+        file_length=_file_length(case),
     )
+
+
+def _file_length(case: Case) -> float | None:
+    """Length in the case of 1 in the first file with regions that could be simplified, if there is such a file."""
+    files = [keys for keys in case.domain.regions if isinstance(keys, RegionFile) and keys.simplify is None]
+    return next((length for keys in files if (length := length_in_file(keys)) is not None), None)

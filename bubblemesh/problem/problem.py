@@ -33,6 +33,7 @@ class Task:
     least_angle: float = 0.0  # degrees, for which nodes are added
     largest: float = np.inf  # area of a triangle
     largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
+    file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
 
 
 @dataclass(frozen=True)

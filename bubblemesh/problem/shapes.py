@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import shapely
-
 from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
 from bubblemesh.case.shapes import (
     RINGS,
@@ -30,76 +28,55 @@ from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.followed import Following
+from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area, Point, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
-from bubblemesh.geometry.validity import first_place
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.repair import repair_of
-from bubblemesh.readers.formats import read_areas, read_rings, read_shapes, require_ring
-from bubblemesh.readers.selection import Selection
-
-
-def rings_of(keys: RingKeys) -> list[Ring]:
-    """Ring that some keys describe, or all rings that a file or other rings give, with all copies.
-
-    GeometryError if what they enclose has holes.
-    """
-    if isinstance(keys, OverlaidKeys | PolygonRing):
-        return [_without_holes(area) for area in areas_of(keys)]
-    found = drawn(_rings(keys), keys)
-    return [followed(ring, keys) for ring in found] if isinstance(keys, FollowedKeys) else found
-
-
-def _rings(keys: PlainKeys) -> list[Ring]:
-    """Rings before they are moved."""
-    match keys:
-        case RectangleRing():
-            return [rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)]
-        case CircleRing():
-            return [rings.circle(keys.circle.center, keys.circle.radius, keys.label)]
-        case EllipseRing():
-            return [rings.ellipse(keys.ellipse.center, keys.ellipse.radii, keys.ellipse.angle, keys.label)]
-        case PathRing():
-            return [rings.path(*pieces_of(keys), keys.label)]
-        case FileRing():
-            return [ring.labelled(keys.label) for ring in read_rings(Path(keys.file), selection_of(keys))]
-
-
-def _without_holes(area: Area) -> Ring:
-    if area.holes:
-        where = first_place(shapely.linearrings(outline(area.holes[0])))
-        raise GeometryError(
-            f"what is enclosed has a hole itself, at {where}: give one hole for each of its parts, or close it"
-        )
-    return area.outer
+from bubblemesh.readers.formats import read_areas, read_shapes
+from bubblemesh.readers.selection import METRES, Selection
 
 
 def outer_areas_of(keys: RingKeys) -> list[Area]:
-    """Areas within the ring that some keys describe, or within those around the parts of a file that they take."""
+    """Areas that the ring that some keys describe encloses, or the parts of a file that they take, with their holes."""
     if not isinstance(keys, FileRing):
         return areas_of(keys)
-    path = Path(keys.file)
-    found = [Area(require_ring(path, area)) for area in read_areas(path, selection_of(keys))]
-    return _finished(found, keys)
+    return _finished(read_areas(Path(keys.file), selection_of(keys)), keys)
+
+
+def hole_areas_of(keys: RingKeys) -> list[Area]:
+    """What is not to be meshed by some keys: areas within all rings that they describe, as these nest."""
+    found = areas_of(keys)
+    return nested(found) if isinstance(keys, FileRing) and len(found) > 1 else found
 
 
 def areas_of(keys: RingKeys) -> list[Area]:
     """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:
-        case FileRing():
-            return _finished(read_shapes(Path(keys.file), selection_of(keys)), keys)
+        case RectangleRing():
+            return _plain(rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label), keys)
+        case CircleRing():
+            return _plain(rings.circle(keys.circle.center, keys.circle.radius, keys.label), keys)
+        case EllipseRing():
+            return _plain(rings.ellipse(keys.ellipse.center, keys.ellipse.radii, keys.ellipse.angle, keys.label), keys)
+        case PathRing():
+            return _plain(rings.path(*pieces_of(keys), keys.label), keys)
         case PolygonRing():
             ring = rings.polygon(keys.polygon, keys.labels, keys.label)
             return _finished(repair_of(keys)([Area(ring)]), keys)
+        case FileRing():
+            return _finished(read_shapes(Path(keys.file), selection_of(keys)), keys)
         case UnionRing():
             return _finished(_overlaid("union", keys.union), keys)
         case MinusRing():
             return _finished(_overlaid("minus", keys.minus), keys)
         case IntersectionRing():
             return _finished(_overlaid("intersection", keys.intersection), keys)
-        case _:
-            return [Area(ring) for ring in rings_of(keys)]
+
+
+def _plain(ring: Ring, keys: PlainKeys) -> list[Area]:
+    """The areas within a ring and its copies."""
+    return list(map(Area, drawn([ring], keys)))
 
 
 def _finished(areas: Sequence[Area], keys: FileRing | PolygonRing | OverlaidKeys) -> list[Area]:
@@ -161,6 +138,13 @@ def selection_of(keys: GeometryFile) -> Selection:
     repair = repair_of(keys)
     asked = repair if repair.asked else None
     return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units, keys.part, keys.join, keys.open, asked)
+
+
+def length_in_file(keys: GeometryFile) -> float | None:
+    """Length in the case that a length of 1 in a file is; None if the file itself tells."""
+    if keys.units and Path(keys.file).suffix.lower() == ".svg":
+        return None
+    return METRES[keys.units] if keys.units else keys.scale or 1.0
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:

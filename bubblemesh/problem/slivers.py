@@ -15,7 +15,7 @@ from bubblemesh.geometry.neighbours import matched
 from bubblemesh.geometry.nesting import Shapes
 from bubblemesh.geometry.slivers import closed, hole_count, slivers
 from bubblemesh.messages import counted, just_above, place
-from bubblemesh.readers.selection import METRES
+from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.spacing.spacing import Spacing
 
 NARROW = 0.2  # spacings: gaps that are narrower are hardly meant
@@ -48,8 +48,8 @@ def _open_gaps(keys: RegionFile, shapes: Shapes, names: list[str], spacing: Spac
 
 def _join(keys: RegionFile, shapes: Shapes, names: list[str], width: float) -> str | None:
     """The value of ``join``, in the file's lengths, that closes gaps up to a width, if they can be closed so."""
-    factor = METRES[keys.units] if keys.units else keys.scale or 1.0
-    if keys.units and Path(keys.file).suffix.lower() == ".svg":  # its lengths in metres are its own
+    factor = length_in_file(keys)
+    if factor is None:
         return None
     for times in TRIED:
         join = just_above(times * width / factor)

@@ -109,6 +109,7 @@ class Detail(NamedTuple):
     ideal_nodes: float  # of the spacing that the case asks for
     expected_nodes: float
     regions_of_files: bool  # whether there are such
+    file_length: float | None  # in the case, of 1 in a file with regions that are not simplified yet
 
 
 def detail(found: Detail) -> list[str]:
@@ -123,10 +124,14 @@ def detail(found: Detail) -> list[str]:
     if few or at is None or steep or not any(map(len, causes.values())):
         return refined_boundary(found.short, found.coarse)
     wanted = found.spacing.ratio * float(found.spacing.spacing(np.array([at]))[0])
-    simplify = f"simplify: {SIMPLE * wanted:.1g} in the file leaves out vertices of short edges"
+    simplify = (
+        f"simplify: {SIMPLE * wanted / (found.file_length or 1.0):.1g} in the file leaves out vertices of short edges"
+    )
     corners = "corners: 30 in the ring or file takes short edges for curves"
+    several = len(found.short) >= 2 * SEVERAL
     keys = {
-        simplify if found.regions_of_files else corners: len(found.short) >= 2 * SEVERAL,
+        simplify: several and found.file_length is not None,
+        corners: several and not found.regions_of_files,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)

@@ -19,7 +19,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import nested, shapes_of
-from bubblemesh.geometry.paths import Area, OpenPath, Point, Ring, as_point
+from bubblemesh.geometry.paths import Area, Line, OpenPath, Point, Ring, as_point
 from bubblemesh.geometry.rings import LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted
 from bubblemesh.readers.duplicates import without_copies
@@ -184,7 +184,7 @@ def _cut_area(area: Area, clip: Clip, window: shapely.MultiPolygon, tally: _Tall
         found = overlaid("minus" if clip.outside else "intersection", [[area], borders])
     except GeometryError:  # curves nearly side by side
         found = _cut_by_chords(shape, window, label)
-        tally.straight += 1
+        tally.straight += not all(isinstance(side.curve, Line) for ring in area.rings for side in ring.sides)
     return [one.mapped(lambda ring: replace(ring, origin=area.outer.origin)) for one in found]
 
 

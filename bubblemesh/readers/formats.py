@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from bubblemesh.errors import CaseError, FileError, GeometryError, prefixed
+from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
@@ -144,19 +144,6 @@ def _told_of_limits(limits: Sequence[float]) -> list[str]:
         return []
     values = f"{min(limits):g}" if min(limits) == max(limits) else f"{min(limits):g} to {max(limits):g}"
     return [f"largest areas of triangles are those of the file in {counted(len(limits), 'region')} ({values})"]
-
-
-def read_rings(path: Path, selection: Selection) -> list[Ring]:
-    """Closed rings of a file; errors are those of `read_shapes`, and GeometryError if an area has holes."""
-    return [require_ring(path, area) for area in read_shapes(path, selection)]
-
-
-def require_ring(path: Path, area: Area) -> Ring:
-    """The outer ring of an area that has no holes; GeometryError with the name of its file if it has some."""
-    if area.holes:
-        holed = f"an area with {counted(len(area.holes), 'hole')}"
-        raise GeometryError(f"{path}: {holed} is no ring: give it as domain: {{file: {path.name}}}")
-    return area.outer
 
 
 def files_of(path: Path) -> list[Path]:

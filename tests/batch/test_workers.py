@@ -20,6 +20,7 @@ from bubblemesh.batch import workers_at
 from bubblemesh.batch.dispatch import WorkerDied
 from bubblemesh.batch.local import local_workers
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.files import OWNER
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
@@ -225,8 +226,9 @@ def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_f
     (here / "b.yaml").write_text(SMALL)
     arguments = command("a.yaml", "-o", "out", "--jobs", "2", "-q")
     for after in np.linspace(0, 1, KILLS):
+        before = {*(here / "tmp").glob(f"*/{OWNER}")}
         process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
-        while not any((here / "tmp").iterdir()):  # the workers start now
+        while before >= {*(here / "tmp").glob(f"*/{OWNER}")}:  # then the workers start
             time.sleep(0.001)
         time.sleep(after)
         process.kill()

@@ -11,7 +11,7 @@ from bubblemesh.case.models import case_template
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.shapes import rings_of
+from bubblemesh.problem.shapes import areas_of
 
 
 def case_of(text, **options):
@@ -290,12 +290,12 @@ class TestRings:
     )
     def test_every_shape_makes_a_ring(self, ring):
         case = Case.model_validate({"domain": {"outer": ring}, "spacing": 1})
-        assert rings_of(case.domain.outer)[0].sides
+        assert areas_of(case.domain.outer)[0].outer.sides
 
     def test_polygon_without_points_is_no_geometry(self):
         case = Case.model_validate({"domain": {"outer": {"polygon": []}}, "spacing": 1})
         with pytest.raises(GeometryError, match="no points"):
-            rings_of(case.domain.outer)
+            areas_of(case.domain.outer)
 
 
 def test_every_field_has_a_description_of_one_sentence():

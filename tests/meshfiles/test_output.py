@@ -21,7 +21,7 @@ from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import write_file, write_files, write_stream
 
 # Those that share an ending with an earlier one cannot stand beside it.
-ALL = tuple(name for name in FORMATS if name not in {"msh-ascii", "inp-strain", "openfoam"})
+ALL = tuple(name for name, form in FORMATS.items() if name == form.files[0][1:])  # one for each ending
 ALL_FILES = [
     *("plate.msh", "plate.vtu", "plate.vtk", "plate.xdmf", "plate.h5", "plate_facets.xdmf", "plate_facets.h5"),
     *("plate.mesh", "plate.inp", "plate.su2", "plate.med", "plate.dat", "plate.nodes.csv", "plate.nodes.npz"),

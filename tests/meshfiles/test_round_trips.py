@@ -6,6 +6,8 @@ import json
 import meshio
 import numpy as np
 import pytest
+import skfem
+from sandwiches import sandwich
 from test_output import fields_of, holed_square
 from test_solvers import python_with, run
 
@@ -293,6 +295,74 @@ def test_meshio_reads_the_prisms_for_openfoam(mesh, written):
     assert found == expected
 
 
+def test_meshio_reads_the_words_for_netgen(mesh, written):
+    path, words = written("ngsolve")
+    read = meshio.read(path, file_format="gmsh")
+    np.testing.assert_array_equal(read.points[:, :2], mesh.points)
+    blocks = [(b.data, ids) for b, ids in zip(read.cells, read.cell_data["gmsh:physical"], strict=True)]
+    assert gathered(blocks) == cells_of(mesh)
+    assert {name: tuple(group) for name, group in read.field_data.items()} == {
+        words[name]: tuple(group) for name, group in group_names(mesh).items()
+    }
+    assert path.read_text().startswith("$MeshFormat\n2.2 0 8\n")
+    assert not any(" " in word for word in words.values())
+
+
+def test_of_lines_dealii_gets_those_of_the_boundary_alone(mesh, tmp_path):
+    whole = sandwich() if len(mesh.labels) == 1 else mesh
+    path = form_of(whole, tmp_path, "dealii")
+    read = meshio.read(path, file_format="gmsh")
+    assert [block.type for block in read.cells] == ["line", "triangle"]
+    np.testing.assert_array_equal(read.cells[0].data, whole.facets[whole.outer])
+    np.testing.assert_array_equal(read.cell_data["gmsh:physical"][0], facet_ids(whole)[whole.outer])
+    np.testing.assert_array_equal(read.cell_data["gmsh:physical"][1], region_ids(whole))
+    known = {name: tuple(group) for name, group in read.field_data.items()}
+    here = {*facet_ids(whole)[whole.outer].tolist(), *region_ids(whole).tolist()}
+    assert known == {name: tuple(group) for name, group in group_names(whole).items() if group.id in here}
+
+
+def test_sfepy_gets_ids_of_triangles_and_of_nodes(mesh, written):
+    path, words = written("sfepy")
+    assert words is None
+    read = meshio.read(path)
+    assert_same = np.testing.assert_array_equal
+    assert_same(read.points, np.pad(mesh.points, ((0, 0), (0, 1))))
+    assert_same(read.cells_dict["triangle"], mesh.triangles)
+    assert_same(read.cell_data["mat_id"][0], region_ids(mesh))
+    ids = read.point_data["node_groups"]
+    labelled = {node for (a, b) in mesh.facets.tolist() for node in (a, b)} | set(mesh.labelled_nodes.tolist())
+    assert set(np.flatnonzero(ids).tolist()) == labelled
+    assert_same(ids[mesh.labelled_nodes], node_ids(mesh))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_scikit_fem_keeps_all_labels_and_regions(mesh, order, tmp_path, caplog):
+    whole = sandwich(("a:b", "a_b", "top", "left", "hole"), ("steel", "top")) if len(mesh.labels) == 1 else mesh
+    written = whole if order == 1 else whole.second_order()[0]
+    form = FORMATS["skfem"]
+    path = form_of(written, tmp_path, "skfem")
+    read = {1: skfem.MeshTri1, 2: skfem.MeshTri2}[order].load(path)
+    assert caplog.records == []
+    words, groups = form.names(written), group_names(written)
+    lines = {words[name]: group.id for name, group in groups.items() if group.dimension == 1}
+    areas = {words[name]: group.id for name, group in groups.items() if group.dimension == 2}
+    assert (set(read.boundaries), set(read.subdomains)) == (set(lines), set(areas))
+    # scikit-fem numbers the corners before the other nodes, as this package does.
+    np.testing.assert_allclose(read.p.T[: len(whole.points)], whole.points)
+    for name, number in lines.items():
+        found = np.sort(read.facets[:, np.asarray(read.boundaries[name])], axis=0).T
+        mine = np.sort(whole.facets[facet_ids(whole) == number], axis=1)
+        assert sorted(map(tuple, found.tolist())) == sorted(map(tuple, mine.tolist()))
+    for name, number in areas.items():
+        np.testing.assert_array_equal(read.subdomains[name], np.flatnonzero(region_ids(whole) == number))
+
+
+def form_of(mesh, folder, form):
+    """Write a mesh in one format, and return the path of its main file."""
+    return folder / form / write_files(mesh, {}, {}, folder / form, "plate", [form])["files"][0]
+
+
 def test_every_format_is_read_back_here_or_by_numpy():
     here = {"msh", "msh-ascii", "vtu", "vtk", "xdmf", "dat", "mesh", "inp", "inp-strain", "su2", "med", "openfoam"}
+    here |= {"ngsolve", "dealii", "sfepy", "skfem"}
     assert here | {"nodes.csv", "nodes.npz"} == set(FORMATS)

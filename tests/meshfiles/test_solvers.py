@@ -16,6 +16,7 @@ from paths import ROOT
 
 import bubblemesh
 from bubblemesh.geometry import rings
+from bubblemesh.meshfiles.writing import write_files
 
 pytestmark = pytest.mark.solver
 
@@ -67,8 +68,9 @@ def program(*names):
 
 @cache
 def python_with(*modules):
-    """A Python that has the modules, this one or the system's; None without."""
-    for python in (sys.executable, "/usr/bin/python3"):
+    """A Python that has the modules, this one, another one on the path, or the system's; None without."""
+    others = [str(Path(folder, "python3")) for folder in os.environ.get("PATH", "").split(os.pathsep)]
+    for python in dict.fromkeys((sys.executable, *others, "/usr/bin/python3")):
         code = "import " + ", ".join(modules)
         if Path(python).exists() and subprocess.run([python, "-c", code], capture_output=True).returncode == 0:
             return python
@@ -108,7 +110,7 @@ def test_the_error_of_a_poisson_problem_falls_with_the_square_of_the_spacing(tmp
     assert 1.85 < order < 2.25, errors
 
 
-def test_second_order_triangles_on_true_curves_converge_faster(tmp_path, caplog):
+def test_second_order_triangles_on_true_curves_converge_faster(tmp_path):
     context = {"__name__": "page"}
     code = blocks("scikit-fem", "python")[1].replace("print(l2_error(mesh))", "")
     exec(code.replace("ElementTriP1", "ElementTriP2").replace("exact(*mesh.p)", "exact(*basis.doflocs)"), context)
@@ -116,12 +118,8 @@ def test_second_order_triangles_on_true_curves_converge_faster(tmp_path, caplog)
     errors = []
     for spacing in SPACINGS[:3]:
         curved, _ = bubblemesh.mesh(disc, spacing).second_order()
-        curved.write(tmp_path / f"{spacing}.msh")
-        with caplog.at_level("ERROR"):
-            read = skfem.MeshTri2.load(tmp_path / f"{spacing}.msh")
-        # scikit-fem reads the nodes and triangles of second order, but no labels.
-        sides = {"rim": lambda x: np.hypot(*x) > 0.7, "bore": lambda x: np.hypot(*x) < 0.7}
-        errors.append(context["l2_error"](read.with_boundaries(sides)))
+        write_files(curved, {}, {}, tmp_path, str(spacing), ["skfem"])
+        errors.append(context["l2_error"](skfem.MeshTri2.load(tmp_path / f"{spacing}.vtu")))
     order = np.polyfit(np.log(SPACINGS[:3]), np.log(errors), 1)[0]
     assert order > 2.8, errors
 
@@ -169,8 +167,9 @@ def test_fenicsx_reads_the_gmsh_file(tmp_path):
         pytest.skip("dolfinx with Gmsh is not installed, so that its reading of msh is not tested")
     prepare("FEniCSx", tmp_path)
     code = (
-        blocks("FEniCSx", "python")[1]
+        "\n".join(blocks("FEniCSx", "python")[1:])
         + """
+assert sorted(place_of) == list(range(len(original)))
 print(mesh.geometry.dim, *(sorted(set(tags.values)) for tags in (regions, labels)))
 print(len(regions.values), len(labels.values))
 """
@@ -281,6 +280,118 @@ def test_mfem_solves_with_the_labels(tmp_path, order, bound):
     report = json.loads((tmp_path / "out/disc.report.json").read_text())
     assert float(error) < bound
     assert (int(triangles), int(edges)) == (report["triangles"], report["boundary_nodes"])
+
+
+# NGSolve
+
+NGSOLVE_POISSON = """
+from ngsolve import CF, BND, BilinearForm, GridFunction, Integrate, LinearForm, cos, ds, dx, exp, grad, sin
+from ngsolve import specialcf, sqrt, x, y
+
+assert (mesh.dim, mesh.GetMaterials(), mesh.GetBoundaries()) == (2, ("domain",), ("rim", "bore"))
+u, v = space.TnT()
+exact = exp(x) * cos(2 * y)
+slope = CF((exp(x) * cos(2 * y), -2 * exp(x) * sin(2 * y)))
+stiffness = BilinearForm(grad(u) * grad(v) * dx("domain")).Assemble()
+load = LinearForm(3 * exact * v * dx + slope * specialcf.normal(2) * v * ds("bore")).Assemble()
+found = GridFunction(space)
+found.Set(exact, BND)
+free = stiffness.mat.Inverse(space.FreeDofs())
+found.vec.data += free * (load.vec - stiffness.mat * found.vec)
+print("error", sqrt(Integrate((found - exact) ** 2, mesh)), mesh.ne)
+"""
+
+
+def test_ngsolve_solves_with_the_labels(tmp_path):
+    python = python_with("ngsolve", "netgen.read_gmsh")
+    if python is None:
+        pytest.skip("the Python package ngsolve is not installed, so that its reading of the files is not tested")
+    prepare("NGSolve", tmp_path)
+    (code,) = blocks("NGSolve", "python")
+    printed = run([python, "-c", code.replace("order=2", "order=1") + NGSOLVE_POISSON], tmp_path)
+    error, triangles = re.search(r"^error (\S+) (\d+)", printed, flags=re.M).groups()
+    assert float(error) < 0.005
+    assert int(triangles) == json.loads((tmp_path / "out/disc.report.json").read_text())["triangles"]
+
+
+# GetDP
+
+
+def test_getdp_solves_with_the_groups(tmp_path):
+    getdp = program("getdp")
+    prepare("GetDP", tmp_path)
+    (text,) = blocks("GetDP", "getdp")
+    (tmp_path / "disc.pro").write_text(text)
+    run([getdp, "disc.pro", "-msh", "out/disc.msh", "-solve", "Solve", "-pos", "Check", "-v", "2"], tmp_path)
+    assert float((tmp_path / "error.txt").read_text().split()[-1]) ** 0.5 < 0.005
+
+
+# SfePy
+
+SFEPY_COUNT = """
+print("counts", len(disc.entities[2]), len(rim.entities[1]), len(bore.entities[1]), mesh.dim)
+"""
+
+
+def test_sfepy_finds_regions_and_sides(tmp_path):
+    python = python_with("sfepy")
+    if python is None:
+        pytest.skip("the Python package sfepy is not installed, so that its reading of the files is not tested")
+    prepare("SfePy", tmp_path)
+    (code,) = blocks("SfePy", "python")
+    printed = run([python, "-c", code + SFEPY_COUNT], tmp_path)
+    triangles, rim, bore, dimension = map(int, re.search(r"^counts (.*)$", printed, flags=re.M)[1].split())
+    report = json.loads((tmp_path / "out/disc.report.json").read_text())
+    assert (triangles, rim + bore, dimension) == (report["triangles"], report["boundary_nodes"], 2)
+    assert rim > bore > 20
+
+
+# deal.II
+
+DEALII_COUNT = """
+#include <iostream>
+#include <map>
+
+int main()
+{
+  Triangulation<2> mesh;
+  read(mesh);
+  std::map<unsigned int, unsigned int> materials, boundaries;
+  for (const auto &cell : mesh.active_cell_iterators())
+    {
+      ++materials[cell->material_id()];
+      for (const auto &face : cell->face_iterators())
+        if (face->at_boundary())
+          ++boundaries[face->boundary_id()];
+    }
+  std::cout << "counts " << materials[3] << " " << boundaries[1] << " " << boundaries[2] << " " << materials.size()
+            << " " << boundaries.size() << std::endl;
+}
+"""
+DEALII_PROJECT = """
+cmake_minimum_required(VERSION 3.13)
+find_package(deal.II 9.3 REQUIRED)
+deal_ii_initialize_cached_variables()
+project(disc CXX)
+add_executable(disc disc.cc)
+deal_ii_setup_target(disc)
+"""
+
+
+def test_dealii_finds_materials_and_boundaries(tmp_path):
+    cmake, _ = program("cmake"), program("make")
+    prepare("deal.II", tmp_path)
+    (code,) = blocks(r"deal\.II", r"c\+\+")
+    (tmp_path / "disc.cc").write_text(code + DEALII_COUNT)
+    (tmp_path / "CMakeLists.txt").write_text(DEALII_PROJECT)
+    configured = subprocess.run([cmake, "."], cwd=tmp_path, capture_output=True, text=True, timeout=SECONDS)
+    if "find_package" in configured.stderr or "Could not find" in configured.stderr:
+        pytest.skip("deal.II is not installed, so that its reading of the files is not tested")
+    run(["make"], tmp_path)
+    printed = run([str(tmp_path / "disc")], tmp_path)
+    triangles, rim, bore, *kinds = map(int, printed.split("counts ")[1].split())
+    report = json.loads((tmp_path / "out/disc.report.json").read_text())
+    assert (triangles, rim + bore, kinds) == (report["triangles"], report["boundary_nodes"], [1, 2])
 
 
 # OpenFOAM

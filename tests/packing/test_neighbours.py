@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -105,3 +107,18 @@ def test_independent_choice_is_that_of_the_sequential_algorithm(data):
 def test_independent_choice_goes_along_a_chain_in_the_worst_order():
     pairs = np.column_stack([np.arange(50), np.arange(1, 51)])
     assert maximal_independent_set(np.ones(51, bool), pairs, np.arange(51)).tolist() == [k % 2 == 0 for k in range(51)]
+
+
+def test_bubbles_of_all_sizes_around_fine_spots_take_memory_for_the_pairs_only():
+    random = np.random.default_rng(3)
+    size = np.repeat(2.0 ** np.arange(-24.0, -4.0, 0.5), 40)  # as many of each size, at distances in proportion
+    angle = random.uniform(0, 2 * np.pi, len(size))
+    ring = 2.5 * size[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    spots = random.random((30, 2))
+    x, d = (spots[:, None] + ring).reshape(-1, 2), np.tile(size, 30)
+    pairs_within(x[:10], d[:10], 1.9)  # what is loaded at first
+    tracemalloc.start()
+    pairs = pairs_within(x, d, 1.9)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 6 * pairs.nbytes

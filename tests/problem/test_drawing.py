@@ -206,7 +206,9 @@ domain:
         with pytest.raises(BubblemeshError, match=re.escape(message)):
             located_domain_of(f"domain: {{outer: {ring}}}")
 
-    def test_a_hole_with_a_hole_is_told(self):
-        ring = "{minus: [{rectangle: [1, 1, 5, 5]}, {circle: {center: [3, 3], radius: 1}}]}"
-        with pytest.raises(BubblemeshError, match=r"hole 1: what is enclosed has a hole itself, at \(.*give one hole"):
-            domain_of(f"domain: {{outer: {BOARD}, holes: [{ring}]}}")
+    def test_a_hole_in_a_hole_is_an_area_again(self):
+        ring = "{minus: [{rectangle: [1, 1, 5, 5]}, {rectangle: [2, 2, 4, 4]}]}"
+        whole = domain_of(f"domain: {{outer: {BOARD}}}")
+        found = domain_of(f"domain: {{outer: {BOARD}, holes: [{ring}]}}")
+        assert found.polygon.area == pytest.approx(whole.polygon.area - 16 + 4)
+        assert (found.piece_count, found.hole_count) == (2, 1)

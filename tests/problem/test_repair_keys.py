@@ -83,3 +83,23 @@ def test_the_report_has_the_repairs():
     report = mesh_case(case(f"{{outer: {{polygon: {BOW}, repair: true}}}}")).report
     assert report["repairs"] == [{"what": "ring that crosses or touches itself", "at": (1, 1), "area": 2}]
     assert "repairs" not in mesh_case(case("{outer: {rectangle: [0, 0, 1, 1]}}")).report
+
+
+def test_a_repair_with_nothing_to_mend_keeps_the_holes():
+    text = "domain: {outer: {rectangle: [0, 0, 6, 6]}, holes: [{rectangle: [1, 1, 5, 5]}], repair: true}\nspacing: 1\n"
+    found = case_domain(load_case("x.yaml", text=text))
+    assert (found.polygon.area, found.hole_count, found.changes) == (20, 1, ())
+
+
+@pytest.mark.parametrize("repair", ["", ", repair: true"])
+@pytest.mark.parametrize("kind", ["polygon", "lines"])
+def test_the_island_of_a_lake_that_is_a_hole_is_meshed(tmp_path, kind, repair):
+    lake, island = "1 1, 5 1, 5 5, 1 5, 1 1", "2 2, 4 2, 4 4, 2 4, 2 2"
+    shapes = {"polygon": f"POLYGON (({lake}), ({island}))", "lines": f"LINESTRING ({lake})\nLINESTRING ({island})"}
+    path = tmp_path / "lake.wkt"
+    path.write_text(shapes[kind])
+    text = f"domain: {{outer: {{rectangle: [0, 0, 6, 6]}}, holes: [{{file: {path}}}]{repair}}}\nspacing: 1\n"
+    found = case_domain(load_case("x.yaml", text=text))
+    assert (found.polygon.area, found.piece_count, found.hole_count) == (24, 2, 1)
+    found = case_domain(load_case("x.yaml", text=f"domain: {{outer: {{file: {path}}}}}\nspacing: 1\n"))
+    assert (found.polygon.area, found.piece_count, found.hole_count) == (12, 1, 1)

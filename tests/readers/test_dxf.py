@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from geometry_files import area, domain
+from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Arc, Ellipse, Line, Spline
-from bubblemesh.readers.formats import read_areas, read_rings
+from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
 

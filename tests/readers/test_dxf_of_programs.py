@@ -4,11 +4,11 @@ import contextlib
 
 import numpy as np
 import pytest
-from geometry_files import area, domain
+from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.geometry.paths import Arc, Line
-from bubblemesh.readers.formats import read_areas, read_rings
+from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

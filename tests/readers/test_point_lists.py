@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from geometry_files import area, domain
+from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError
-from bubblemesh.readers.formats import read_rings
 from bubblemesh.readers.selection import Selection
 
 TURN = np.linspace(0, np.pi, 31)

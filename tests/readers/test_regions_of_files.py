@@ -121,7 +121,6 @@ def test_a_gap_wider_than_join_stays(found):
     [
         ("name: NAMES", CaseError, "unknown property 'NAMES'; did you mean 'NAME'"),
         ("name: NAME, part: all", CaseError, "part is not for regions that share borders"),
-        ("name: NAME, corners: 30", CaseError, "corners is not for regions"),
         ("name: NAME, join: 1", GeometryError, "join: 1 is too much for regions that are 3 wide"),
     ],
 )
@@ -343,20 +342,20 @@ def test_gaps_that_are_wide_beside_the_spacing_and_corners_between_regions_are_n
     assert gap_warnings(written, spacing=0.012, **shapes)[0] == []
 
 
-def test_short_edges_of_shared_borders_name_a_key_that_works(written):
+@pytest.mark.parametrize(("keys", "factor"), [("", 1), (", scale: 1000", 1000), (", units: mm", 1e-3)])
+def test_short_edges_of_shared_borders_name_a_key_that_works(written, keys, factor):
     y = np.linspace(0, 2, 401)
     border = np.column_stack([1 + 0.02 * np.sin(9 * y) + 1e-3 * np.cos(400 * y), y])
     west = shapely.Polygon([*border, (0, 2), (0, 0)])
     east = shapely.Polygon([*border, (3, 2), (3, 0)])
     written("land.geojson", features(west=west, east=east))
-    text = "domain: {{regions: {{file: land.geojson, name: NAME{}}}}}\nspacing: 0.4\n"
+    text = f"domain: {{{{regions: {{{{file: land.geojson, name: NAME{keys}{{}}}}}}}}}}\nspacing: {0.4 * factor}\n"
     before = prepare(load_case(written("case.yaml", text.format(""))))
     (key,) = [re.search(r"\((simplify: \S+) in the file", note)[1] for note in before.warnings if "simplify" in note]
     after = prepare(load_case(written("case.yaml", text.format(f", {key}"))))
     assert after.expected_nodes < before.expected_nodes / 3
-    assert sum(sizes(after.domain).values()) == pytest.approx(6, rel=1e-9)
-    with pytest.raises(CaseError, match="corners is not for regions that share borders: simplify: LENGTH leaves out"):
-        prepare(load_case(written("case.yaml", text.format(", corners: 30"))))
+    assert not any("simplify" in note for note in after.warnings)
+    assert sum(sizes(after.domain).values()) == pytest.approx(6 * factor**2, rel=1e-9)
 
 
 def test_gaps_around_all_regions_are_told_with_a_join_that_makes_them_one_piece(written):
@@ -367,3 +366,24 @@ def test_gaps_around_all_regions_are_told_with_a_join_that_makes_them_one_piece(
     told, domain = gap_warnings(written, f", join: {join}", **boxes)
     assert told == []
     assert (domain.piece_count, domain.hole_count) == (1, 0)
+
+
+@pytest.mark.parametrize("how", ["", ", smooth: true", ", tolerance: 0.02", ", tolerance: 0.02, smooth: true"])
+def test_borders_are_followed_as_curves_that_neighbours_share(written, how):
+    y, t = np.linspace(0, 2, 201), np.linspace(0, 2 * np.pi, 121)
+    border = np.column_stack([1 + 0.1 * np.sin(3 * y), y])
+    lake = np.column_stack([2 + 0.3 * np.cos(t), 1 + 0.3 * np.sin(t)])
+    shapes = {
+        "west": shapely.Polygon([*border, (0, 2), (0, 0)]),
+        "east": shapely.Polygon([*border, (3, 2), (3, 0)], [lake]),
+        "isle": shapely.Polygon(np.roll(lake[:-1], 40, axis=0)[::-1]),
+        "north": shapely.Polygon([(0, 2), border[-1], (3, 2), (3, 3), (0, 3)]),
+    }
+    written("land.geojson", features(**shapes))
+    text = f"domain: {{regions: {{file: land.geojson, name: NAME, corners: 30{how}}}}}\nspacing: 0.15\n"
+    problem = prepare(load_case(written("case.yaml", text)))
+    domain = problem.domain
+    assert domain.polygon.area == pytest.approx(9, rel=1e-9)
+    assert sum(sizes(domain).values()) == pytest.approx(9, rel=1e-9)
+    assert len(domain.boundary.corners) == (9 if "tolerance" not in how else 30)  # of 327 vertices
+    assert problem.expected_nodes < 700

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from geometry_files import SVG, area, domain
+from geometry_files import SVG, area, domain, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.readers.formats import read_areas, read_rings
+from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
 

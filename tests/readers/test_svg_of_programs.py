@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import shapely
-from geometry_files import area, domain
+from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.paths import Arc, Line
-from bubblemesh.readers.formats import read_areas, read_rings
+from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {}>{}</svg>'

@@ -4,10 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from geometry_files import HOLE, PLATE, SQUARE, SVG, WKT, area, collection, domain, labels_of
+from geometry_files import HOLE, PLATE, SQUARE, SVG, WKT, area, collection, domain, labels_of, read_rings
 
 from bubblemesh.errors import CaseError, FileError, GeometryError
-from bubblemesh.readers.formats import read_rings
 from bubblemesh.readers.selection import Selection
 
 FAR = {"type": "Polygon", "coordinates": [[[10, 10], [12, 10], [12, 12], [10, 10]]]}
@@ -297,11 +296,6 @@ def test_a_folder_is_no_file(tmp_path):
 def test_a_choice_that_fits_nothing_says_what_there_is(written, options, message):
     with pytest.raises(CaseError, match=message):
         area(written("two.geojson", collection(PLATE, FAR)), **options)
-
-
-def test_an_area_with_holes_is_no_ring(written):
-    with pytest.raises(GeometryError, match=r"1 hole is no ring: give it as domain: \{file: plate.wkt\}"):
-        read_rings(written("plate.wkt", WKT), Selection())
 
 
 @pytest.mark.parametrize(("name", "module"), [("a.dxf", "ezdxf"), ("a.svg", "svgelements"), ("a.gpkg", "pyogrio")])

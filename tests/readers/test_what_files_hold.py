@@ -4,10 +4,10 @@ import json
 
 import pytest
 import shapely
-from geometry_files import HOLE, PLATE, SQUARE, WKT, area, collection, domain, labels_of
+from geometry_files import HOLE, PLATE, SQUARE, WKT, area, collection, domain, labels_of, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
-from bubblemesh.readers.formats import read_areas, read_rings
+from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
 POINT = {"type": "Point", "coordinates": [9, 9, 3]}

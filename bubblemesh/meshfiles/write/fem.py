@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import (
     Fields,
@@ -18,6 +18,7 @@ from bubblemesh.meshfiles.groups import (
     group_names,
     node_ids,
     plain_words,
+    point_ids,
     region_ids,
 )
 from bubblemesh.meshfiles.text import lines, listed, numbered, write_text
@@ -33,7 +34,7 @@ def write_medit(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 def _medit_text(mesh: Mesh) -> Iterator[str]:
     yield f"MeshVersionFormatted 2\nDimension 2\n\nVertices\n{len(mesh.points)}\n"
-    yield from lines("%r %r %d", mesh.points, _point_ids(mesh))
+    yield from lines("%r %r %d", mesh.points, point_ids(mesh))
     yield f"\nEdges\n{len(mesh.facets)}\n"
     yield from lines("%d %d %d", mesh.facets + 1, facet_ids(mesh))
     yield f"\nTriangles\n{len(mesh.triangles)}\n"
@@ -43,15 +44,6 @@ def _medit_text(mesh: Mesh) -> Iterator[str]:
         yield f"\nRequiredVertices\n{len(mesh.labelled_nodes)}\n"
         yield from lines("%d", mesh.labelled_nodes + 1)
     yield "\nEnd\n"
-
-
-def _point_ids(mesh: Mesh) -> Integers:
-    """Id (n,) of each node: that of its own label, else of a facet at it, else 0."""
-    ids = np.zeros(len(mesh.points), np.int64)
-    for ends in mesh.facets.T[1::-1]:
-        ids[ends] = facet_ids(mesh)
-    ids[mesh.labelled_nodes] = node_ids(mesh)
-    return ids
 
 
 def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:

@@ -9,7 +9,16 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, Group, cell_kinds, facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.groups import (
+    Fields,
+    Group,
+    cell_kinds,
+    facet_ids,
+    group_names,
+    node_ids,
+    plain_words,
+    region_ids,
+)
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
 # Gmsh's numbers of the kinds of cells, by meshio's names.
@@ -57,9 +66,30 @@ def as_meshio(mesh: Mesh) -> Any:
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write points, edges, triangles, groups and matching nodes as `write_msh` does, as text."""
-    points = np.pad(mesh.points, ((0, 0), (0, 1)))
-    text = msh_text(points, _blocks(mesh), list(group_names(mesh).items()))
+    text = _plane_text(mesh, _blocks(mesh), list(group_names(mesh).items()))
     write_text(path, chain(text, _periodic_text(_periodic(mesh))))
+
+
+def write_words(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write what `write_msh_ascii` does but for matching nodes, the groups by words, as Netgen cuts names at spaces."""
+    words = plain_words(mesh)
+    groups = [(words[name], group) for name, group in group_names(mesh).items()]
+    write_text(path, _plane_text(mesh, _blocks(mesh), groups))
+
+
+def write_boundary(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write triangles and the edges of the boundary alone: deal.II takes no inner edges, and points for nothing."""
+    blocks = [
+        Block("line", mesh.facets[mesh.outer], facet_ids(mesh)[mesh.outer]),
+        Block("triangle", mesh.triangles, region_ids(mesh)),
+    ]
+    present = {int(number) for block in blocks for number in np.unique(block.ids)}
+    groups = [(name, group) for name, group in group_names(mesh).items() if group.id in present]
+    write_text(path, _plane_text(mesh, blocks, groups))
+
+
+def _plane_text(mesh: Mesh, blocks: Sequence[Block], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
+    return msh_text(np.pad(mesh.points, ((0, 0), (0, 1))), blocks, groups)
 
 
 def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:

@@ -1,0 +1,27 @@
+"""One problem with two materials and a curved interface: all solvers that are installed answer alike."""
+
+import pytest
+
+from benchmarks.solvers.__main__ import EXACT, solved
+from benchmarks.solvers.programs import SOLVERS, NotInstalledError
+
+pytestmark = pytest.mark.solver
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_mean_on_the_bore(name, order):
+    solver = SOLVERS[name]
+    try:
+        found, labels, regions = solved(name, solver, order)
+    except NotInstalledError as missing:
+        pytest.skip(f"{missing} is not installed, so that its answer is not compared")
+    assert (labels, regions) == (True, True)
+    # The polygon of the bore is shorter than its circle, which curved triangles follow.
+    assert found.mean == pytest.approx(EXACT, rel=2e-5 if order == 2 and solver.curved else 4e-3)
+
+
+def test_every_solver_is_a_target():
+    from bubblemesh.meshfiles.formats import FORMATS_FOR
+
+    assert set(SOLVERS) <= set(FORMATS_FOR)
