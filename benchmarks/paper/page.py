@@ -20,6 +20,9 @@ from benchmarks.paper.verdicts import ABOVE, FINAL, ON_THE_WAY, verdict
 HEAD = """\
 # Reproduction of the paper
 
+The paper is N. Qi, Y. Nie, W. Zhang, "Acceleration strategies based on an improved bubble packing method",
+Communications in Computational Physics 16 (2014) 115-135, identified by its abstract.
+
 Made by `python -m benchmarks.paper`; the cases are in [configs/paper](../configs/paper), the examples there with the
 methods' own parameters, each row of a table in a case that extends one of them. Each row was run with the seeds
 {seeds}: all figures are medians, those of nodes, rounds and mean q with the range over the seeds in brackets where they

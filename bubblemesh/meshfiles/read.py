@@ -20,7 +20,7 @@ from bubblemesh.meshfiles.sources.source import Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import shown
 
-SELF_CONTAINED = (".frd", ".msh", ".vtk", ".vtu")  # whose readers open no further file
+SELF_CONTAINED = (".msh", ".vtk", ".vtu", ".frd")  # whose readers open no further file
 LONGEST_REASON = 200  # letters
 HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")

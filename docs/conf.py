@@ -1,0 +1,61 @@
+"""The site, from the pages of this folder: ``sphinx-build -W docs build/site``."""
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS.parent))  # the generators of pages are no part of the installed package
+
+from bubblemesh import __version__  # noqa: E402
+from docs.make_case_keys import case_keys  # noqa: E402
+from docs.make_command_options import command_options  # noqa: E402
+from docs.make_gallery import gallery  # noqa: E402
+
+project = "bubblemesh"
+author = "the bubblemesh authors"
+copyright = "2026, the bubblemesh authors"
+version = release = __version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design"]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build", "**/README.md"]
+html_theme = "furo"
+html_title = f"bubblemesh {__version__}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+pygments_style = "default"
+pygments_dark_style = "monokai"
+
+myst_enable_extensions = ["colon_fence", "html_image"]
+myst_heading_anchors = 3
+suppress_warnings = ["misc.highlighting_failure"]  # input files of solvers are shown plainly
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the docstrings give types and shapes
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+
+MADE = {"case": case_keys, "commands": command_options, "gallery": gallery}  # by page: what its second half is made by
+OUTSIDE = re.compile(r"\[([^\]]+)\]\((\.\./[^)#]+)\)")
+
+
+def made(_app: Any, page: str, source: list[str]) -> None:
+    """Add to a page what is made of the program, and take out links to what is not on the site."""
+    text = OUTSIDE.sub(lambda link: link[0] if link[0].startswith("!") else _outside(*link.groups()), source[0])
+    source[0] = f"{text}\n{MADE[page]()}" if page in MADE else text
+
+
+def _outside(text: str, target: str) -> str:
+    """A link to a file of the repository, as what the site can offer: the first page, or the name of the file."""
+    if target == "../README.md":
+        return f"[{text}](index.md)"
+    return text if target.rstrip("/").endswith(text) and "/" in text else f"{text} (`{target.removeprefix('../')}`)"
+
+
+def setup(app: Any) -> None:
+    """Register the generators of pages."""
+    app.connect("source-read", made)
