@@ -241,7 +241,7 @@ def test_a_disk_that_is_full(here, arguments):
     assert contents(here) == before
 
 
-@pytest.mark.parametrize("formats", ["[msh, msh]", "[inp, inp-strain]", "[msh, vtu, msh]"])
+@pytest.mark.parametrize("formats", ["[msh, msh]", "[msh, vtu, msh]"])
 def test_the_same_output_named_twice(here, formats):
     (here / "case.yaml").write_text(SMALL.replace("[msh, xdmf]", formats))
     before = contents(here)
