@@ -40,12 +40,12 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 
 MADE = {"case": case_keys, "commands": command_options, "gallery": gallery}  # by page: what its second half is made by
-OUTSIDE = re.compile(r"\[([^\]]+)\]\((\.\./[^)#]+)\)")
+OUTSIDE = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./(?!sample_outputs/)[^)#]+)\)")
 
 
 def made(_app: Any, page: str, source: list[str]) -> None:
     """Add to a page what is made of the program, and take out links to what is not on the site."""
-    text = OUTSIDE.sub(lambda link: link[0] if link[0].startswith("!") else _outside(*link.groups()), source[0])
+    text = OUTSIDE.sub(lambda link: _outside(*link.groups()), source[0]) if "/" not in page else source[0]
     source[0] = f"{text}\n{MADE[page]()}" if page in MADE else text
 
 
