@@ -4,12 +4,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bubblemesh.api import Case, Domain, Mesh, Result, Solution, adapt, load_case, mesh, mesh_case
+    from bubblemesh.api import Case, Domain, Mesh, MeshWarning, Result, Solution, adapt, load_case, mesh, mesh_case
 
 __all__ = [
     "Case",
     "Domain",
     "Mesh",
+    "MeshWarning",
     "Result",
     "Solution",
     "__version__",

@@ -1,63 +1,75 @@
 """Interface for Python programs: cases, meshes, and meshing without a case file."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import shapely
+from numpy.typing import ArrayLike
 
 from bubblemesh.adaptivity import adapt as adapting
 from bubblemesh.adaptivity.solution import Solution
-from bubblemesh.arrays import Floats
 from bubblemesh.case import Case, load_case
-from bubblemesh.case.models import Limits
-from bubblemesh.errors import CaseError, Key
+from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.read import read_nodal_field
-from bubblemesh.packing.configure import OptionError, configured, options
+from bubblemesh.messages import calling_node_limit
 from bubblemesh.problem.prepare import prepare_in
-from bubblemesh.problem.problem import Task
-from bubblemesh.problem.python_input import polygon_domain, spacing_of
+from bubblemesh.problem.problem import Problem
+from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
+from bubblemesh.problem.python.progress import in_steps
+from bubblemesh.problem.python.spacing import Wanted, spacing_of
+from bubblemesh.problem.python.task import MAX_NODES, Wishes
 from bubblemesh.problem.spacing import with_areas_below
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem
 from bubblemesh.run.report import RoundRow
 
-__all__ = ["Case", "Domain", "Mesh", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
-
-MAX_NODES = Limits().max_nodes
+__all__ = ["Case", "Domain", "Mesh", "MeshWarning", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
 
 
 def mesh(
-    geometry: shapely.Polygon | shapely.MultiPolygon | Domain,
-    spacing: float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any],
+    geometry: Geometry,
+    spacing: Wanted,
     *,
-    labels: Sequence[str] | None = None,
+    holes: Sequence[ArrayLike] = (),
+    labels: Labels | None = None,
+    corners: float | None = None,
+    smooth: bool = False,
+    tolerance: float | None = None,
     method: str = "multilevel",
+    seed: int | None = None,
+    effort: str | None = None,
     packing: Mapping[str, Any] | None = None,
     schedule: Mapping[str, Any] | None = None,
     max_nodes: int = MAX_NODES,
     nodes: int | None = None,
     angle_min: float = 0.0,
     largest: float | None = None,
+    progress: Callable[[float], object] = lambda share: None,
 ) -> Mesh:
     """Mesh a domain.
 
     Parameters
     ----------
-    geometry : shapely.Polygon, shapely.MultiPolygon or Domain
-        The holes of a polygon are kept, and each of its vertices becomes a node. Several polygons become separate
-        pieces of one mesh.
+    geometry : shapely.Polygon, shapely.MultiPolygon, Domain or array (n, 2)
+        The holes of a polygon are kept, and each of its vertices becomes a node unless ``corners`` is given. Several
+        polygons become separate pieces of one mesh. An array holds the points of the outer ring.
     spacing : float, str, mapping or callable
         Wanted edge length in the unit of the geometry: a number, an expression in x and y, a mapping of terms as in a
         case file (whose files are relative to the working directory), or a function of the coordinates x (n,) and
         y (n,) of many points that returns the (n,) values there.
-    labels : sequence of str, optional
-        Names of the rings, those of all outer ones first; else ``outer``, ``outer-2``, ``hole-1`` and so on.
+    holes : sequence of arrays (n, 2), optional
+        Points of each hole, if the outer ring is an array too.
+    labels : sequence or mapping of str, optional
+        Names of the rings, those of all outer ones first, or names in place of the usual ones, which are ``outer``,
+        ``outer-2``, ``hole-1`` and so on: ``{"hole-1": "bore"}``.
+    corners, smooth, tolerance
+        As of a ring in a case file: only vertices that turn by more than ``corners`` degrees are nodes, what is between
+        them is spaced anew, ``smooth`` along a spline, and at most the ``tolerance`` from the ring.
     method, packing, schedule
-        As in a case file.
+        As in a case file; ``seed`` and ``effort`` are short for those of ``packing``.
     max_nodes : int
     nodes : int, optional
         Number of nodes that the mesh gets, within 2 %: the spacing is scaled for it.
@@ -65,50 +77,48 @@ def mesh(
         Least angle of the triangles in degrees, up to 30: nodes are added for it, but not for sharper corners.
     largest : float, optional
         Largest area of a triangle.
+    progress : callable, optional
+        Is told what share of the packing is done, at each hundredth up to 1; with ``nodes`` there may be several
+        packings one after the other.
+
+    Warns
+    -----
+    MeshWarning
+        Of what the report of a case would warn of, such as vertices that take more nodes than the spacing asks for.
 
     Raises
     ------
     CaseError
-        If the spacing is not positive and finite everywhere, or a term of it or an option is wrong.
+        If the spacing is not positive and finite everywhere, or a term of it or another argument is wrong.
     FileError
         If a file that the spacing names cannot be read.
     GeometryError
-        If the polygons are empty or invalid, or overlap.
+        If the rings are empty or invalid, or overlap.
     LimitError
-        If the mesh would need more than ``max_nodes`` nodes, or ``nodes`` are too few for the polygon.
+        If the mesh would need more than ``max_nodes`` nodes, or ``nodes`` are too few for the rings.
     RequirementError
         If ``angle_min`` or ``largest`` cannot be reached.
     """
-    if nodes is not None and (isinstance(nodes, bool) or not isinstance(nodes, int | np.integer) or nodes < 3):
-        raise CaseError(f"nodes: must be a whole number of at least 3 (found {nodes!r})")
-    if not 0 <= angle_min <= 30:
-        raise CaseError(f"angle_min: must be from 0 to 30 degrees (found {angle_min!r})")
-    if largest is not None and not largest > 0:
-        raise CaseError(f"largest: must be an area greater than 0 (found {largest!r})")
-    try:
-        bound = configured(method, dict(packing or {}), dict(schedule or {}))
-    except OptionError as error:
-        raise CaseError(".".join(filter(None, (error.section, error.key))) + f": {error.message}") from None
-    domain = polygon_domain(geometry, labels)
-    wanted = with_areas_below(spacing_of(spacing, domain), domain, largest, {})
-    parameters = {"method": method, "limits": {"max_nodes": max_nodes}} | options(bound)
-    task = Task(
-        "mesh",
-        method,
-        bound,
-        max_nodes,
-        None,
-        parameters,
-        least_angle=angle_min,
-        largest=np.inf if largest is None else largest,
-    )
-    problem = prepare_in(
-        domain, wanted if nodes is None else replace(wanted, nodes=int(nodes)), task, {}, Key(["nodes"])
-    )
-    result = mesh_problem(problem)
-    if result.verdict is not None:
-        raise result.verdict
+    drawing = Drawing(geometry, holes, labels, corners, smooth, tolerance)
+    wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest)
+    with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"):
+        told = in_steps(progress)
+        result = mesh_problem(_problem(drawing, spacing, wishes), on_share=told)
+        if result.verdict is not None:
+            raise result.verdict
+    told(1.0)
+    for text in result.report.warnings:
+        warnings.warn(text, MeshWarning, stacklevel=2)
     return result.mesh
+
+
+def _problem(drawing: Drawing, spacing: Wanted, wishes: Wishes) -> Problem:
+    """The problem that the arguments of `mesh` pose."""
+    task, domain = wishes.task(), drawing.domain()
+    wanted = with_areas_below(spacing_of(spacing, domain), domain, wishes.largest, {})
+    if wishes.nodes is not None:
+        wanted = replace(wanted, nodes=int(wishes.nodes))
+    return prepare_in(domain, wanted, task, {}, Key(["nodes"]))
 
 
 def adapt(

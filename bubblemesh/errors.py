@@ -23,6 +23,10 @@ class BubblemeshError(Exception):
     about = Key()  # of the case, if that is known
 
 
+class MeshWarning(UserWarning):
+    """What a Python program asks for and cannot have, or what a file holds and is not read, with its place."""
+
+
 class CaseError(BubblemeshError):
     """The case file, an option or the spacing is invalid."""
 
@@ -86,6 +90,17 @@ def at_key(*path: str | int) -> Iterator[None]:
             yield
     except BubblemeshError as error:
         error.about = Key(path)
+        raise
+
+
+@contextmanager
+def in_call(call: str, argument: str) -> Iterator[None]:
+    """Put a call before the texts of errors, and the argument that errors of the geometry are about."""
+    try:
+        yield
+    except BubblemeshError as error:
+        place = f"{error.about or argument}: " if isinstance(error, GeometryError) else ""
+        error.args = (f"{call}: {place}{error}",)
         raise
 
 

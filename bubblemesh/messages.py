@@ -1,7 +1,8 @@
 """Phrases that messages of all parts share."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
 from math import floor, isfinite, log10
@@ -17,6 +18,22 @@ MOST_NAMES = 20  # that one message lists
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
+_node_limit: ContextVar[str] = ContextVar("name of the limit on nodes", default="limits.max_nodes")
+
+
+def node_limit() -> str:
+    """Name under which the user gives the limit on the number of nodes: a key of the case, or an argument."""
+    return _node_limit.get()
+
+
+@contextmanager
+def calling_node_limit(name: str) -> Iterator[None]:
+    """Have messages call the limit on the number of nodes by another name."""
+    token = _node_limit.set(name)
+    try:
+        yield
+    finally:
+        _node_limit.reset(token)
 
 
 def tell_places_of(size: float | None) -> None:

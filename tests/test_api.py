@@ -2,9 +2,11 @@
 
 import dataclasses
 import math
+import os
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -16,8 +18,10 @@ from paths import ROOT
 from skfem.io.meshio import from_meshio
 
 import bubblemesh
-from bubblemesh.errors import CaseError, GeometryError, LimitError
+from bubblemesh.errors import CaseError, FileError, GeometryError, LimitError
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.paths import Area
 
 PAGE = ROOT / "docs" / "api.md"
 with np.errstate(invalid="ignore"):
@@ -46,7 +50,7 @@ def test_the_blocks_of_the_page_run_one_after_the_other(tmp_path):
     assert "<Mesh: " in run.stdout
     assert "spacing: is -1 at (0, 0): it has to be positive" in run.stdout
     assert {path.name for path in tmp_path.iterdir()} == {
-        *("disc.msh", "disc.report.json", "disc.png", "square.yaml"),
+        *("disc.msh", "disc.report.json", "disc.vtu", "disc.png", "square.yaml"),
     }
 
 
@@ -103,7 +107,10 @@ def test_a_domain_keeps_its_curves(disc):
         (BROKEN, CaseError, "no number"),
         (shapely.MultiPolygon(), GeometryError, "empty"),
         (shapely.Point(0, 0), CaseError, "found Point"),
-        ([(0, 0), (1, 0), (0, 1)], CaseError, r"found list\): shapely.Polygon\(points\) makes one"),
+        ("plate", CaseError, r"geometry: must be a shapely.Polygon, .* or the points \(n, 2\) of a ring \(found str\)"),
+        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], CaseError, r"found the shape \(3, 3\)"),
+        ([(0, 0), (1, 0), (0,)], CaseError, "rows of unequal length"),
+        ([(0, 0), (1, 0), (0, math.inf)], CaseError, "geometry: point 2 has a coordinate that is no number"),
     ],
 )
 def test_what_is_no_domain(geometry, error, text):
@@ -129,6 +136,112 @@ def test_several_polygons_are_pieces_of_one_mesh(method):
     assert len(mesh.points) - len(edges) + len(mesh.triangles) == 3 - 1
     areas = np.linalg.det(np.diff(mesh.points[mesh.triangles], axis=1)) / 2
     assert areas.sum() == pytest.approx(shape.area, rel=1e-12)
+
+
+SQUARE = np.array([(0, 0), (2, 0), (2, 1), (0, 1)])
+TURN = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+CIRCLE = np.column_stack([0.5 + 0.2 * np.cos(TURN), 0.5 + 0.2 * np.sin(TURN)])
+
+
+def test_rings_may_be_arrays():
+    window = [(0.5, 0.25), (1, 0.25), (1, 0.75), (0.5, 0.75)]
+    by_arrays = bubblemesh.mesh(SQUARE, 0.3, holes=[window])
+    check_mesh(by_arrays)
+    assert by_arrays.labels == ("outer", "hole-1")
+    by_polygon = bubblemesh.mesh(shapely.Polygon(SQUARE, [window]), 0.3)
+    np.testing.assert_array_equal(by_arrays.points, by_polygon.points)
+
+
+@pytest.mark.parametrize(
+    ("holes", "error", "text"),
+    [
+        (
+            [[(0.2, 0.2), (0.4, 0.4), (0.4, 0.2), (0.2, 0.4)]],
+            GeometryError,
+            r"^mesh\(\): holes\[0\]: .* itself at \(0.3, 0.3",
+        ),
+        ([CIRCLE, CIRCLE + np.array([9, 0])], GeometryError, r"^mesh\(\): holes\[1\]: hole 2 at .* lies outside"),
+        ([CIRCLE, CIRCLE[:2]], GeometryError, r"^mesh\(\): holes\[1\]: .* fewer than three"),
+        ([CIRCLE, [(0, 0, 0)]], CaseError, r"^mesh\(\): holes\[1\]: must be the points \(n, 2\) of a ring"),
+        (3, CaseError, r"^mesh\(\): holes: must be a list of rings.* \(found int\)"),
+    ],
+)
+def test_an_error_names_the_ring_as_it_was_given(holes, error, text):
+    with pytest.raises(error, match=text):
+        bubblemesh.mesh(SQUARE, 0.3, holes=holes)
+
+
+def test_an_error_names_the_ring_of_a_polygon():
+    crossed = shapely.Polygon([(0, 0), (2, 0), (2, 1), (0, 1)], [[(0.2, 0.2), (0.4, 0.4), (0.4, 0.2), (0.2, 0.4)]])
+    with pytest.raises(GeometryError, match=r"^mesh\(\): geometry\.interiors\[0\]: hole 1 crosses or touches itself"):
+        bubblemesh.mesh(crossed, 0.3)
+    with pytest.raises(GeometryError, match=r"^mesh\(\): geometry\.geoms\[1\]\.interiors\[0\]: "):
+        bubblemesh.mesh(shapely.MultiPolygon([shapely.box(5, 5, 6, 6), crossed]), 0.3)
+    with pytest.raises(CaseError, match=r"holes: a shapely\.Polygon has holes of its own"):
+        bubblemesh.mesh(PLATE, 0.3, holes=[CIRCLE])
+    with pytest.raises(CaseError, match="corners: a Domain has corners of its own"):
+        bubblemesh.mesh(DISC, 0.3, corners=30)
+
+
+@pytest.mark.long
+def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
+    with pytest.warns(bubblemesh.MeshWarning, match=r"1\.64 times .* 64 boundary edges .*corners: 30") as told:
+        forced = bubblemesh.mesh(SQUARE, 0.1, holes=[CIRCLE])
+    assert told[0].filename == __file__
+    smooth = bubblemesh.mesh(SQUARE, 0.1, holes=[CIRCLE], corners=30, smooth=True)
+    check_mesh(smooth)
+    assert len(forced.points) > 1.6 * len(smooth.points)
+    bore = smooth.points[smooth.facets[smooth.facet_labels == 1, 0]]
+    np.testing.assert_allclose(np.hypot(*(bore - 0.5).T), 0.2, rtol=1e-5)
+    corners = {tuple(point) for point in SQUARE.tolist()}
+    assert corners <= {tuple(point) for point in smooth.points.tolist()}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"smooth": True}, "smooth: needs corners"),
+        ({"tolerance": 0.1}, "tolerance: needs corners"),
+        ({"corners": 200}, "corners: must be an angle from 0 to 180"),
+        ({"corners": "x"}, "corners: must be an angle"),
+        ({"corners": 30, "tolerance": 0}, "tolerance: must be a length greater than 0"),
+        ({"effort": "fats"}, r"^mesh\(\): effort: input should be 'fast', 'normal' or 'best'"),
+        ({"effort": "best", "method": "bpm"}, r"^mesh\(\): effort: the method 'bpm' does not use this key"),
+        ({"seed": 1.5}, r"^mesh\(\): seed: "),
+        ({"seed": 1, "packing": {"seed": 2}}, r"^mesh\(\): seed: is given twice"),
+        ({"packing": 3}, "packing: must be a mapping"),
+        ({"max_nodes": 0}, "max_nodes: must be a whole number greater than 0"),
+        ({"angle_min": "x"}, "angle_min: must be from 0 to 30"),
+        ({"largest": "x"}, "largest: must be an area"),
+        ({"progress": 3}, "progress: must be a function"),
+    ],
+)
+def test_an_argument_that_is_none(arguments, text):
+    with pytest.raises(CaseError, match=text):
+        bubblemesh.mesh(PLATE, 0.3, **arguments)
+
+
+def test_the_limit_on_nodes_has_the_name_of_the_argument():
+    with pytest.raises(LimitError, match=r"^mesh\(\): max_nodes: the spacing needs about .* limit of 1000"):
+        bubblemesh.mesh(PLATE, 0.001, max_nodes=1000)
+
+
+def test_seed_and_effort_are_those_of_packing_and_progress_goes_up_to_one():
+    shares = []
+    short = bubblemesh.mesh(PLATE, 0.3, seed=3, effort="fast", progress=shares.append)
+    long = bubblemesh.mesh(PLATE, 0.3, packing={"seed": 3, "effort": "fast"})
+    np.testing.assert_array_equal(short.points, long.points)
+    assert not np.array_equal(short.points, bubblemesh.mesh(PLATE, 0.3).points)
+    assert shares == sorted(shares)
+    assert (shares[-1], len(shares) <= 101) == (1, True)
+
+
+def test_a_mapping_gives_names_in_place_of_the_usual_ones():
+    assert bubblemesh.mesh(PLATE, 0.3, labels={"hole-1": "bore"}).labels == ("outer", "bore")
+    with pytest.raises(CaseError, match=r"labels: there is no ring 'hole': did you mean 'hole-1'\?"):
+        bubblemesh.mesh(PLATE, 0.3, labels={"hole": "bore"})
+    with pytest.raises(CaseError, match=r"labels: 3 is no name"):
+        bubblemesh.mesh(PLATE, 0.3, labels={"hole-1": 3})
 
 
 @pytest.mark.parametrize("labels", ["ab", ["a", 1], ["a", 'b"'], ["a", ""], ["a", "b" * 128]])
@@ -299,12 +412,129 @@ def test_to_meshio_has_cell_sets_that_scikit_fem_knows(disc):
 
 @pytest.mark.parametrize("name", ["disc.msh", "disc.vtu", "disc.inp", "disc.mesh"])
 def test_write(disc, tmp_path, name):
-    files = disc.write(tmp_path / name)
+    assert disc.write(tmp_path / name) == [name]
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    files = disc.write(tmp_path / name, sidecars=True)
     assert files[0] == name
+    assert "disc.report.json" in files
     assert sorted(files) == sorted(path.name for path in tmp_path.iterdir())
     read = meshio.read(tmp_path / name, file_format="gmsh" if name.endswith("msh") else None)
     # A number of an input file has 20 characters at most.
     np.testing.assert_allclose(read.points[:, :2], disc.points, rtol=1e-13 if name == "disc.inp" else 0)
+
+
+@pytest.mark.parametrize("name", ["disc.msh", "disc.su2", "disc.mesh", "disc.vtu"])
+def test_a_mesh_is_read_again(disc, tmp_path, name):
+    disc.write(tmp_path / name, sidecars=True)
+    read = bubblemesh.Mesh.read(tmp_path / name)
+    check_mesh(read)
+    np.testing.assert_array_equal(read.points, disc.points)
+    np.testing.assert_array_equal(read.triangles, disc.triangles)
+    assert read.labels == (("boundary",) if name == "disc.vtu" else disc.labels)
+    assert read.regions == ("domain",)
+    assert len(read.facets) == len(disc.facets)
+
+
+def test_what_a_file_has_and_a_mesh_has_not_is_told(disc, tmp_path):
+    square = [("triangle", [(0, 2, 1)]), ("quad", [(1, 2, 3, 4)])]
+    points = [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0)]
+    meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), square).write(tmp_path / "a.vtk")
+    with pytest.warns(bubblemesh.MeshWarning, match=r"a\.vtk: cells that are no triangles are left out: quad"):
+        read = bubblemesh.Mesh.read(tmp_path / "a.vtk")
+    assert read.triangles.tolist() == [[1, 2, 0]]  # counter-clockwise
+    disc.second_order()[0].write(tmp_path / "b.vtu")
+    with pytest.warns(bubblemesh.MeshWarning, match="triangles of higher order: their corners are read"):
+        assert bubblemesh.Mesh.read(tmp_path / "b.vtu").order == 1
+    with pytest.raises(FileError, match=r"missing\.msh"):
+        bubblemesh.Mesh.read(tmp_path / "missing.msh")
+
+
+# Other libraries
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_scikit_fem_gets_all_labels_and_regions(order):
+    half = rings.polygon([(0, 0), (0.5, 0), (0.5, 1), (0, 1)])
+    parts = Parts(regions=(Region(Area(half), "west", "wall"),))
+    domain = bubblemesh.Domain.of(rings.rectangle(0, 0, 1, 1, label="rim"), parts=parts)
+    mesh = bubblemesh.mesh(domain, 0.2)
+    found = (mesh if order == 1 else mesh.second_order()[0]).to_skfem()
+    assert isinstance(found, skfem.MeshTri1 if order == 1 else skfem.MeshTri2)
+    assert {name: len(facets) for name, facets in found.boundaries.items()} == {
+        name: int((mesh.facet_labels == k).sum()) for k, name in enumerate(mesh.labels)
+    }
+    assert set(found.boundaries["rim"]) == set(found.boundary_facets())
+    for name, cells in found.subdomains.items():
+        area = skfem.Functional(lambda w: 1 + 0 * w.x[0]).assemble(
+            skfem.Basis(found, skfem.ElementTriP1(), elements=cells)
+        )
+        assert area == pytest.approx(0.5), name
+
+
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [
+        ("pyvista", "pip install pyvista"),
+        ("skfem", "pip install scikit-fem"),
+        ("dolfinx", "conda install -c conda-forge"),
+    ],
+)
+def test_a_missing_library_is_named_with_what_installs_it(disc, name, command, monkeypatch):
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(FileError, match=f"{name} is needed and not installed: {command}"):
+        getattr(disc, f"to_{name}")()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_pyvista_gets_triangles_then_edges(disc, order, monkeypatch):
+    grids = []
+
+    class Grid:
+        def __init__(self, *arrays):
+            grids.append(arrays)
+            self.cell_data, self.field_data = {}, {}
+
+    monkeypatch.setitem(sys.modules, "pyvista", SimpleNamespace(UnstructuredGrid=Grid))
+    mesh = disc if order == 1 else disc.second_order()[0]
+    grid = mesh.to_pyvista()
+    ((cells, kinds, points),) = grids
+    t, f = len(mesh.triangles), len(mesh.facets)
+    assert points.shape == (len(mesh.points), 3)
+    assert kinds.tolist() == [5 if order == 1 else 22] * t + [3 if order == 1 else 21] * f
+    width = mesh.triangles.shape[1]
+    np.testing.assert_array_equal(cells[: (width + 1) * t].reshape(t, -1)[:, 1:], mesh.triangles)
+    assert set(cells[: (width + 1) * t].reshape(t, -1)[:, 0]) == {width}
+    assert grid.field_data["groups"] == ["rim", "bore", "domain"]
+    assert grid.cell_data["group"].tolist() == [3] * t + (1 + mesh.facet_labels).tolist()
+    assert np.isnan(grid.cell_data["quality"]).sum() == f
+
+
+def test_points_have_three_columns_where_they_are_wanted(disc, tmp_path):
+    data = disc.to_meshio(columns=3)
+    assert data.points.shape == (len(disc.points), 3)
+    data.write(tmp_path / "a.vtu")  # without a warning of meshio
+    with pytest.raises(CaseError, match="columns: must be 2 or 3"):
+        disc.to_meshio(columns=4)
+
+
+@pytest.mark.long
+def test_mypy_finds_the_types_of_the_package(tmp_path):
+    (tmp_path / "good.py").write_text(
+        "import numpy as np\nimport bubblemesh\n"
+        "mesh = bubblemesh.mesh(np.zeros((3, 2)), 0.1, labels={'outer': 'rim'}, corners=30, seed=2)\n"
+        "count: int = len(mesh.points)\nlabel: str = mesh.labels[0]\n"
+        "other: bubblemesh.Mesh = bubblemesh.Mesh.read('a.msh')\n"
+    )
+    (tmp_path / "bad.py").write_text("import bubblemesh\nnumber: int = bubblemesh.Mesh.read('a.msh')\n")
+    run = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "good.py", "bad.py"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert run.stdout.splitlines()[0].startswith("bad.py:2: error: Incompatible types in assignment"), run.stdout
+    assert "Found 1 error in 1 file" in run.stdout
 
 
 def test_write_an_unknown_format(disc, tmp_path):
@@ -322,7 +552,7 @@ def test_plot(disc, tmp_path, order):
     assert (tmp_path / "disc.png").read_bytes().startswith(b"\x89PNG")
     assert len(figure.axes) == 1
     assert mesh.plot().axes[0].get_title() == ""
-    with pytest.raises(CaseError, match="the mesh has no 'red': allowed: quality, spacing"):
+    with pytest.raises(CaseError, match="the mesh has no 'red': allowed: quality, size, spacing"):
         mesh.plot(color="red")
 
 

@@ -14,6 +14,8 @@ from bubblemesh.errors import CaseError, located
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
 
+View = tuple[float, float, float, float]
+
 
 def quality(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
@@ -55,8 +57,9 @@ def plot(
         Path | None, typer.Option("--output", "-o", metavar="PATH", help="Picture: .png, .svg or .pdf.")
     ] = None,
     color: Annotated[
-        str, typer.Option("--color", help="quality, spacing, label, material, none, or a field of the file.")
-    ] = "quality",
+        str | None,
+        typer.Option("--color", help="quality, size, spacing, label, material, none, or a field of the file."),
+    ] = None,
     colormap: Annotated[str | None, typer.Option("--colormap", help="One of matplotlib's colour maps.")] = None,
     limits: Annotated[
         tuple[float, float] | None, typer.Option("--range", help="Values at the ends of the colour map.")
@@ -64,9 +67,11 @@ def plot(
     edges: Annotated[bool | None, typer.Option("--edges/--no-edges", help="Draw the triangles' edges.")] = None,
     nodes: Annotated[bool, typer.Option("--nodes", help="Draw the nodes.")] = False,
     labels: Annotated[bool | None, typer.Option("--labels/--no-labels", help="Colour the boundary by label.")] = None,
-    view: Annotated[
-        tuple[float, float, float, float] | None, typer.Option("--view", help="Part to show: X0 Y0 X1 Y1.")
+    view: Annotated[View | None, typer.Option("--view", help="Part to show: X0 Y0 X1 Y1.")] = None,
+    zoom: Annotated[
+        str | None, typer.Option("--zoom", metavar="X0,Y0,X1,Y1", help="The same, with commas between the numbers.")
     ] = None,
+    axes: Annotated[bool | None, typer.Option("--axes/--no-axes", help="Tell coordinates beside the mesh.")] = None,
     title: Annotated[str | None, typer.Option("--title", help="Text above the picture.")] = None,
     style: Annotated[str, typer.Option("--style", help="screen, or paper: a column wide, thin lines.")] = "screen",
     width: Annotated[float | None, typer.Option("--width", metavar="MM", help="Width of the picture.")] = None,
@@ -89,7 +94,8 @@ def plot(
         edges=edges,
         nodes=nodes,
         labels=labels,
-        view=view,
+        axes=axes,
+        view=part_of(view, zoom),
         title=title,
         style=style,
         width=width,
@@ -105,6 +111,22 @@ def plot(
         raise CaseError(f"{mesh}: {error}") from None
     save_figure(figure, path, shown)
     show_files(str(path.parent), [path.name])
+
+
+def part_of(view: View | None, zoom: str | None) -> View | None:
+    """Part of the plane that an option asks for; CaseError if both do, or one has no four numbers."""
+    if zoom is None:
+        return view
+    if view is not None:
+        raise CaseError("--zoom and --view show one part each: drop one of them")
+    words = zoom.replace(",", " ").split()
+    try:
+        x0, y0, x1, y1 = map(float, words)
+    except ValueError:
+        raise CaseError(f"--zoom: give four numbers, as in --zoom 0,0,1.5,1 (found {zoom!r})") from None
+    if not (x0 < x1 and y0 < y1):
+        raise CaseError(f"--zoom: give x0,y0,x1,y1 with x0 < x1 and y0 < y1 (found {zoom!r})")
+    return x0, y0, x1, y1
 
 
 def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:

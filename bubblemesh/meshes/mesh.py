@@ -1,15 +1,17 @@
 """The product: a triangle mesh with labelled edges, regions and points."""
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edges import SideTable, edge_keys, find_keys, numbered_edges
 from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
 
@@ -147,21 +149,84 @@ class Mesh:
         """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
         return shape_quality(self.points, self.triangles[:, :3])
 
-    def to_meshio(self) -> Any:
-        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids."""
+    @classmethod
+    def read(cls, path: Path | str) -> "Mesh":
+        """Mesh of triangles from a file of any format that `bubblemesh quality` reads, with its labels and regions.
+
+        Triangles are turned counter-clockwise, edges of the boundary without a label are called ``boundary``, and a
+        mesh without regions has the region ``domain``. Names that the file does not hold are taken from
+        NAME.labels.json beside it. Of triangles of higher order the corners are read.
+
+        Warns
+        -----
+        MeshWarning
+            Of what the file holds and the mesh does not.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be read, or holds no plane mesh of triangles.
+        """
+        from bubblemesh.meshfiles.whole import whole_mesh
+
+        mesh, notes = whole_mesh(Path(path))
+        for note in notes:
+            warnings.warn(f"{path}: {note}", MeshWarning, stacklevel=2)
+        return mesh
+
+    def to_meshio(self, columns: Literal[2, 3] = 2) -> Any:
+        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids.
+
+        Points have two ``columns``, or three, the last of which is 0, as VTK's formats and Gmsh want them.
+        """
+        from bubblemesh.meshfiles.libraries import in_space
         from bubblemesh.meshfiles.write.gmsh import as_meshio
 
+        if columns not in (2, 3):
+            raise CaseError(f"columns: must be 2 or 3 (found {columns!r})")
         result = as_meshio(self)
+        result.points = self.points if columns == 2 else in_space(self.points)
         ids = result.cell_data["gmsh:physical"]
         for name, (tag, _) in result.field_data.items():
             result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
         return result
 
+    def to_pyvista(self) -> Any:
+        """A `pyvista.UnstructuredGrid` of the triangles and, after them, of the labelled edges.
+
+        Its cells have ``group``, the number from 1 on of a label or region in ``field_data["groups"]``, and
+        ``quality``. FileError if the library is missing, with the command that installs it.
+        """
+        from bubblemesh.meshfiles.libraries import to_pyvista
+
+        return to_pyvista(self)
+
+    def to_skfem(self) -> Any:
+        """A `skfem.MeshTri`, or `MeshTri2`, whose boundaries and subdomains are the labels and the regions.
+
+        FileError if the library is missing, with the command that installs it.
+        """
+        from bubblemesh.meshfiles.libraries import to_skfem
+
+        return to_skfem(self)
+
+    def to_dolfinx(self, comm: Any = None) -> tuple[Any, Any, Any]:
+        """A `dolfinx.mesh.Mesh` with the tags of its cells and of its facets, which are the ids of the groups.
+
+        The ids are those of mesh files: from 1 for the labels, then the regions. ``comm`` is the MPI communicator over
+        which the mesh is spread, by default all processes. FileError if the library is missing, with the command that
+        installs it.
+        """
+        from bubblemesh.meshfiles.libraries import to_dolfinx
+
+        return to_dolfinx(self, comm)
+
     def plot(
         self,
         path: Path | str | None = None,
         *,
-        color: str = "quality",
+        ax: Any = None,
+        color: str | None = None,
         title: str | None = None,
         style: str = "screen",
         fields: Mapping[str, Floats] = MappingProxyType({}),
@@ -172,8 +237,11 @@ class Mesh:
         Parameters
         ----------
         path : Path or str, optional
-        color : str
-            ``quality``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field.
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into, of a figure of one's own; without them a figure is made.
+        color : str, optional
+            ``quality``, ``size``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field; by default
+            the quality, or the size where there are too many triangles to see each.
         title, style
             Text above the picture; ``screen`` or ``paper``.
         fields : mapping of str to (t,)
@@ -194,16 +262,28 @@ class Mesh:
             If the picture cannot be written.
         """
         from bubblemesh.pictures.colouring import MeshData
-        from bubblemesh.pictures.plots import draw_mesh, mesh_figure
+        from bubblemesh.pictures.plots import draw_into, draw_mesh, mesh_figure
         from bubblemesh.pictures.styles import PlotOptions
 
-        shown = PlotOptions(color=color, title=title, style=style, **options)
-        if path is not None:
-            return draw_mesh(self, Path(path), shown, MeshData(fields))
-        return mesh_figure(self, shown, MeshData(fields))
+        shown, data = PlotOptions(color=color, title=title, style=style, **options), MeshData(fields)
+        if ax is not None:
+            if path is not None:
+                raise CaseError("path: ax is drawn into a figure of your own: write that one by its savefig")
+            draw_into(ax, self, shown, data)
+            return ax.figure
+        return mesh_figure(self, shown, data) if path is None else draw_mesh(self, Path(path), shown, data)
 
-    def write(self, path: Path | str) -> list[str]:
-        """Write the mesh in the format of the path's ending, with STEM.report.json, and return the files' names.
+    def _repr_html_(self) -> str:
+        """Picture of the mesh above its figures, as notebooks show it."""
+        from bubblemesh.pictures.thumbnail import thumbnail
+
+        return thumbnail(self)
+
+    def write(self, path: Path | str, *, sidecars: bool = False) -> list[str]:
+        """Write the mesh in the format of the path's ending, and return the names of the files: one in most formats.
+
+        With ``sidecars`` there are also STEM.report.json with the figures of the mesh, and STEM.labels.json with the
+        names of all groups if the format has numbers or other words for them.
 
         Raises
         ------
@@ -212,11 +292,13 @@ class Mesh:
         FileError
             If a file cannot be written; then none is.
         """
-        from bubblemesh.meshfiles.writing import write_file
+        from bubblemesh.meshfiles.writing import write_alone, write_file
 
-        ratios = radius_ratios(self.points, self.triangles[:, :3])
+        fields = {"quality": radius_ratios(self.points, self.triangles[:, :3])}
+        if not sidecars:
+            return write_alone(self, fields, Path(path))
         figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
-        return list(write_file(self, {"quality": ratios}, figures, Path(path))["files"])
+        return list(write_file(self, fields, figures, Path(path))["files"])
 
 
 def _folded(corners: Floats, middles: Floats) -> Booleans:

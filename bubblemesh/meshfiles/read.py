@@ -1,7 +1,7 @@
 """Reads plane triangles, their labels and their data from mesh files of any format."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,12 +14,13 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.coincident import are_apart, joined, places
 from bubblemesh.meshfiles.contained import require_contained
 from bubblemesh.meshfiles.groups import cell_groups
+from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import shown
 
-SELF_CONTAINED = (".frd", ".msh", ".vtk", ".vtu")  # whose readers open no further file
+SELF_CONTAINED = (".msh", ".vtk", ".vtu", ".frd")  # whose readers open no further file
 LONGEST_REASON = 200  # letters
 HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")
@@ -113,12 +114,17 @@ class MeshWithData(NamedTuple):
     point_data: Mapping[str, Floats]  # (n,) or (n, k)
     left_out: tuple[str, ...]  # kinds of cells
     notes: tuple[str, ...] = ()  # what was chosen of the file
+    higher: bool = False  # whether triangles have nodes beside their corners, which are left out
 
 
 def read_mesh(path: Path) -> MeshWithData:
-    """Read a mesh file's triangles, labelled edges, regions and data; errors as of `read_triangles`."""
+    """Read a mesh file's triangles, labelled edges, regions and data; errors as of `read_triangles`.
+
+    Names that the file does not hold are those of NAME.labels.json beside it.
+    """
     file = read_triangles(path)
-    source = file.source
+    source = named(file.source, path)
+    file = replace(file, source=source)
     regions, region = cell_groups(source, file.faces, "region")
     facets, label, labels = _facets(file)
     mesh = Mesh(file.points, file.triangles, facets, label, labels, regions=regions, triangle_regions=region)
@@ -126,7 +132,8 @@ def read_mesh(path: Path) -> MeshWithData:
         name: np.concatenate([np.asarray(data[k]) for k in file.faces]) for name, data in source.cell_data.items()
     }
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
-    return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out, source.notes)
+    higher = any(source.cells[k].type != "triangle" for k in file.faces)
+    return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out, source.notes, higher)
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:

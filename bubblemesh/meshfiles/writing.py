@@ -93,12 +93,31 @@ def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) ->
 
 def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
+    form, stem = _form_at(path)
+    return write_files(mesh, fields, report, path.parent, stem, [form])
+
+
+def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
+    """Write a mesh in the format of the path's ending with nothing beside it, and return the names of its files.
+
+    Errors as of `write_files`.
+    """
+    form, stem = _form_at(path)
+    require_order([form], mesh.order)
+    _check_name(stem)
+    enter("writing")
+    with transaction(path.parent) as staging:
+        format_named(form).write(mesh, fields, staging / path.name)
+    return [stem + end for end in format_named(form).files]
+
+
+def _form_at(path: Path) -> tuple[str, str]:
+    """Format by the ending of a path, and the name before that; an unknown ending is a CaseError."""
     formats = formats_by_ending(path.name)
     if not formats:
         ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
         raise CaseError(f"{path}: unknown ending for a mesh file: choose one of {ends}")
-    stem = path.name.removesuffix(FORMATS[formats[0]].files[0])
-    return write_files(mesh, fields, report, path.parent, stem, formats[:1])
+    return formats[0], path.name.removesuffix(FORMATS[formats[0]].files[0])
 
 
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:

@@ -21,6 +21,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
 from bubblemesh.meshes.quality import angles, signed_areas
 from bubblemesh.meshes.triangulation import circumcircles, regions
+from bubblemesh.messages import node_limit
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
@@ -112,7 +113,7 @@ class Refinement:
                 break
             out_of_nodes = len(grown.bubbles) > most
             if out_of_nodes:
-                stopped = f"by limits.max_nodes: {most}"
+                stopped = f"by {node_limit()}: {most}"
                 break
             net = grown
         if len(net.bubbles) == len(start.bubbles) and not net.bubbles.touched.any():

@@ -10,7 +10,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.messages import counted, duration
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, page, tag, whole
-from bubblemesh.pages.scene import COLORMAP, Scene
+from bubblemesh.pages.scene import Scene
 from bubblemesh.pages.sections import (
     colourings,
     files_list,
@@ -26,7 +26,7 @@ from bubblemesh.pictures.styles import PlotOptions
 
 SCRIPTS = ("data", "colours", "camera", "raster", "picture", "facts", "viewer", "gestures", "controls", "report")
 WORST = 10
-STILL = PlotOptions(colormap=COLORMAP, dpi=150)
+STILL = PlotOptions(dpi=150)
 FEW_LABELS = 12
 MOST_LINES = 1500  # of the case
 

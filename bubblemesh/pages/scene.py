@@ -17,7 +17,6 @@ from bubblemesh.pages.markup import Markup, html, tag
 from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
 from bubblemesh.pictures.styles import REGION_COLOURS
 
-COLORMAP = "YlGnBu_r"  # pale where triangles are good, in order of lightness for every reader
 STEPS = 256
 
 
@@ -34,7 +33,7 @@ class Scene:
     def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":
         """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed."""
         data = MeshData(fields)
-        quality = colouring_of(mesh, data, "quality", COLORMAP)
+        quality = colouring_of(mesh, data, "quality")
         ratio = colouring_of(mesh, data, "spacing")
         assert quality is not None
         assert ratio is not None

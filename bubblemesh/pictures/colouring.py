@@ -2,25 +2,30 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
-from matplotlib.figure import Figure
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, radius_ratios, spacing_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, radius_ratios, signed_areas, spacing_ratios
 from bubblemesh.messages import meant
 from bubblemesh.pictures.styles import INK, REGION_COLOURS, PlotOptionError, Style
 
-OWN = ("quality", "spacing", "label", "material", "none")
+OWN = ("quality", "size", "spacing", "label", "material", "none")
 OUTER = 0.01  # share of the triangles beyond either end of a scale
-# Good triangles are pale and calm, so that the bad ones and the boundary are what one sees.
-QUALITY = LinearSegmentedColormap.from_list("quality", ["#a50f3c", "#e8683f", "#fbc66a", "#d8ebe4", "#7fb8c4"])
+# The one scale of quality, in pictures and pages: good triangles are pale, so that the bad ones are what one sees, in
+# order of lightness, so that colour-blind readers tell them as well.
+QUALITY = mpl.colormaps["YlGnBu_r"].copy()
+QUALITY.name = "quality"
 FIELD, RATIO = "viridis", "coolwarm"
+WIDE = 4.0  # largest over least size, from which the colours follow its logarithm
+NARROWEST = 3.0  # the same, so that small differences do not fill the scale
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,12 @@ class Colouring:
     colormap: Colormap
     limits: tuple[float, float]  # values at the ends of the colour map
     names: tuple[str, ...] = ()
+    logarithmic: bool = False
+
+    @property
+    def norm(self) -> Normalize:
+        """The map from values to shares of the colour map."""
+        return (LogNorm if self.logarithmic else Normalize)(*self.limits)
 
 
 def colouring_of(
@@ -59,6 +70,8 @@ def colouring_of(
     if color == "quality":
         ratios = radius_ratios(mesh.points, mesh.triangles[:, :3])
         return Colouring(ratios, "radius ratio", _map(colormap or QUALITY.name), limits or (lowest_shown(ratios), 1.0))
+    if color == "size":
+        return _by_size(mesh, _map(colormap or FIELD), limits)
     if color == "spacing":
         ratios = _spacing_ratios(mesh, data)
         return Colouring(ratios, "edge length / spacing", _map(colormap or RATIO), limits or _around_one(ratios))
@@ -72,6 +85,27 @@ def _by_region(mesh: Mesh) -> Colouring:
     count = len(mesh.regions)
     colors = ListedColormap([REGION_COLOURS[k % len(REGION_COLOURS)] for k in range(count)])
     return Colouring(mesh.triangle_regions.astype(float), "material", colors, (-0.5, count - 0.5), mesh.regions)
+
+
+def _by_size(mesh: Mesh, colormap: Colormap, limits: tuple[float, float] | None) -> Colouring:
+    """Colouring by the edge length of an equilateral triangle as large as those around."""
+    corners = mesh.triangles[:, :3]
+    sizes = np.sqrt(4 / np.sqrt(3) * np.abs(signed_areas(mesh.points, corners)))
+    # The mean at each node, then that of each triangle's: the field is shown, not the scatter of its triangles.
+    total = np.bincount(corners.ravel(), np.repeat(sizes, 3), len(mesh.points))
+    count = np.bincount(corners.ravel(), minlength=len(mesh.points))
+    sizes = (total / np.maximum(count, 1))[corners].mean(axis=1)
+    low, high = limits or _spread(sizes)
+    return Colouring(sizes, "edge length", colormap, (low, high), logarithmic=high > WIDE * low > 0)
+
+
+def _spread(sizes: Floats) -> tuple[float, float]:
+    """Limits of a scale that leaves out few sizes, and is wide enough for those that are nearly equal."""
+    low, high = np.quantile(sizes, [OUTER / 10, 1 - OUTER / 10]).tolist()
+    if high >= NARROWEST * low:
+        return low, high
+    middle, half = np.sqrt(low * high), np.sqrt(NARROWEST)
+    return float(middle / half), float(middle * half)
 
 
 def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
@@ -126,13 +160,11 @@ def _extremes(values: Floats) -> tuple[float, float]:
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
-def add_colour_bar(
-    figure: Figure, axes: Axes, triangles: ScalarMappable, colouring: Colouring, style: Style, *, aside: bool
-) -> None:
+def add_colour_bar(axes: Axes, triangles: ScalarMappable, colouring: Colouring, style: Style, *, aside: bool) -> None:
     """Add the scale of the colours, beside the mesh or below it."""
     values, (low, high) = colouring.values, colouring.limits
     below, above = bool(np.nanmin(values) < low), bool(np.nanmax(values) > high)
-    bar = figure.colorbar(
+    bar = axes.figure.colorbar(
         triangles,
         ax=axes,
         location="right" if aside else "bottom",
@@ -141,6 +173,8 @@ def add_colour_bar(
         pad=0.02,
         extend={(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither"),
     )
+    if colouring.logarithmic:
+        _tell_decades(bar, high / low)
     told = f"   (mean {np.nanmean(values):.3f}, min {np.nanmin(values):.3f})" if style.figures else ""
     bar.set_label(colouring.title + told, color=INK, parse_math=False)
     # Else matplotlib makes a bitmap of the scale; edges of the faces' own colour close the hairlines in it.
@@ -148,3 +182,14 @@ def add_colour_bar(
     bar.outline.set_visible(False)
     size = 0.9 * float(mpl.rcParams["font.size"])
     bar.ax.tick_params(color=INK, labelcolor=INK, labelsize=size, width=0.5)
+
+
+# First digits of the numbers at a logarithmic scale, for which there is room up to some ratio of its ends.
+DIGITS = {10: (1, 2, 3, 4, 5, 6, 8), 1000: (1, 2, 5), float("inf"): (1,)}
+
+
+def _tell_decades(bar: Any, ratio: float) -> None:
+    """Have a logarithmic scale, whose ends have this ratio, tell plain numbers for which there is room."""
+    bar.locator = LogLocator(subs=next(digits for most, digits in DIGITS.items() if ratio <= most))
+    bar.minorlocator = NullLocator()
+    bar.formatter = FuncFormatter(lambda value, position: f"{value:g}")

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -10,6 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.transforms import ScaledTranslation
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.edges import edge_keys, unique_edges
@@ -87,7 +89,8 @@ def _legend(axes: Axes, entries: Sequence[tuple[str, Artist]], columns: int) -> 
         [handle for _, handle in entries],
         [name for name, _ in entries],
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.005),
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=axes.transAxes + ScaledTranslation(0, -_below(axes) / 72, axes.figure.dpi_scale_trans),
         ncols=columns,
         frameon=False,
         labelcolor=INK,
@@ -97,6 +100,11 @@ def _legend(axes: Axes, entries: Sequence[tuple[str, Artist]], columns: int) -> 
     for text in legend.get_texts():
         text.set_parse_math(False)
     return legend
+
+
+def _below(axes: Axes) -> float:
+    """Points below the axes from which there is room."""
+    return 2 + (1.6 * float(mpl.rcParams["font.size"]) if axes.axison else 0)
 
 
 def _sample(lines: LineCollection) -> Line2D:

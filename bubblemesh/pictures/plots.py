@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 from matplotlib.transforms import Bbox
 from PIL import Image
 
@@ -21,9 +22,10 @@ from bubblemesh.arrays import Booleans
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.messages import coordinate
 from bubblemesh.pictures.colouring import Colouring, MeshData, add_colour_bar, colouring_of
 from bubblemesh.pictures.outlines import add_legend, add_outlines
-from bubblemesh.pictures.styles import BARE, INK, PlotOptionError, PlotOptions, View
+from bubblemesh.pictures.styles import BARE, INK, SOFT, PlotOptionError, PlotOptions, View
 
 # Without a date and with fixed ids the same mesh gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -34,6 +36,8 @@ MARGIN, NARROW_MARGIN = 0.12, 0.03  # inches
 MOST_PIXELS = 30_000
 TALL, TALL_IN_COLUMN = 1 / 1.6, 1.6  # height over width
 COLOURS = 256
+MANY = 10_000  # triangles that are too small to see each
+TICKS = 5  # numbers along the longer side, at most
 FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
 STANDARD = PlotOptions()
@@ -68,30 +72,44 @@ def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> 
 def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> Figure:
     """Picture of a mesh, with data for ``options.color``; CaseError if an option asks for what there is not."""
     options.check()
-    style = options.look
-    shown = _in_view(mesh, options.view)
-    usual = style.colormap if options.color == "quality" else None
-    colouring = colouring_of(mesh, data, options.color, options.colormap or usual, options.limits)
-    box = box_of(mesh, options.view)
     with _drawing(options):
-        figure, inches_per_unit = _sheet(box, options)
-        axes = figure.add_subplot()
-        edge = inches_per_unit * _typical_edge(mesh, shown)
-        triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)
-        labels = style.labels if options.labels is None else options.labels
-        outlines = add_outlines(
-            axes,
-            mesh,
-            np.reshape(box, (2, 2)),
-            told_apart=labels or options.color == "label",
-            all_labels=options.color == "label",
-            width=float(np.clip(BOUNDARY_SHARE * POINTS_PER_INCH * edge, *style.boundary)),
-        )
-        _arrange(axes, box, options)
-        add_legend(axes, outlines, colouring)
-        if colouring is not None and not colouring.names:
-            add_colour_bar(figure, axes, triangles, colouring, style, aside=is_tall(box, options))
+        figure, inches_per_unit = _sheet(box_of(mesh, options.view), options)
+        aside = is_tall(box_of(mesh, options.view), options)
+        _draw(figure.add_subplot(), mesh, options, data, inches_per_unit, aside=aside)
     return figure
+
+
+def draw_into(axes: Axes, mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> None:
+    """Draw a mesh into axes of a figure; errors as of `mesh_figure`."""
+    options.check()
+    x0, y0, x1, y1 = box_of(mesh, options.view)
+    place = axes.get_window_extent()
+    inches = min(place.width / (x1 - x0), place.height / (y1 - y0)) / axes.figure.dpi
+    with _drawing(options):
+        _draw(axes, mesh, options, data, float(inches), aside=True)  # below may be other axes
+
+
+def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_per_unit: float, *, aside: bool) -> None:
+    """Draw all parts of a picture, on which a unit of length takes so many inches, with the scale beside or below."""
+    style, box = options.look, box_of(mesh, options.view)
+    shown = _in_view(mesh, options.view)
+    color = options.color or ("quality" if shown.sum() < MANY else "size")
+    colouring = colouring_of(mesh, data, color, options.colormap, options.limits)
+    edge = inches_per_unit * _typical_edge(mesh, shown)
+    triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)
+    labels = style.labels if options.labels is None else options.labels
+    outlines = add_outlines(
+        axes,
+        mesh,
+        np.reshape(box, (2, 2)),
+        told_apart=labels or color == "label",
+        all_labels=color == "label",
+        width=float(np.clip(BOUNDARY_SHARE * POINTS_PER_INCH * edge, *style.boundary)),
+    )
+    _arrange(axes, box, options)
+    add_legend(axes, outlines, colouring)
+    if colouring is not None and not colouring.names:
+        add_colour_bar(axes, triangles, colouring, style, aside=aside)
 
 
 def small_png(mesh: Mesh, options: PlotOptions) -> bytes:
@@ -188,21 +206,24 @@ def _add_triangles(
     style, points = options.look, edge * POINTS_PER_INCH
     # An array is drawn much faster than a list of arrays, but matplotlib's annotations do not know it.
     corners: Any = mesh.points[mesh.triangles[shown, :3]]
-    visible = edge * axes.figure.dpi >= FEWEST_PIXELS if options.edges is None else options.edges
+    seen = len(corners) < MANY and edge * axes.figure.dpi >= FEWEST_PIXELS
+    visible = seen if options.edges is None else options.edges
     if visible:
         width = float(np.clip(EDGE_SHARE * points, *style.edges))
         triangles = PolyCollection(corners, edgecolors=INK, linewidths=width)
+    elif len(corners) >= MANY:  # faces without soft rims leave no hairlines between them
+        triangles = PolyCollection(corners, edgecolors="none", antialiaseds=False)
     else:  # edges of the faces' own colour close the hairlines between them
         triangles = PolyCollection(corners, edgecolors="face", linewidths=0.1)
     triangles.set_rasterized(len(corners) > style.most_vectors)
     axes.add_collection(triangles)
     if colouring is None:
         triangles.set_facecolor(BARE)
-        if not visible:
+        if not visible and len(corners) < MANY:
             triangles.set_edgecolor(BARE)
     else:
         colormap = colouring.colormap.with_extremes(bad=BARE)
-        triangles.set(array=np.ma.masked_invalid(colouring.values[shown]), cmap=colormap, clim=colouring.limits)
+        triangles.set(array=np.ma.masked_invalid(colouring.values[shown]), cmap=colormap, norm=colouring.norm)
     if options.nodes:
         x, y = mesh.points[np.unique(mesh.triangles[shown])].T
         size = float(np.clip(NODE_SHARE * points, 0.4, 4))
@@ -215,7 +236,22 @@ def _arrange(axes: Axes, box: View, options: PlotOptions) -> None:
     margin = 0.01 * max(x1 - x0, y1 - y0) if options.view is None else 0.0
     axes.set_aspect("equal")
     axes.set(xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin))
-    axes.set_axis_off()
+    if options.axes if options.axes is not None else options.look.axes:
+        _tell_coordinates(axes, max(x1 - x0, y1 - y0))
+    else:
+        axes.set_axis_off()
     if options.title is not None:
         size = 1.3 * float(mpl.rcParams["font.size"])
         axes.set_title(options.title, color=INK, fontsize=size, pad=6, parse_math=False)
+
+
+def _tell_coordinates(axes: Axes, size: float) -> None:
+    """Numbers along two sides, as messages write places in a domain of this size."""
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    for axis, extent in ((axes.xaxis, x1 - x0), (axes.yaxis, y1 - y0)):
+        axis.set_major_locator(MaxNLocator(max(round(TICKS * extent / size), 1), steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(FuncFormatter(lambda value, position: coordinate(value, size)))
+    letters = 0.8 * float(mpl.rcParams["font.size"])
+    axes.tick_params(color=SOFT, labelcolor=SOFT, labelsize=letters, width=0.5, length=3, pad=2)
+    for spine in axes.spines.values():
+        spine.set(color=SOFT, linewidth=0.3)

@@ -7,19 +7,15 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from matplotlib.tri import Triangulation
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.pictures.colouring import FIELD, Colouring, add_colour_bar
+from bubblemesh.pictures.colouring import FIELD, WIDE, Colouring, add_colour_bar
 from bubblemesh.pictures.plots import box_of, is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
-WIDE = 4.0  # largest over least spacing, from which the colours follow its logarithm
 UNIFORM = 1e-6  # relative: nearly equal values have one colour
-# First digits of the numbers at a logarithmic scale, for which there is room up to some ratio of its ends.
-DIGITS = {10: (1, 2, 3, 4, 5, 6, 8), 1000: (1, 2, 5), float("inf"): (1,)}
 ASIDE = 9  # points from a mark to its text
 
 Extreme = tuple[float, tuple[float, float]]
@@ -46,13 +42,9 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
         norm = Normalize(0.99 * low, 1.01 * high)
     triangles = Triangulation(mesh.points[:, 0], mesh.points[:, 1], mesh.triangles)
     colours = axes.tripcolor(triangles, spacing, shading="gouraud", cmap=FIELD, norm=norm, rasterized=True, zorder=1.5)
-    colouring = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high))
-    add_colour_bar(figure, axes, colours, colouring, options.look, aside=is_tall(box_of(mesh), options))
+    colouring = Colouring(spacing, "", mpl.colormaps[FIELD], (low, high), logarithmic=isinstance(norm, LogNorm))
+    add_colour_bar(axes, colours, colouring, options.look, aside=is_tall(box_of(mesh), options))
     bar: Any = colours.colorbar
-    if isinstance(norm, LogNorm):
-        digits = next(digits for ratio, digits in DIGITS.items() if high <= ratio * low)
-        bar.locator, bar.minorlocator = LogLocator(subs=digits), NullLocator()
-        bar.formatter = FuncFormatter(lambda value, position: f"{value:g}")
     bar.set_label("spacing d", color=INK)
     for (value, place), marker, what in zip(extremes, "vo", ("least", "largest"), strict=True):
         if not uniform:

@@ -11,6 +11,7 @@ View = tuple[float, float, float, float]
 """Part of the plane: x0, y0, x1, y1."""
 
 INK = "#22303c"
+SOFT = "#55636f"  # of what is beside the mesh
 BARE = "#eef3f6"  # of triangles whose colour shows nothing
 # Dark enough for thin lines on white, and pale enough for edges in ink upon them; told apart by colour-blind readers.
 LABEL_COLOURS = ("#1f5fa8", "#d1495b", "#2e8b57", "#8e44ad", "#c9820a", "#00798c", "#7f4f24", "#4a4e69")
@@ -29,8 +30,8 @@ class Style:
     edges: tuple[float, float]  # least and largest width; between them a fixed share of the edges' length
     boundary: tuple[float, float]  # the same of the boundary
     labels: bool  # whether the boundary is coloured by label, unless asked otherwise
+    axes: bool  # whether coordinates stand beside the mesh, unless asked otherwise
     figures: bool  # whether the colour bar tells mean and least value
-    colormap: str  # of the quality
     bar: float  # length of the colour bar over its width
     settings: Any  # of matplotlib, for fonts
 
@@ -38,9 +39,9 @@ class Style:
 SANS = {"font.family": "DejaVu Sans", "mathtext.fontset": "dejavusans", "font.size": 10.0}
 SERIF = {"font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 8.0, "pdf.fonttype": 42}
 STYLES = {
-    "screen": Style(None, 190.0, 120.0, 5000, (0.08, 0.5), (1.2, 2.2), True, True, "quality", 30.0, SANS),
-    # One column of a journal's page, lines just wide enough for print, colours that are in order in grey as well.
-    "paper": Style(85.0, 190.0, 600.0, 20_000, (0.05, 0.25), (0.5, 0.8), False, False, "YlGnBu_r", 45.0, SERIF),
+    "screen": Style(None, 190.0, 120.0, 5000, (0.08, 0.5), (1.2, 2.2), True, True, True, 30.0, SANS),
+    # One column of a journal's page, lines just wide enough for print.
+    "paper": Style(85.0, 190.0, 600.0, 20_000, (0.05, 0.25), (0.5, 0.8), False, False, False, 45.0, SERIF),
 }
 
 
@@ -56,12 +57,15 @@ class PlotOptionError(CaseError):
 class PlotOptions:
     """Options of a picture; what is None suits the mesh and the style."""
 
-    color: str = "quality"  # or ``spacing``, ``label``, ``material``, ``none``, the name of a field of the mesh
+    # ``quality``, ``size``, ``spacing``, ``label``, ``material``, ``none``, or the name of a field of the mesh; if None
+    # the quality, or the size where triangles are too many to see each.
+    color: str | None = None
     colormap: str | None = None  # ``quality`` or one of matplotlib's
     limits: tuple[float, float] | None = None  # values at the ends of the colour map
     edges: bool | None = None  # whether those of the triangles are drawn
     nodes: bool = False
     labels: bool | None = None  # whether the boundary is coloured by label
+    axes: bool | None = None  # whether coordinates stand beside the mesh
     view: View | None = None  # the whole mesh if None
     title: str | None = None
     style: str = "screen"  # key of ``STYLES``

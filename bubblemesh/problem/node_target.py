@@ -9,6 +9,7 @@ import numpy as np
 from bubblemesh.errors import CaseError, Key, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import timed
+from bubblemesh.messages import node_limit
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
@@ -103,7 +104,7 @@ def fit_node_target(search: ScaleSearch) -> Problem:
     nodes, limit = search.nodes, search.task.max_nodes
     if nodes > limit:
         raise LimitError(
-            f"limits.max_nodes: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
+            f"{node_limit()}: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
             "fewer or raise the limit"
         )
     return search.problem(nodes)

@@ -25,7 +25,7 @@ POOR_QUALITY = 0.2
 NODE_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
-MANY_TIMES = 2.0  # the nodes of a spacing: what takes more of them is told
+MANY_TIMES = 1.5  # the nodes of a spacing: what takes more of them is told
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 

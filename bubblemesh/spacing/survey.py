@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.triangulation import triangulated
-from bubblemesh.messages import place
+from bubblemesh.messages import node_limit, place
 from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_PART = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
@@ -134,7 +134,7 @@ def _integral(
 
 def _too_many(needed: float, max_nodes: int) -> LimitError:
     return LimitError(
-        f"limits.max_nodes: the spacing needs about {needed:.3g} nodes, more than the limit of {max_nodes}: "
+        f"{node_limit()}: the spacing needs about {needed:.3g} nodes, more than the limit of {max_nodes}: "
         "coarsen the spacing or raise the limit"
     )
 

@@ -4,13 +4,12 @@ import dataclasses
 import json
 import re
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from report_pages import NASTY, page_of
 
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.pages.scene import COLORMAP
+from bubblemesh.pictures.colouring import QUALITY
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +101,7 @@ def test_colours_are_those_of_the_scale_and_can_be_chosen(opened, result):
     q = radius_ratios(mesh.points, mesh.triangles)[sample]
     low = json.loads(opened.text("#head"))["limits"]["quality"][0]
     levels = np.round(np.clip((q - low) / (1 - low), 0, 1) * 255).astype(int)
-    wanted = (mpl.colormaps[COLORMAP](levels)[:, :3] * 255).round()
+    wanted = (QUALITY(levels)[:, :3] * 255).round()
     assert np.abs(np.array(pixels(opened, centres)) - wanted).max() <= 3
     choose(opened, "region")
     by_region = {}

@@ -1,5 +1,6 @@
 """Pictures of meshes, of this package and of files."""
 
+import base64
 import dataclasses
 import re
 import sys
@@ -9,16 +10,20 @@ import meshio
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import to_hex
+from matplotlib.colors import LogNorm, to_hex
+from matplotlib.figure import Figure
 from squares import holed_square
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.writing import write_file
+from bubblemesh.pages.scene import Scene
+from bubblemesh.pictures.colouring import QUALITY
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
 from bubblemesh.pictures.styles import BARE, INK, PlotOptionError
 
@@ -326,6 +331,99 @@ def test_a_mesh_of_the_programming_interface_is_drawn_with_its_fields(mesh, data
     assert len(triangles_of(figure).get_paths()) == len(mesh.triangles)
 
 
+# Sizes, coordinates, axes of one's own
+
+
+def test_many_triangles_are_shown_by_their_size_and_a_part_by_quality(mesh):
+    fine = holed_square(80)
+    whole = triangles_of(mesh_figure(fine))
+    assert len(fine.triangles) >= 10_000
+    assert np.ptp(whole.get_array()) < 0.2 * whole.get_array().mean()
+    low, high = whole.get_clim()
+    assert high / low == pytest.approx(3)
+    x0, y0 = fine.points.min(axis=0)
+    part = triangles_of(mesh_figure(fine, PlotOptions(view=(x0, y0, x0 + 0.5, y0 + 0.5))))
+    assert part.get_clim()[1] == 1
+    assert triangles_of(mesh_figure(fine, PlotOptions(color="quality"))).get_clim()[1] == 1
+
+
+def test_sizes_are_lengths_of_edges_and_a_wide_scale_is_logarithmic():
+    side = 0.25
+    rows = np.array([(side * (i + j / 2), side * j * np.sqrt(3) / 2) for j in range(2) for i in range(3)])
+    triangles = np.array([(0, 1, 3), (1, 4, 3), (1, 2, 4), (2, 5, 4)])
+    facets = np.array([(0, 1), (1, 2), (2, 5), (5, 4), (4, 3), (3, 0)])
+    even = Mesh(rows, triangles, facets, np.zeros(6, np.int64), ("rim",))
+    assert np.allclose(triangles_of(mesh_figure(even, PlotOptions(color="size"))).get_array(), side)
+    plain = holed_square(8)
+    uneven = dataclasses.replace(plain, points=np.exp(plain.points * 1.5))
+    figure = mesh_figure(uneven, PlotOptions(color="size"))
+    assert isinstance(triangles_of(figure).norm, LogNorm)
+    assert figure.axes[1].get_xlabel().startswith("edge length")
+
+
+def test_quality_has_one_scale_in_pictures_of_every_style_and_on_pages(mesh):
+    maps = [triangles_of(mesh_figure(mesh, PlotOptions(style=style))).cmap for style in ("screen", "paper")]
+    scene = Scene.of(mesh, {"target_spacing": np.ones(len(mesh.triangles))}, 3)
+    colors = [colormap(np.linspace(0, 1, 256)) for colormap in (*maps, scene.quality.colormap, QUALITY)]
+    assert all(np.array_equal(colors[0], other) for other in colors)
+    lightness = colors[0][:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) > 0).all()  # readable without colours
+
+
+def test_coordinates_stand_beside_the_mesh_unless_left_out(mesh):
+    shown, bare = (mesh_figure(mesh, PlotOptions(axes=axes)).axes[0] for axes in (None, False))
+    assert (shown.axison, bare.axison) == (True, False)
+    assert not mesh_figure(mesh, PlotOptions(style="paper")).axes[0].axison
+    far = dataclasses.replace(mesh, points=mesh.points + np.array([448_000, 5_400_000]))
+    axes = mesh_figure(far).axes[0]
+    axes.figure.canvas.draw()
+    told = [text.get_text() for text in axes.get_xticklabels() if text.get_text()]
+    assert {"448001", "448002", "448003"} <= set(told)
+
+
+def test_a_mesh_is_drawn_into_axes_of_ones_own(mesh, tmp_path):
+    figure = Figure(figsize=(8, 4))
+    left, right = figure.subplots(1, 2)
+    assert mesh.plot(ax=left, title="left") is figure
+    mesh.plot(ax=right, color="none")
+    assert (left.get_title(), right.get_title()) == ("left", "")
+    assert len(figure.axes) == 3  # with one colour bar
+    with pytest.raises(CaseError, match="path: ax is drawn into"):
+        mesh.plot(tmp_path / "a.png", ax=left)
+
+
+def test_a_notebook_shows_a_small_picture_above_the_words(mesh):
+    named = dataclasses.replace(mesh, labels=("<b>", *mesh.labels[1:]))
+    text = named._repr_html_()
+    picture = base64.b64decode(re.search(r'src="data:image/png;base64,([^"]*)"', text)[1])
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) < 60_000
+    assert "&lt;b&gt;" in text
+    flat = dataclasses.replace(mesh, points=mesh.points * [1, 0])
+    assert "<img" not in flat._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("zoom", "message"),
+    [("0,0,1", "give four numbers"), ("a,b,c,d", "found 'a,b,c,d'"), ("1,0,0,1", "x0 < x1"), ("nan,0,1,1", "x0 < x1")],
+)
+def test_a_zoom_that_is_none(zoom, message, mesh, tmp_path):
+    write_file(mesh, {}, {}, tmp_path / "a.msh")
+    code, text = run("plot", tmp_path / "a.msh", "-o", tmp_path / "a.png", "--zoom", zoom)
+    assert code == 2
+    assert "--zoom" in text
+    assert message in text
+
+
+def test_zoom_is_view_with_commas(mesh, tmp_path):
+    write_file(mesh, {}, {}, tmp_path / "a.msh")
+    run("plot", tmp_path / "a.msh", "-o", tmp_path / "a.png", "--zoom", "-1,-1,1.5,1")
+    run("plot", tmp_path / "a.msh", "-o", tmp_path / "b.png", "--view", -1, -1, 1.5, 1)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    code, text = run("plot", tmp_path / "a.msh", "--zoom", "0,0,1,1", "--view", 0, 0, 1, 1)
+    assert (code, "drop one of them" in text) == (2, True)
+
+
 # Files of other programs
 
 
@@ -338,18 +436,73 @@ def test_labels_regions_and_data_of_all_formats_are_found(name, mesh, data, tmp_
     assert np.array_equal(read.mesh.points, file.points)
     assert np.array_equal(read.mesh.triangles, file.triangles)
     if name != "su2":  # which leaves regions out
-        counts = dict(zip(read.mesh.regions, np.bincount(read.mesh.triangle_regions).tolist(), strict=True))
         wanted = np.bincount(mesh.triangle_regions).tolist()
+        assert region_counts(read.mesh) == dict(zip(mesh.regions, wanted, strict=True))
+        (tmp_path / "a.labels.json").unlink(missing_ok=True)
         named = name.startswith(("msh", "xdmf", "inp", "med"))
-        assert counts == dict(zip(mesh.regions if named else ("region 6", "region 7"), wanted, strict=True))
+        bare = dict(zip(mesh.regions if named else ("region 6", "region 7"), wanted, strict=True))
+        assert region_counts(read_mesh(path).mesh) == bare
     if name in {"vtu", "vtk", "xdmf", "dat"}:
         assert np.allclose(read.cell_data["target_spacing"], fields["target_spacing"], rtol=1e-15)
         assert read.mesh.labels == ()
     elif not name.startswith("inp"):
-        counts = dict(zip(read.mesh.labels, np.bincount(read.mesh.facet_labels).tolist(), strict=True))
-        named = name.startswith(("msh", "med")) and name != "mesh"
-        labels = mesh.labels if named else [f"label {k}" for k in range(1, 6)]
-        assert counts == dict(zip(labels, np.bincount(mesh.facet_labels).tolist(), strict=True))
+        counts = np.bincount(mesh.facet_labels).tolist()
+        assert label_counts(read.mesh) == dict(zip(mesh.labels, counts, strict=True))
+        labels = [f"label {k}" for k in range(1, 6)] if name == "mesh" else mesh.labels
+        assert label_counts(read_mesh(path).mesh) == dict(zip(labels, counts, strict=True))
+
+
+def region_counts(mesh):
+    return dict(zip(mesh.regions, np.bincount(mesh.triangle_regions).tolist(), strict=True))
+
+
+def label_counts(mesh):
+    return dict(zip(mesh.labels, np.bincount(mesh.facet_labels).tolist(), strict=True))
+
+
+@pytest.mark.parametrize("content", ["[1]", "{", '{"a": {"id": "x"}}', '{"a": 1}'])
+def test_a_damaged_file_of_labels_is_told_and_left_out(content, mesh, tmp_path):
+    write_file(mesh, {}, {}, tmp_path / "a.vtu")
+    (tmp_path / "a.labels.json").write_text(content)
+    read = read_mesh(tmp_path / "a.vtu")
+    assert read.mesh.regions == ("region 6", "region 7")
+    assert read.notes == (
+        "a.labels.json beside it is no table of labels as this program writes it: names are left out",
+    )
+
+
+def test_a_mesh_of_su2_has_its_markers(tmp_path):
+    (tmp_path / "a.su2").write_text(
+        "% two triangles and a square\nNDIME= 2\nNELEM= 3\n5 0 1 2 0\n5 0 2 3 1\n9 1 4 5 2 2\n"
+        "NPOIN= 6 6\n0 0 0\n1 0 1\n1 1 2\n0 1 3\n2 0 4\n2 1 5\nNMARK= 2\n"
+        "MARKER_TAG= far field\nMARKER_ELEMS= 2\n3 0 1\n3 1 4\n"
+        "MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 1\n1 0 0\n"
+    )
+    read = read_mesh(tmp_path / "a.su2")
+    assert read.left_out == ("quad",)
+    assert label_counts(read.mesh) == {"far field": 1}  # the other edge is of the square alone
+    assert len(read.mesh.triangles) == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("NDIME= 2", "NDIME= 3", "in space"),
+        ("NELEM= 1", "NELEM= 2", "it has 1 of 2 elements"),
+        ("NELEM= 1", "NELEM= x", "counts of elements are no whole numbers"),
+        ("5 0 1 2 0", "10 0 1 2 0", "elements of the kind 10"),
+        ("5 0 1 2 0", "5 0 1", "a triangle with fewer than 3 nodes"),
+        ("5 0 1 2 0", "5 0 1 9 0", "a node that is not there"),
+        ("0 1 2", "0 x 2", "no"),
+    ],
+)
+def test_a_damaged_mesh_of_su2(old, new, message, tmp_path):
+    good = "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 0\n"
+    (tmp_path / "a.su2").write_text(good)
+    assert len(read_mesh(tmp_path / "a.su2").mesh.triangles) == 1
+    (tmp_path / "a.su2").write_text(good.replace(old, new))
+    with pytest.raises(FileError, match=message):
+        read_mesh(tmp_path / "a.su2")
 
 
 def test_of_overlapping_sets_of_cells_the_smallest_counts(tmp_path):

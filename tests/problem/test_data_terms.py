@@ -228,15 +228,17 @@ class TestFromPython:
 
     @pytest.mark.parametrize(("spacing", "message"), KEYS, ids=[spacing for spacing, _ in KEYS])
     def test_what_is_wrong_is_named_with_the_key(self, spacing, message):
-        with pytest.raises(CaseError, match="^" + re.escape(message)):
+        with pytest.raises(CaseError, match="^" + re.escape(f"mesh(): {message}")):
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), yaml.safe_load(spacing))
 
     def test_expressions_in_a_mapping_are_checked(self):
-        with pytest.raises(CaseError, match=r"^spacing.value: column 1: unknown name 'z'"):
+        with pytest.raises(CaseError, match=r"^mesh\(\): spacing.value: column 1: unknown name 'z'"):
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"value": "z"})
 
     def test_files_that_are_missing_are_named(self):
-        with pytest.raises(FileError, match=r"^spacing.field: none.vtu: the file cannot be read: No such file"):
+        with pytest.raises(
+            FileError, match=r"^mesh\(\): spacing.field: none.vtu: the file cannot be read: No such file"
+        ):
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"field": {"file": "none.vtu"}})
 
     def test_regions_of_a_domain_do_not_matter(self):

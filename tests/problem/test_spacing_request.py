@@ -8,7 +8,7 @@ from partitions import domain_of
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.python_input import spacing_of
+from bubblemesh.problem.python.spacing import spacing_of
 from bubblemesh.problem.spacing import case_spacing
 from bubblemesh.run.report import estimate
 

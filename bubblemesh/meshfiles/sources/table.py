@@ -19,6 +19,7 @@ READERS: Mapping[str, str] = {
     ".sol": "medit.read_solution",
     ".msh": "other.read_msh",
     ".inp": "other.read_inp",
+    ".su2": "su2.read_su2",
 }
 # Files that a user may take for a mesh, and what to give in their place.
 NO_MESHES: Mapping[str, str] = {

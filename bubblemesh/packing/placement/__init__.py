@@ -10,6 +10,7 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.messages import node_limit
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.spacing.spacing import Spacing
 
@@ -27,7 +28,7 @@ def require_at_most(max_nodes: int, count: int) -> None:
     """Stop a placement that runs away."""
     if count > 4 * max_nodes:
         raise LimitError(
-            f"limits.max_nodes: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit"
+            f"{node_limit()}: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit"
         )
 
 

@@ -11,7 +11,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
-from bubblemesh.messages import place
+from bubblemesh.messages import node_limit, place
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -124,7 +124,7 @@ class GapSources:
         """Refuse gaps that need too many nodes (k,), with the narrowest one."""
         worst = size.argmin()
         raise LimitError(
-            f"limits.max_nodes: spacing.across asks for more than the limit of {max_nodes} nodes: the part at "
+            f"{node_limit()}: spacing.across asks for more than the limit of {max_nodes} nodes: the part at "
             f"{place(found.places[worst])} is only {found.widths[worst]:.3g} wide: set spacing.minimum or raise "
             "the limit"
         )

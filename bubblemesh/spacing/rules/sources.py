@@ -11,7 +11,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
-from bubblemesh.messages import place
+from bubblemesh.messages import node_limit, place
 from bubblemesh.spacing.spacing import Spacing
 
 LONGEST = 0.5  # spacings: length of an interval
@@ -128,7 +128,7 @@ def curvature_sources(
         at = tight.size.argmin()
         where = place(domain.boundary.points(tight.piece[at : at + 1], tight.s[at : at + 1])[0])
         raise LimitError(
-            f"limits.max_nodes: spacing.per_circle asks for more than the limit of {max_nodes} nodes, for a "
+            f"{node_limit()}: spacing.per_circle asks for more than the limit of {max_nodes} nodes, for a "
             f"spacing of {tight.size[at]:.3g} on the curve at {where}: ask for fewer on a turn, set "
             "spacing.minimum, or raise the limit"
         )

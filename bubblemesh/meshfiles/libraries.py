@@ -1,0 +1,119 @@
+"""Meshes for other Python libraries, with labels and regions as each keeps them; imported when they are used."""
+
+from importlib import import_module
+from inspect import signature
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import FileError
+from bubblemesh.meshes.edges import edge_keys, find_keys
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
+
+# What installs each library, by the name of its package.
+COMMANDS = {
+    "pyvista": "pip install pyvista",
+    "skfem": "pip install scikit-fem",
+    "dolfinx": "conda install -c conda-forge fenics-dolfinx (it is in no package index for pip)",
+}
+# VTK's numbers of edges and triangles, by the order of the mesh.
+VTK_KINDS = {1: (3, 5), 2: (21, 22)}
+# Basix counts the edges of a triangle by the corner across.
+BASIX_NODES = {1: [0, 1, 2], 2: [0, 1, 2, 4, 5, 3]}
+
+
+def library(name: str) -> Any:
+    """A library by the name of its package; a FileError with the command that installs it where it is missing."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name != name:
+            raise
+        raise FileError(f"{name} is needed and not installed: {COMMANDS[name]}") from None
+
+
+def in_space(points: Floats) -> Floats:
+    """Points (n, 3) with a height of 0."""
+    return np.pad(points, ((0, 0), (0, 1)))
+
+
+def to_pyvista(mesh: Mesh) -> Any:
+    """An unstructured grid of the triangles and, after them, of the labelled edges.
+
+    Its cells have ``group``, the number of the region or label from 1 on in ``field_data["groups"]``, and ``quality``,
+    which edges do not have (NaN).
+    """
+    pyvista = library("pyvista")
+    edge, triangle = VTK_KINDS[mesh.order]
+    cells = [np.insert(block, 0, block.shape[1], axis=1).ravel() for block in (mesh.triangles, mesh.facets)]
+    kinds = np.repeat([triangle, edge], [len(mesh.triangles), len(mesh.facets)]).astype(np.uint8)
+    grid = pyvista.UnstructuredGrid(np.concatenate(cells), kinds, in_space(mesh.points))
+    grid.cell_data["group"] = np.concatenate([region_ids(mesh), facet_ids(mesh)])
+    ratios = radius_ratios(mesh.points, mesh.triangles[:, :3])
+    grid.cell_data["quality"] = np.concatenate([ratios, np.full(len(mesh.facets), np.nan)])
+    grid.field_data["groups"] = list(group_names(mesh))
+    return grid
+
+
+def to_skfem(mesh: Mesh) -> Any:
+    """A mesh of scikit-fem, a `MeshTri` or `MeshTri2`, with labels as boundaries and regions as subdomains."""
+    skfem = library("skfem")
+    kind = skfem.MeshTri if mesh.order == 1 else skfem.MeshTri2
+    found = kind(mesh.points.T.copy(), mesh.triangles.T.copy())
+    numbers = _rows_of(mesh.facets[:, :2], found.facets.T, len(mesh.points))
+    boundaries = {name: numbers[mesh.facet_labels == k] for k, name in enumerate(mesh.labels)}
+    subdomains = {name: np.flatnonzero(mesh.triangle_regions == k) for k, name in enumerate(mesh.regions)}
+    return found.with_boundaries(boundaries).with_subdomains(subdomains)
+
+
+def to_dolfinx(mesh: Mesh, comm: Any = None) -> tuple[Any, Any, Any]:
+    """A mesh of dolfinx, the tags of its cells, and those of its facets; the tags are the ids of regions and labels.
+
+    The mesh is spread over the processes of an MPI communicator, by default all there are.
+    """
+    dolfinx, mpi = library("dolfinx"), import_module("mpi4py.MPI")
+    comm = comm or mpi.COMM_WORLD
+    mine = slice(None) if comm.rank == 0 else slice(0)
+    cells = mesh.triangles[mine][:, BASIX_NODES[mesh.order]].astype(np.int64)
+    found = _created(dolfinx, comm, cells, mesh.points[mine].copy(), mesh.order)
+    found.topology.create_connectivity(1, 0)
+    found.topology.create_connectivity(2, 0)
+    tags = dolfinx.mesh.meshtags
+    original = np.asarray(found.topology.original_cell_index)
+    cell_tags = tags(found, 2, np.arange(len(original), dtype=np.int32), region_ids(mesh)[original].astype(np.int32))
+    row = _rows_of(_facet_nodes(found), mesh.facets[:, :2], len(mesh.points))
+    labelled = np.flatnonzero(row >= 0)
+    facet_tags = tags(found, 1, labelled.astype(np.int32), facet_ids(mesh)[row[labelled]].astype(np.int32))
+    return found, cell_tags, facet_tags
+
+
+def _created(dolfinx: Any, comm: Any, cells: Integers, points: Floats, order: int) -> Any:
+    """A mesh by `create_mesh`, whose arguments have changed their order and names."""
+    create = import_module("dolfinx.mesh").create_mesh
+    if "e" in signature(create).parameters:
+        element = import_module("basix.ufl").element("Lagrange", "triangle", order, shape=(2,))
+        return create(comm, cells=cells, x=points, e=element)
+    ufl = import_module("ufl")  # up to 0.7
+    element = ufl.VectorElement("Lagrange", ufl.Cell("triangle", geometric_dimension=2), order)
+    return create(comm, cells, points, ufl.Mesh(element))
+
+
+def _facet_nodes(found: Any) -> Integers:
+    """Nodes (f, 2) of each facet of a mesh of dolfinx, by the numbers that they were given by."""
+    vertices = found.topology.connectivity(2, 0).array.reshape(-1, 3)
+    dofmap = found.geometry.dofmap
+    nodes = np.asarray(getattr(dofmap, "array", dofmap)).reshape(len(vertices), -1)[:, :3]
+    node = np.zeros(int(vertices.max(initial=-1)) + 1, np.int64)
+    node[vertices] = np.asarray(found.geometry.input_global_indices)[nodes]
+    return node[found.topology.connectivity(1, 0).array.reshape(-1, 2)]
+
+
+def _rows_of(wanted: Integers, pairs: Integers, n: int) -> Integers:
+    """Row (m,) of each wanted pair (m, 2) of nodes among the pairs (k, 2), in either direction; -1 for others."""
+    keys = edge_keys(np.sort(pairs, axis=1), n)
+    order = np.argsort(keys)
+    place = find_keys(keys[order], edge_keys(np.sort(wanted, axis=1), n))
+    return np.where(place < 0, -1, order[place])

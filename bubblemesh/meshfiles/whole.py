@@ -1,0 +1,49 @@
+"""The mesh of a file with all that meshes have: triangles that turn one way, labels of the whole boundary, a region."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bubblemesh.arrays import Integers
+from bubblemesh.meshes.edges import edge_keys, one_sided
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshfiles.read import read_mesh
+
+BOUNDARY = "boundary"  # label of boundary edges that have none
+
+
+def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
+    """Mesh of a file, and what of the file is not in it; errors as of `read_triangles`."""
+    read = read_mesh(path)
+    mesh = read.mesh
+    triangles = mesh.triangles.copy()
+    turned = signed_areas(mesh.points, triangles) < 0
+    triangles[turned] = triangles[turned][:, ::-1]
+    mesh = replace(mesh, triangles=triangles, regions=mesh.regions or ("domain",))
+    others = (f"cells that are no triangles are left out: {', '.join(read.left_out)}",) if read.left_out else ()
+    higher = ("has triangles of higher order: their corners are read",) if read.higher else ()
+    return with_boundary(mesh), (*read.notes, *others, *higher)
+
+
+def with_boundary(mesh: Mesh) -> Mesh:
+    """The mesh with its boundary edges as facets, the domain on their left, and a label where they had none."""
+    sides = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    n = len(mesh.points)
+    rim = sides[one_sided(sides, n)]
+    facets = _along(mesh.facets[:, :2], rim, n)
+    bare = rim[~np.isin(edge_keys(rim, n), edge_keys(facets, n))]
+    if len(bare) == 0:
+        return replace(mesh, facets=facets)
+    labels = mesh.labels if BOUNDARY in mesh.labels else (*mesh.labels, BOUNDARY)
+    label = np.append(mesh.facet_labels, np.full(len(bare), labels.index(BOUNDARY)))
+    facets = np.vstack([facets, bare])
+    middles = mesh.points[facets].mean(axis=1)
+    return replace(mesh, facets=facets, facet_labels=label, labels=labels, facet_middles=middles)
+
+
+def _along(facets: Integers, rim: Integers, n: int) -> Integers:
+    """The facets (f, 2), those of the boundary in the direction of its sides ``rim`` (b, 2)."""
+    against = np.isin(edge_keys(facets[:, ::-1], n), edge_keys(rim, n))
+    return np.where(against[:, None], facets[:, ::-1], facets)

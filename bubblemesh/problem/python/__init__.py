@@ -1,0 +1,1 @@
+"""What Python programs give to `bubblemesh.mesh`, checked: errors name its arguments."""

@@ -1,0 +1,25 @@
+"""Progress of a packing as Python programs are told of it."""
+
+from collections.abc import Callable
+
+from bubblemesh.errors import CaseError
+
+STEP = 0.01  # share of a packing
+
+
+def in_steps(progress: Callable[[float], object]) -> Callable[[float], None]:
+    """The callback in a form that may be told of any share very often: it passes each hundredth on, once.
+
+    A share that is less than the last one begins anew. CaseError if the callback is none.
+    """
+    if not callable(progress):
+        raise CaseError(f"progress: must be a function of the share that is done (found {progress!r})")
+    last = -1.0
+
+    def told(share: float) -> None:
+        nonlocal last
+        if share < last or share >= last + STEP:
+            last = share
+            progress(share)
+
+    return told

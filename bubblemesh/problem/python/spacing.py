@@ -1,0 +1,75 @@
+"""Spacings of Python programs: numbers, expressions, mappings of terms, and functions of their own, checked."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.case.spacing import checked_terms
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.distance.distances import distance_to_labels
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.spacing import SpacingRequest, spacing_request
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Combination, Term, costly
+
+Wanted = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
+
+
+def spacing_of(spacing: Wanted, domain: Domain) -> SpacingRequest:
+    """The spacing, whose values are checked, and its rules; CaseError where it is none of the four."""
+    if isinstance(spacing, Mapping):
+        return spacing_request(checked_terms(spacing), domain)
+    term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
+    return SpacingRequest(partial(_scaled, term))
+
+
+def _scaled(term: Term, scale: float | None) -> Spacing:
+    scaled = term if scale is None else Combination((Spacing(term),), scale)
+    return Spacing(scaled, costly=costly(scaled))
+
+
+def _expression(spacing: float | str, domain: Domain) -> Expression:
+    if not isinstance(spacing, str):
+        value = np.asarray(spacing)
+        if value.ndim > 0 or value.dtype.kind not in "iuf":
+            raise CaseError(
+                "spacing: must be a number, an expression in x and y, a mapping of terms, or a function of x and y"
+            )
+        if not np.isfinite(value):
+            raise CaseError(f"spacing: is {value}: it has to be positive and finite")
+        spacing = repr(float(value))
+    try:
+        return Expression.parse(spacing, distance_to=partial(distance_to_labels, domain))
+    except CaseError as error:
+        raise CaseError(f"spacing: {error}") from None
+
+
+class _Checked:
+    """A function of the user's that has to take and return arrays."""
+
+    def __init__(self, function: Callable[[Floats, Floats], Any]) -> None:
+        self.function = function
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        if len(x) == 0:  # which many functions do not expect
+            return np.zeros(0)
+        try:
+            with np.errstate(all="ignore"):
+                values = np.asarray(self.function(x, y))
+        except (TypeError, ValueError) as error:
+            raise CaseError(
+                f"spacing: the function fails for arrays of coordinates ({error}): it has to take many points at once, "
+                "by NumPy's functions, with np.where in place of if, or by np.vectorize, which is slow"
+            ) from error
+        if values.dtype.kind not in "iuf":
+            raise CaseError(f"spacing: the function gives values of type {values.dtype}: they have to be real numbers")
+        if values.shape not in ((), x.shape):
+            raise CaseError(
+                f"spacing: the function gives an array of shape {values.shape} for {len(x)} points: it has to give one "
+                "value for each"
+            )
+        return np.broadcast_to(values, x.shape).astype(float)

@@ -1,0 +1,78 @@
+"""Tasks of Python programs: the method with its options, limits and demands, as arguments of `bubblemesh.mesh`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.case.models import Limits
+from bubblemesh.errors import CaseError
+from bubblemesh.packing.configure import OptionError, configured, options
+from bubblemesh.packing.methods import Method
+from bubblemesh.problem.problem import Task
+
+MAX_NODES = Limits().max_nodes
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a program asks for beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
+
+    method: str = "multilevel"
+    packing: Mapping[str, Any] | None = None
+    schedule: Mapping[str, Any] | None = None
+    seed: int | None = None
+    effort: str | None = None
+    max_nodes: int = MAX_NODES
+    nodes: int | None = None
+    angle_min: float = 0.0
+    largest: float | None = None
+
+    def task(self) -> Task:
+        """The task, named ``mesh``; CaseError, which begins with the argument, if a value of one is impossible."""
+        self._check()
+        method = self._method()
+        return Task(
+            "mesh",
+            self.method,
+            method,
+            int(self.max_nodes),
+            None,
+            {"method": self.method, "limits": {"max_nodes": int(self.max_nodes)}} | options(method),
+            least_angle=float(self.angle_min),
+            largest=np.inf if self.largest is None else float(self.largest),
+        )
+
+    def _check(self) -> None:
+        if self.nodes is not None and not _is_whole(self.nodes, 3):
+            raise CaseError(f"nodes: must be a whole number of at least 3 (found {self.nodes!r})")
+        if not _is_whole(self.max_nodes, 1):
+            raise CaseError(f"max_nodes: must be a whole number greater than 0 (found {self.max_nodes!r})")
+        if not _is_real(self.angle_min) or not 0 <= self.angle_min <= 30:
+            raise CaseError(f"angle_min: must be from 0 to 30 degrees (found {self.angle_min!r})")
+        if self.largest is not None and not (_is_real(self.largest) and self.largest > 0):
+            raise CaseError(f"largest: must be an area greater than 0 (found {self.largest!r})")
+        for name, given in (("packing", self.packing), ("schedule", self.schedule)):
+            if given is not None and not isinstance(given, Mapping):
+                raise CaseError(f"{name}: must be a mapping such as {{'seed': 3}} (found {type(given).__name__})")
+
+    def _method(self) -> Method:
+        """The method with its options; ``seed`` and ``effort`` are short for those of ``packing``."""
+        short = {key: value for key, value in (("seed", self.seed), ("effort", self.effort)) if value is not None}
+        packing = dict(self.packing or {})
+        for key in short.keys() & packing.keys():
+            raise CaseError(f"{key}: is given twice, also as packing[{key!r}]: drop one of them")
+        try:
+            return configured(self.method, packing | short, dict(self.schedule or {}))
+        except OptionError as error:
+            place = error.key if error.key in short else ".".join(filter(None, (error.section, error.key)))
+            raise CaseError(f"{place}: {error.message}") from None
+
+
+def _is_whole(value: Any, least: int) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= least)
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
