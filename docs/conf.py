@@ -5,8 +5,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-DOCS = Path(__file__).parent
-sys.path.insert(0, str(DOCS.parent))  # the generators of pages are no part of the installed package
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
+sys.path.insert(0, str(ROOT))  # the generators of pages are no part of the installed package
 
 from bubblemesh import __version__  # noqa: E402
 from docs.make_case_keys import case_keys  # noqa: E402
@@ -40,22 +41,28 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 
 MADE = {"case": case_keys, "commands": command_options, "gallery": gallery}  # by page: what its second half is made by
-OUTSIDE = re.compile(r"\[([^\]]+)\]\((\.\./[^)#]+)\)")
+LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([\w./-]+)\)")  # to a page or a file, not into a page
 
 
 def made(_app: Any, page: str, source: list[str]) -> None:
-    """Add to a page what is made of the program, and take out links to what is not on the site."""
-    text = OUTSIDE.sub(lambda link: link[0] if link[0].startswith("!") else _outside(*link.groups()), source[0])
+    """Add to a page what is made of the program; links get titles of pages, and none leads out of the site."""
+    folder = (DOCS / page).parent
+    text = LINK.sub(lambda link: _link(folder, *link.groups()), source[0])
     source[0] = f"{text}\n{MADE[page]()}" if page in MADE else text
 
 
-def _outside(text: str, target: str) -> str:
-    """A link to a file of the repository, as what the site can offer: the first page, or the name of the file."""
-    if target == "../README.md":
-        return f"[{text}](index.md)"
-    return text if target.rstrip("/").endswith(text) and "/" in text else f"{text} (`{target.removeprefix('../')}`)"
+def _link(folder: Path, text: str, target: str) -> str:
+    """A link as the site can offer it: to a page or a picture; else the name of the file in the repository."""
+    path = (folder / target).resolve()
+    if path == ROOT / "README.md":
+        return f"[{text}](/index.md)"
+    if path.is_relative_to(DOCS) or path.is_relative_to(ROOT / "sample_outputs"):
+        return f"[]({target})" if text == target else f"[{text}]({target})"
+    name = path.relative_to(ROOT).as_posix()
+    return f"`{name}`" if text.strip("`") == name else f"{text} (`{name}`)"
 
 
 def setup(app: Any) -> None:
-    """Register the generators of pages."""
+    """Register what is done to pages; those that are made of the program are never taken from an older build."""
     app.connect("source-read", made)
+    app.connect("env-get-outdated", lambda *_: list(MADE))

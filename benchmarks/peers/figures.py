@@ -1,4 +1,4 @@
-"""The plots of the page: cost against the number of nodes, and quality by case."""
+"""The plots of the page: quality and cost against the number of nodes, and quality by case."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +12,7 @@ from benchmarks.peers.rows import Row
 from benchmarks.peers.tools import OURS, TOOLS
 
 CAPTIONS = {
-    "peers-cost.svg": "Cost of meshing Example 3 against the number of nodes placed",
+    "peers-sizes.png": "What is missing to perfect quality, and the cost, of small to large meshes: lower is better",
     "peers-quality.png": "What is missing to perfect quality, and the spread of l/d, case by case: lower is better",
 }
 STYLES = {
@@ -39,22 +39,26 @@ Rows = Mapping[str, Mapping[str, Row]]
 def draw(rows: Rows, sizes: list[str], folder: Path) -> None:
     """Draw the rows, by case and tool; ``sizes`` are the cases of the first plot."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, figure in zip(CAPTIONS, (_cost(rows, sizes), _quality(rows)), strict=True):
+    for name, figure in zip(CAPTIONS, (_sizes(rows, sizes), _quality(rows)), strict=True):
         save(figure, folder / name)
 
 
-def _cost(rows: Rows, sizes: list[str]) -> Figure:
-    figure = Figure(figsize=(9, 6.5), layout="constrained")
-    axes = figure.add_subplot(xlabel="nodes", ylabel="CPU seconds", xscale="log", yscale="log")
+def _sizes(rows: Rows, sizes: list[str]) -> Figure:
+    figure = Figure(figsize=(11, 5.5), layout="constrained")
+    quality, cost = figure.subplots(1, 2)
+    quality.set(xlabel="nodes", ylabel="1 - mean quality", xscale="log", yscale="log")
+    cost.set(xlabel="nodes", ylabel="CPU seconds", xscale="log", yscale="log")
     for tool, (color, marker) in STYLES.items():
         found = [rows[case][tool] for case in sizes if tool in rows[case] and not rows[case][tool].failure]
         if found:
-            nodes, seconds = np.array([(row["nodes"], row["seconds"]) for row in found]).T
-            axes.plot(nodes, seconds, color=color, marker=marker, markersize=5, label=TOOLS[tool].label)
+            style = {"color": color, "marker": marker, "markersize": 5, "label": TOOLS[tool].label}
+            nodes, mean, seconds = np.array([(row["nodes"], row["mean"], row["seconds"]) for row in found]).T
+            quality.plot(nodes, 1 - mean, **style)
+            cost.plot(nodes, seconds, **style)
             if tool == OURS:
                 floor = seconds / [row["to_floor"] for row in found]
-                axes.plot(nodes, floor, color=color, linestyle=":", label="one triangulation of the same nodes")
-    _explain(figure, axes)
+                cost.plot(nodes, floor, color=color, linestyle=":", label="one triangulation of the same nodes")
+    _explain(figure, cost)
     return figure
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from benchmarks.peers.figures import CAPTIONS
 from benchmarks.peers.goals import Goal, costs, shapes
+from benchmarks.peers.lead import lead
 from benchmarks.peers.machine import machine, versions
 from benchmarks.peers.rows import COLUMNS, Column, Row
 from benchmarks.peers.runs import TIMEOUT, CaseRuns
@@ -11,8 +12,9 @@ from benchmarks.peers.tools import OURS, REFERENCE, RELOCATIONS, TOOLS, peers
 from benchmarks.peers.with_distmesh import STEPS
 
 ASTRAY = 1e-6  # of the spacing: boundary nodes that are closer are on the boundary
+TITLE = "# Beside other mesh generators\n"
 HEAD = """\
-# Beside other mesh generators
+## How it was measured
 
 Made by `{command}`; the cases are in [configs/peers](../configs/peers).
 {machine}; {versions}.
@@ -64,9 +66,12 @@ def page(
         boundary=_boundary(results),
         density=_density(rows),
     )
-    pictures = [f"![{caption}](figures/{name})\n\n{caption}.\n" for name, caption in CAPTIONS.items()]
+    first, *pictures = [f"![{caption}](figures/{name})\n\n{caption}.\n" for name, caption in CAPTIONS.items()]
     return "\n".join(
         [
+            TITLE,
+            first,
+            lead(rows),
             head,
             "## Goals\n",
             _shapes(shapes(results)),

@@ -130,6 +130,11 @@ class TestRows:
         rows = {name: {tool: row(case, tool) for tool in case.tools} for name, case in results.items()}
         text = page(results, rows, "python -m benchmarks.peers", "multilevel", 3)
         assert "| Triangle | failed: no mesh within 20 minutes |" in text
+        _, picture, _, told, after, *_ = text.split("\n\n")
+        assert picture.startswith("![")
+        assert "- **Mean quality** (1 is equilateral): 0.9900 to 0.9900; the best peers have 0.9800 to 0.9800." in told
+        assert "bubblemesh is ahead on 1 of 1 cases" in told
+        assert after == "## How it was measured"
         assert "but for Gmsh Frontal-Delaunay (up to 0.001 d)" in text
         assert "### example-4: N_id = 300" in text
         assert (
@@ -138,6 +143,13 @@ class TestRows:
         )
         draw(rows, ["example-1"], tmp_path / "figures")
         assert {path.name for path in (tmp_path / "figures").iterdir()} == set(CAPTIONS)
+
+
+def test_the_shipped_page_leads_with_a_picture_and_a_few_lines():
+    _, picture, _, told, after, *_ = (ROOT / "docs/peers.md").read_text(encoding="utf-8").split("\n\n")
+    assert next(iter(CAPTIONS)) in picture
+    assert 8 <= len(told.splitlines()) <= 10
+    assert after == "## How it was measured"
 
 
 class TestMeasures:

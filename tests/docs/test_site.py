@@ -9,6 +9,7 @@ import pytest
 from paths import ROOT
 from site_pages import blocks, followed
 
+import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.case.models import case_schema
 from bubblemesh.cli import app
@@ -69,6 +70,12 @@ def test_every_command_is_on_its_page_with_its_options():
         assert f"Usage: bubblemesh {name}" in text
         assert f"`bubblemesh {name}" in page
     assert {"--output", "--for", "--set", "--solution", "--jobs"} <= set(re.findall(r"--\w+", text))
+
+
+def test_every_name_of_the_package_is_on_the_page_on_python():
+    page = (DOCS / "python.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"auto(?:function|class|exception):: (\w+)", page))
+    assert named == set(bubblemesh.__all__) - {"Case", "__version__"}  # a case is its file: case.md
 
 
 def test_the_gallery_has_every_sample():
