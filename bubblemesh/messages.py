@@ -1,7 +1,7 @@
 """Phrases that messages of all parts share."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -91,6 +91,11 @@ def duration(seconds: float) -> str:
     if minutes < 60:
         return f"{minutes} min {rest} s"
     return "{} h {} min".format(*divmod(round(seconds / 60), 60))
+
+
+def run_seconds(seconds: Mapping[str, float]) -> float:
+    """Time of a run as terminal, page and summary tell it alike: of all stages but that of the page itself."""
+    return seconds["total"] - seconds.get("page", 0.0)
 
 
 def just_above(width: float) -> str:

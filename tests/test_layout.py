@@ -31,7 +31,7 @@ MAY_IMPORT = {
     | {"__version__", "case", "geometry", "kernels", "meshes", "meshfiles", "packing", "pages", "problem", "spacing"},
     "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "packing", "problem", "run", "spacing"},
     "batch": FOUNDATION
-    | {"__version__", "case", "geometry", "meshes", "meshfiles", "pages", "problem", "readers", "run"},
+    | {"__version__", "case", "geometry", "meshes", "meshfiles", "pages", "pictures", "problem", "readers", "run"},
     "api": FOUNDATION
     | {"adaptivity", "case", "geometry", "meshes", "meshfiles", "packing", "pictures", "problem", "run", "spacing"},
     "console": FOUNDATION | {"batch", "meshes", "problem", "run"},

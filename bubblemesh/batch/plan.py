@@ -30,6 +30,7 @@ class BatchOptions:
     overrides: Sequence[Override] = ()  # set over each case's file
     folder: str | None = None  # of all results; without it each case has its own
     page: bool | None = None  # whether each case gets its page; without it the case says so
+    history: bool = False  # whether each case gets the tables of its rounds and steps, and the batch a picture of them
     shard: tuple[int, int] = (1, 1)  # the part of the cases to mesh, from 1, and the number of parts
     untrusted: bool = False  # whether the cases come from strangers
     resume: bool = False  # whether cases that an earlier batch has done stay as they are, and its summary goes on
@@ -119,7 +120,7 @@ def _entry(number: int, source: str, variant: Variant, options: BatchOptions) ->
     output = None if options.folder is None else f"{options.folder}/"
     try:
         case = load_case(source, overrides=options.overrides, variant=variant, untrusted=options.untrusted)
-        place = destination(case, source, OutputOptions(output, page=options.page))
+        place = destination(case, source, OutputOptions(output, history=options.history, page=options.page))
     except Exception as error:
         return Entry(number, row.ended_by(error))
     folder = _seen_from(options.root, place.folder)

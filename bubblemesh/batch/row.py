@@ -10,6 +10,7 @@ from typing import Any, Self
 
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, LimitError
 from bubblemesh.meshfiles.text import csv_text, dumped, json_ready
+from bubblemesh.messages import run_seconds
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -55,7 +56,8 @@ COLUMNS = [name for name in KINDS if name not in ("inputs", "files", "traceback"
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
     """Figures of a report that a summary has."""
-    return {name: reduce(getitem, keys, report) for name, keys in FIGURES.items()}
+    figures = {name: reduce(getitem, keys, report) for name, keys in FIGURES.items()}
+    return figures | {"seconds": run_seconds(report["seconds"])}
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from bubblemesh.batch.convergence import ENDING, STEM, write_convergence
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.row import COLUMNS, Row
 from bubblemesh.errors import DONE, CaseError, FileError
@@ -134,10 +135,10 @@ def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
 
 @contextmanager
 def indexed(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
-    """Write the page that compares the cases, if pages are asked for, when the block ends, however it does.
+    """Write the page and the picture that compare the cases, where they are asked for, when the block ends.
 
-    The rows stand there in the order of the entries, after those of cases outside the batch. FileError if the page
-    cannot be written.
+    They are written however it ends. The rows stand there in the order of the entries, after those of cases outside the
+    batch. FileError if a file cannot be written.
     """
     try:
         yield
@@ -149,12 +150,16 @@ def indexed(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -
 
 
 def _write_index(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -> None:
-    if not options.page:
+    if not options.page and not options.history:
         return
     from bubblemesh.pages.index import index_page
 
     page, numbers = _page_of(options), {entry.row.key: entry.number for entry in entries}
     rows = sorted(summary.rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))
+    if options.history:
+        write_convergence(rows, options.root, options.root / f"{STEM}{options.suffix}{ENDING}")
+    if not options.page:
+        return
     with transaction(page.parent) as staging:
         text = index_page([_linked(row, page.parent) for row in rows])
         (staging / page.name).write_text(text, encoding="utf-8", newline="\n")

@@ -139,6 +139,12 @@ def batch(
         bool | None,
         typer.Option("--report/--no-report", help="Write a page for each case, and index.html to compare them."),
     ] = None,
+    history: Annotated[
+        bool,
+        typer.Option(
+            "--history", help="Write tables of the rounds and steps of each case, and one picture of them all."
+        ),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -146,7 +152,7 @@ def batch(
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
 
-    options = many.BatchOptions(overrides, output, page, many.parse_shard(shard), untrusted, resume)
+    options = many.BatchOptions(overrides, output, page, history, many.parse_shard(shard), untrusted, resume)
     workers = many.workers_at(jobs, cluster)
     entries = many.plan_cases(many.case_files(paths), options)
     with BatchProgress(quiet) as progress:

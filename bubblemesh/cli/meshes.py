@@ -81,6 +81,9 @@ def plot(
     from bubblemesh import console
     from bubblemesh.console.report import show_files
     from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.pictures.start import load_without_help
+
+    load_without_help()
     from bubblemesh.pictures.colouring import MeshData
     from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
     from bubblemesh.pictures.styles import PlotOptionError, PlotOptions

@@ -12,7 +12,7 @@ from rich.text import Text
 from bubblemesh import console
 from bubblemesh.batch import Entry, Progress, Row
 from bubblemesh.errors import DONE, BubblemeshError, RequirementError, outcome
-from bubblemesh.messages import counted
+from bubblemesh.messages import counted, duration
 
 COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeRemainingColumn())
 KINDS = (*map(outcome, (DONE, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
@@ -62,7 +62,7 @@ class BatchProgress(console.Display, Progress):
         elif not self.quiet and self.live is None:
             figures = row.figures
             result = f"{figures['nodes']} nodes, q {figures['quality_mean']:.4f}, least {figures['quality_min']:.3f}"
-            end = "unchanged" if unchanged else f"{figures['seconds']:.2f} s"
+            end = "unchanged" if unchanged else duration(figures["seconds"])
             console.terminal.print(Text(f"{self._count} {row.case}: {result}, {end}"))
         if not unchanged:
             console.warn([f"{row.case}: {warning}" for warning in row.warnings])

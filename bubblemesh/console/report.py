@@ -9,7 +9,7 @@ from rich.text import Text
 
 from bubblemesh import console
 from bubblemesh.meshes.quality import Histogram
-from bubblemesh.messages import coordinate, counted, place
+from bubblemesh.messages import coordinate, counted, duration, place, run_seconds
 
 MOST_REPAIRS = 20  # that a table shows
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
@@ -96,7 +96,7 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["refined"] = _refinement(figures["refinement"])
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
-        rows["time"] = f"{figures['seconds']['total']:.2f} s"
+        rows["time"] = duration(run_seconds(figures["seconds"]))
     _show(rows)
     if "repairs" in figures:
         show_repairs(figures["repairs"], size)

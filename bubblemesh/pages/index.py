@@ -10,11 +10,10 @@ from bubblemesh.messages import counted, duration
 from bubblemesh.pages.charts import quality_range
 from bubblemesh.pages.markup import Markup, from_template, html, page, tag, whole
 
-BELOW = "1 % of q below".replace(" ", "\N{NO-BREAK SPACE}", 3)  # a head of two lines at most
 # Head of a column of numbers, key in the row of a case, and how the number is written.
 COLUMNS = (
     ("Mean q", "quality_mean", ".4f"),
-    (BELOW, "quality_p01", ".3f"),
+    ("1 % of q below", "quality_p01", ".3f"),
     ("Least q", "quality_min", ".3f"),
     ("Nodes", "nodes", ",d"),
     ("Triangles", "triangles", ",d"),

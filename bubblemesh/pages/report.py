@@ -8,7 +8,7 @@ from typing import Any
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.text import readable_json
-from bubblemesh.messages import counted, duration
+from bubblemesh.messages import counted, duration, run_seconds
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, page, tag, whole
 from bubblemesh.pages.scene import Scene
 from bubblemesh.pages.sections import (
@@ -84,7 +84,7 @@ def _figures(report: Mapping[str, Any]) -> Markup:
         ("Least quality q", f"{quality['min']:.3f}", "1 is equilateral"),
         ("Angles", f"{quality['angle_min']:.0f}° to {quality['angle_max']:.0f}°", "60° is ideal"),
         ("Edge length l/d", f"{spacing['mean']:.3f}", f"± {spacing['std']:.3f} of wanted spacing"),
-        ("Time", duration(report["seconds"]["total"]), counted(len(report["rounds"]), "round")),
+        ("Time", duration(run_seconds(report["seconds"])), counted(len(report["rounds"]), "round")),
     ]
     return html(*(tag("div", tag("dt", term), tag("dd", value, tag("small", note))) for term, value, note in rows))
 

@@ -186,7 +186,9 @@ def _sheet(box: View, options: PlotOptions) -> tuple[Figure, float]:
 
 def _cropped(figure: Figure, options: PlotOptions) -> Bbox:
     """The part of the figure to keep: all that is drawn, or the whole width where one is asked for."""
-    figure.draw_without_rendering()
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+        figure.set_layout_engine("none")  # all has its place now: to find it again takes longer than to draw
     drawn = figure.get_tightbbox()
     if options.whole_width is not None:
         return Bbox([[0, drawn.y0 - NARROW_MARGIN], [figure.get_figwidth(), drawn.y1 + NARROW_MARGIN]])

@@ -32,7 +32,7 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
 
     The extremes, the least and the largest value with their places (x, y), are marked if they differ.
     """
-    options = PlotOptions(color="none", edges=False, title=title)
+    options = PlotOptions(color="label" if mesh.labels else "none", edges=False, title=title)
     figure = mesh_figure(mesh, options)
     (axes,) = figure.axes
     (low, _), (high, _) = extremes

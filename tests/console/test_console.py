@@ -161,7 +161,7 @@ def test_a_batch_is_told_in_plain_lines(quiet, monkeypatch):
         progress.finish(4, OLD, unchanged=True)
         progress.note(1, 3, 100)
     told = [
-        "[1/4] plain: 142 nodes, q 0.9612, least 0.740, 0.25 s",
+        "[1/4] plain: 142 nodes, q 0.9612, least 0.740, 250 ms",
         "warning: plain: a [wall] is narrow",
         "error: [2/4] bad.yaml: domain: no [bold]area",
         "[3/4] old: 142 nodes, q 0.9612, least 0.740, unchanged",

@@ -140,6 +140,18 @@ def test_the_index_fits_a_telephone_in_the_dark(browser, index):
     assert browser.complaints() == []
 
 
+def test_three_swept_keys_fit_into_1280_pixels(browser, tmp_path):
+    sweep = {"parameters.radius": 0.1, "packing.effort": "best", "packing.seed": 12}
+    figures = {"quality_mean": 0.98541, "quality_p01": 0.9221, "quality_min": 0.906, "nodes": 1_234_567}
+    figures |= {"triangles": 2_345_678, "spacing_std": 0.0742, "seconds": 125.0, "warnings": 12}
+    row = {"case": "plate-with-a-long-name-r=0.1-effort=best-seed=12", "exit_code": 0, "sweep": sweep, **figures}
+    (tmp_path / "index.html").write_text(index_page([row] * 3))
+    browser.open(tmp_path / "index.html", width=1280)
+    scroll = "document.querySelector('.scroll')"
+    assert browser.js(f"return {scroll}.scrollWidth <= {scroll}.clientWidth")
+    assert "xa0" not in browser.js("return document.body.innerText")
+
+
 @pytest.mark.parametrize("width", [390, 1280])
 def test_long_names_keys_and_messages_fit_and_controls_are_large_enough(browser, width, tmp_path):
     long = {

@@ -1,0 +1,50 @@
+"""Histories in a batch, and the one picture that is made of them."""
+
+import numpy as np
+import pytest
+from batches import rows_of
+from matplotlib.colors import to_hex
+
+from bubblemesh.batch.convergence import write_convergence
+from bubblemesh.batch.row import Row
+from bubblemesh.errors import DONE
+from bubblemesh.pictures.convergence import Course, convergence_figure
+
+CASE = """
+domain: {outer: {rectangle: [0, 0, 1, 1]}}
+spacing: 0.2
+sweep: {packing.seed: [1, 2, 3]}
+"""
+
+
+def test_a_batch_with_histories_has_tables_and_one_picture(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_text(CASE)
+    rows_of("a.yaml", folder="out", history=True)
+    tables = sorted(path.name for path in (tmp_path / "out").glob("*.rounds.csv"))
+    assert tables == [f"a-seed={k}.rounds.csv" for k in (1, 2, 3)]
+    assert len(list((tmp_path / "out").glob("*.history.csv"))) == 3
+    assert (tmp_path / "out/convergence.svg").read_text().startswith("<?xml")
+    assert not (tmp_path / "out/index.html").exists()
+
+
+def test_each_case_is_a_line_over_its_steps():
+    courses = [Course("a", *_line(0.1)), Course("$b$", *_line(0.2))]
+    (axes,) = convergence_figure(courses).axes
+    assert [line.get_label() for line in axes.lines] == ["a", "$b$"]
+    assert axes.lines[0].get_ydata().tolist() == pytest.approx([0.1, 0.05])
+    assert axes.get_yscale() == "log"
+    assert len({to_hex(line.get_color()) for line in axes.lines}) == 2
+
+
+def _line(first):
+    return np.array([10.0, 20.0]), 1 - np.array([first, first / 2])
+
+
+@pytest.mark.parametrize("content", ["", "round,iterations\n1,2\n", "iterations,quality_mean\nx,1\n", None])
+def test_a_table_that_is_gone_or_none_is_left_out(content, tmp_path):
+    if content is not None:
+        (tmp_path / "a.rounds.csv").write_text(content)
+    row = Row("a", "a.yaml", DONE, folder=".", files={"a.rounds.csv": "hash"})
+    write_convergence([row], tmp_path, tmp_path / "convergence.svg")
+    assert not (tmp_path / "convergence.svg").exists()
