@@ -24,7 +24,7 @@ class BubblemeshError(Exception):
 
 
 class MeshWarning(UserWarning):
-    """What a Python program asks for and cannot have, or what a file holds and is not read, with its place."""
+    """Warning of something that a Python program asks for and cannot have, or that is in a file and not read."""
 
 
 class CaseError(BubblemeshError):

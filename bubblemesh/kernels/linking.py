@@ -3,7 +3,7 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, each_once
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import Library, library
 
 NO_PLACES, NO_FACETS = np.zeros((0, 2)), np.zeros((0, 2), np.int64)
 
@@ -16,15 +16,13 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     compiled = library()
     if compiled is None:
         return in_order_in_numpy(triangles, n)
-    result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
-    count, outcome = np.zeros((2, 1), np.int64)
-    flips = 0, NO_PLACES, 0, NO_FACETS
-    compiled.call("link_triangles", n, len(result), result, *flips, edges, count, outcome)
-    return result, edges[: count[0]].copy()
+    found = _linked(compiled, triangles, n, 0, NO_PLACES, NO_FACETS)
+    assert found is not None  # only flips may be undecided
+    return found
 
 
 def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
-    """The same in NumPy."""
+    """Triangles (t, 3) and edges (m, 2) as of `in_order`, made in NumPy."""
     first = triangles.argmin(axis=1)
     a, b, c = (np.take_along_axis(triangles, (first[:, None] + k) % 3, axis=1)[:, 0] for k in range(3))
     order = np.argsort(a * n + b, kind="stable")
@@ -43,10 +41,15 @@ def legalised(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integer
     C. L. Lawson, "Software for C1 surface interpolation", in: Mathematical Software III (1977).
     """
     compiled = library()
-    if compiled is None:
-        return None
+    return None if compiled is None else _linked(compiled, triangles, len(x), 1, x, facets)
+
+
+def _linked(
+    compiled: Library, triangles: Integers, n: int, flips: int, x: Floats, facets: Integers
+) -> tuple[Integers, Integers] | None:
+    """Triangles and edges in order, after flips if these are wanted; None where they are undecided."""
     result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
     count, outcome = np.zeros((2, 1), np.int64)
-    flips = 1, np.ascontiguousarray(x), len(facets), np.ascontiguousarray(facets)
-    compiled.call("link_triangles", len(x), len(result), result, *flips, edges, count, outcome)
+    given = flips, np.ascontiguousarray(x), len(facets), np.ascontiguousarray(facets)
+    compiled.call("link_triangles", n, len(result), result, *given, edges, count, outcome)
     return None if outcome[0] else (result, edges[: count[0]].copy())

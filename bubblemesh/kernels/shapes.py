@@ -39,7 +39,7 @@ def gradient(x: Floats, links: Links, spacing_weight: float) -> Floats:
 
 
 def gradient_in_numpy(x: Floats, links: Links, spacing_weight: float) -> Floats:
-    """The same in NumPy."""
+    """Gradient (n, 2) as of `gradient`, made in NumPy."""
     shape, lengths = shape_gradient(x, links.corners, links.d), spacing_gradient(x, links.ends, links.contact)
     return shape + spacing_weight * lengths
 

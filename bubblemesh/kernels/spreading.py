@@ -31,7 +31,7 @@ def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) ->
 
 
 def spread_in_numpy(corners: Integers, rise: Floats, values: Floats, kept: float) -> Floats:
-    """The same in NumPy, for values that are lower by more than the share that is ``kept``."""
+    """Values (v,) as of `spread`, made in NumPy; one below the share ``kept`` of the last is passed on."""
     around = _cells_around(corners, len(values))
     result = values.copy()
     active = np.arange(len(corners))

@@ -44,7 +44,7 @@ def places(points: Floats, digits: float) -> Integers:
 def joined(
     points: Floats, triangles: Integers, values: Floats, name: str, digits: float
 ) -> tuple[Floats, Integers, Floats]:
-    """The same mesh and values (n, k) with one node for all in a place whose values agree.
+    """Points, triangles and values (n, k) of a mesh with one node for all in a place whose values agree.
 
     Where values differ, as on the sides of a crack that opens, nodes stay apart. Errors as of `places`; CaseError if
     values of a mesh whose triangles were cut apart differ nearly everywhere: the solution is not continuous.

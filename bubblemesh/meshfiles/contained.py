@@ -108,7 +108,7 @@ CHECKS: dict[str, Callable[[Path], None]] = {
 
 
 class Unpacking:
-    """What a file unpacks to, with a bound on all of it."""
+    """Bytes that a file has been unpacked to so far, with a bound on all of them."""
 
     def __init__(self) -> None:
         self._size = 0  # bytes

@@ -86,7 +86,7 @@ def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None) -> Net:
     If they are those of a net ``before``, with the same ones on the boundary, that may spare most of the work.
     """
     if before is not None and len(bubbles) == len(before.bubbles) and _same_on_boundary(before.bubbles, bubbles):
-        return reconnect(before, bubbles)
+        return _moved_inside(before, bubbles)
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     two_sided = domain.boundary.inner[piece]
     return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
@@ -94,11 +94,21 @@ def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None) -> Net:
 
 def reconnect(net: Net, bubbles: Bubbles) -> Net:
     """Connect the bubbles of a net anew at other places, within the same facets."""
-    found = None
-    # Where bubbles move on the boundary, its edges may come to cross each other on the outside.
-    if _same_on_boundary(net.bubbles, bubbles) and (net.valence > 0).all():
-        found = legalised(net.triangles, bubbles.x, net.facets)
-    triangles, edges = linked(bubbles.x, net.facets, net.two_sided) if found is None else found
+    if _same_on_boundary(net.bubbles, bubbles):
+        return _moved_inside(net, bubbles)
+    return _triangulated_anew(net, bubbles)  # flips would not see boundary edges that cross each other on the outside
+
+
+def _moved_inside(net: Net, bubbles: Bubbles) -> Net:
+    """Net of the bubbles of another one whose places on the boundary are the same, by flips if these will do."""
+    found = legalised(net.triangles, bubbles.x, net.facets) if (net.valence > 0).all() else None
+    if found is None:
+        return _triangulated_anew(net, bubbles)
+    return replace(net, bubbles=bubbles, triangles=found[0], edges=found[1])
+
+
+def _triangulated_anew(net: Net, bubbles: Bubbles) -> Net:
+    triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
     return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
 
 

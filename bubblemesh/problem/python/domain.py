@@ -17,6 +17,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import meant
+from bubblemesh.problem.python.numbers import is_real
 
 Geometry: TypeAlias = "shapely.Polygon | shapely.MultiPolygon | Domain | ArrayLike"
 Labels: TypeAlias = Sequence[str] | Mapping[str, str]
@@ -61,9 +62,9 @@ class Drawing:
                 if given:
                     raise CaseError(f"{name}: needs corners: give the angle above which vertices stay nodes")
             return None
-        if not _is_number(self.corners) or not 0 <= self.corners <= 180:
+        if not is_real(self.corners) or not 0 <= self.corners <= 180:
             raise CaseError(f"corners: must be an angle from 0 to 180 degrees (found {self.corners!r})")
-        if self.tolerance is not None and not (_is_number(self.tolerance) and 0 < self.tolerance < np.inf):
+        if self.tolerance is not None and not (is_real(self.tolerance) and 0 < self.tolerance < np.inf):
             raise CaseError(f"tolerance: must be a length greater than 0 (found {self.tolerance!r})")
         return Following(float(self.corners), bool(self.smooth), self.tolerance)
 
@@ -169,7 +170,3 @@ def _name(name: Any) -> str:
     if not isinstance(name, str) or not is_writable(name):
         raise CaseError(f"labels: {name!r} is no name: use short texts without {FORBIDDEN}")
     return name
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)

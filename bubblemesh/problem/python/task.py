@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.packing.configure import OptionError, configured, options
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem.problem import Task
+from bubblemesh.problem.python.numbers import is_real, is_whole
 
 MAX_NODES = Limits().max_nodes
 
@@ -45,13 +46,13 @@ class Wishes:
         )
 
     def _check(self) -> None:
-        if self.nodes is not None and not _is_whole(self.nodes, 3):
+        if self.nodes is not None and not is_whole(self.nodes, 3):
             raise CaseError(f"nodes: must be a whole number of at least 3 (found {self.nodes!r})")
-        if not _is_whole(self.max_nodes, 1):
+        if not is_whole(self.max_nodes, 1):
             raise CaseError(f"max_nodes: must be a whole number greater than 0 (found {self.max_nodes!r})")
-        if not _is_real(self.angle_min) or not 0 <= self.angle_min <= 30:
+        if not is_real(self.angle_min) or not 0 <= self.angle_min <= 30:
             raise CaseError(f"angle_min: must be from 0 to 30 degrees (found {self.angle_min!r})")
-        if self.largest is not None and not (_is_real(self.largest) and self.largest > 0):
+        if self.largest is not None and not (is_real(self.largest) and self.largest > 0):
             raise CaseError(f"largest: must be an area greater than 0 (found {self.largest!r})")
         for name, given in (("packing", self.packing), ("schedule", self.schedule)):
             if given is not None and not isinstance(given, Mapping):
@@ -68,11 +69,3 @@ class Wishes:
         except OptionError as error:
             place = error.key if error.key in short else ".".join(filter(None, (error.section, error.key)))
             raise CaseError(f"{place}: {error.message}") from None
-
-
-def _is_whole(value: Any, least: int) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= least)
-
-
-def _is_real(value: Any) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)

@@ -40,7 +40,7 @@ def resolved(
 ) -> Samples:
     """Cells split until they resolve the spacing, none is above ``largest`` (n,), and their sizes are balanced.
 
-    The sizes of the given ones are.
+    Those of the given samples have to be balanced already.
     """
     key = samples.grid.keys_of(sources.points)
     order = np.argsort(key, kind="stable")
