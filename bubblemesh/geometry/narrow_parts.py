@@ -111,7 +111,8 @@ class Walls:
         """Shares of the reach (m,) that are looked at, one after the other; most chords are shorter than the least."""
         shares = 4.0 ** np.arange(-DOUBLINGS // 2, 1)
         lengths = np.hypot(*(self.chords.end - self.chords.start).T)
-        return shares[(shares * np.median(reach) > np.median(lengths)) | (shares == 1)] if len(reach) else shares[-1:]
+        useful = shares * np.median(reach) > np.median(lengths) if len(reach) else shares > 1
+        return np.asarray(shares[useful | (shares == 1)], float)
 
     def _met(self, points: Floats, directions: Floats, lengths: Floats) -> tuple[Integers, Integers]:
         """Rays (k,), from ``points`` (m, 2), and the chords (k,) that they may meet, each pair once."""
