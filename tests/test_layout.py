@@ -37,8 +37,8 @@ MAY_IMPORT = {
     "console": FOUNDATION | {"batch", "meshes", "problem", "run"},
     "cli": FOUNDATION
     | {
-        *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "pictures"},
-        *{"problem", "run", "spacing"},
+        *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "packing"},
+        *{"pictures", "problem", "run", "spacing"},
     },
     "__init__": {"api"},
     "__main__": {"cli", "errors"},
