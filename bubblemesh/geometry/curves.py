@@ -298,10 +298,9 @@ class Splines(_Tabulated):
         # The pieces that hold the panels are known: no search, and one row of coefficients for many parameters.
         first = np.delete(np.arange(len(self._breaks.keys)), self._breaks.first[1:] - 1)
         begins = self._breaks.keys[first] - index[:: self.panels]
-        t = (u.reshape(len(begins), -1) - begins[:, None])[..., None]
-        c = self._coefficients[:3, :, None]
-        derivative = (3 * c[0] * t + 2 * c[1]) * t + c[2]
-        return np.hypot(derivative[..., 0], derivative[..., 1]).reshape(u.shape)
+        t = u.reshape(len(begins), -1) - begins[:, None]
+        columns = (self._coefficients[:3, :, None, k] for k in range(2))
+        return np.hypot(*((3 * c[0] * t + 2 * c[1]) * t + c[2] for c in columns)).reshape(u.shape)
 
 
 @dataclass(frozen=True)
