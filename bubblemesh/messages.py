@@ -103,11 +103,23 @@ def just_above(width: float) -> str:
     return f"{float(f'{1.05 * width:.1e}') + 10.0 ** (floor(log10(width)) - 1):.2g}"
 
 
+def either(words: Sequence[str]) -> str:
+    """Words of which one counts: a, b or c."""
+    return " or ".join([*([", ".join(words[:-1])] if len(words) > 1 else []), *words[-1:]])
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """The known word that ``word`` may mean: one that is alike, else the only one that begins so."""
+    words = list(known)
+    longer = [one for one in words if word and one.startswith(word)]
+    return next(iter(get_close_matches(word, words, n=1) or longer[: len(longer) == 1]), None)
+
+
 def meant(word: str, known: Iterable[str]) -> str:
     """The known word that ``word`` may mean, or all of them."""
     words = list(known)
-    close = get_close_matches(word, words, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(words)}"
+    close = closest(word, words)
+    return f"allowed: {', '.join(words)}" if close is None else f"did you mean {close!r}?"
 
 
 def ring_name(number: int, origin: str | None = None, areas: int = 1) -> str:

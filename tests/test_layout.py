@@ -24,7 +24,7 @@ MAY_IMPORT = {
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
-    "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
+    "pages": FOUNDATION | {"meshes", "meshfiles", "packing"},
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
     "problem": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
@@ -37,8 +37,8 @@ MAY_IMPORT = {
     "console": FOUNDATION | {"batch", "meshes", "problem", "run"},
     "cli": FOUNDATION
     | {
-        *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "pictures"},
-        *{"problem", "run", "spacing"},
+        *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "packing"},
+        *{"pictures", "problem", "run", "spacing"},
     },
     "__init__": {"api"},
     "__main__": {"cli", "errors"},

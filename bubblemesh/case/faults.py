@@ -1,17 +1,21 @@
 """Faults of a case's data, in words that name the file, the line and the key."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from bubblemesh.case.fields import described
+from bubblemesh.case.fields import FOLLOWS, described
+from bubblemesh.case.key_homes import Advice, advice_on, homes_below, is_mark, key_of, model_at, strange_keys
 from bubblemesh.case.parameters import is_number
-from bubblemesh.messages import meant
+from bubblemesh.messages import counted, either
 
 MAX_PROBLEMS = 10
+MAX_STRANGE = 100  # unknown keys for which it is found out what they explain
+MAX_ALIKE = 3  # entries of one list with the same problem that are all told of
 
 # Pydantic's kinds of errors in the words of a case file; other ones bring their own text.
 MESSAGES = {
@@ -53,54 +57,116 @@ Path = tuple[str | int, ...]
 def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Path], str]) -> list[str]:
     """One line for each problem that Pydantic found with the data of a model: its place, its key and what is wrong.
 
-    ``place`` gives that of a key path, such as ``plate.yaml:12``; empty where there is none to tell.
+    What follows from another problem is left out, and what is alike is told once. ``place`` gives the place of a key
+    path, such as ``plate.yaml:12``; empty where there is none to tell. There is no line if all follows from problems
+    with parameters that are known otherwise.
     """
-    found = error.errors(include_url=False)
-    lines = []
-    for one in found[:MAX_PROBLEMS]:
-        path = tuple(part for part in one["loc"] if not _is_mark(part))
-        parts = (place(path), ".".join(map(str, path)), _message(dict(one), model))
-        lines.append(": ".join(part for part in parts if part))
-    if len(found) > MAX_PROBLEMS:
-        lines.append(f"... and {len(found) - MAX_PROBLEMS} more")
-    return lines
+    errors = [one for one in error.errors(include_url=False) if one["type"] != FOLLOWS]
+    found = [_Problem.of(dict(one), model) for one in errors]
+    strange = (
+        [one for one in found if one.kind == "extra_forbidden"] if "missing" in {one.kind for one in found} else []
+    )
+    meant = {(*one.path[:-1], key) for one in strange[:MAX_STRANGE] for key in one.advice.explains}
+    groups: dict[Hashable, list[_Problem]] = {}
+    for one in found:
+        if not (one.kind == "missing" and one.path in meant):
+            groups.setdefault(one.group, []).append(one)
+    told = [line for group in groups.values() for line in _told(group)]
+    lines = [
+        ": ".join(filter(None, (place(one.path), ".".join(map(str, one.path)), f"{one.message}{more}")))
+        for one, more in told[:MAX_PROBLEMS]
+    ]
+    return [*lines, *([f"... and {len(told) - MAX_PROBLEMS} more"] if len(told) > MAX_PROBLEMS else [])]
 
 
-def _is_mark(part: str | int) -> bool:
-    """Whether a part of a location is a choice's tag or Pydantic's mark of a key, rather than a key of the file."""
-    return isinstance(part, str) and (part == "[key]" or (part.startswith("<") and part.endswith(">")))
+@dataclass(frozen=True)
+class _Problem:
+    """One of Pydantic's errors, which is put in the words of a case file when it is told of: there may be very many."""
+
+    path: Path
+    error: dict[str, Any]
+    model: type[BaseModel]
+
+    @classmethod
+    def of(cls, error: dict[str, Any], model: type[BaseModel]) -> "_Problem":
+        """Problem that an error is about."""
+        return cls(tuple(part for part in error["loc"] if not is_mark(part)), error, model)
+
+    @property
+    def kind(self) -> str:
+        """Pydantic's word for it."""
+        return str(self.error["type"])
+
+    @property
+    def unknown(self) -> str | None:
+        """Name in an expression that stands for nothing."""
+        name = self.error.get("ctx", {}).get("unknown")
+        return None if name is None else str(name)
+
+    @cached_property
+    def advice(self) -> Advice:
+        """What to do about an unknown key."""
+        *parents, key = self.error["loc"]
+        return advice_on(str(key), parents, self.model)
+
+    @property
+    def message(self) -> str:
+        """What is wrong."""
+        return (
+            f"unknown key; {self.advice.text}" if self.kind == "extra_forbidden" else _message(self.error, self.model)
+        )
+
+    @property
+    def group(self) -> Hashable:
+        """What problems that are told together have in common: an unknown name, or a list and what is wrong in it."""
+        if self.unknown is not None:
+            return self.unknown
+        ends = next((k for k in range(len(self.path), 0, -1) if isinstance(self.path[k - 1], str)), 0)
+        return self.path[:ends], self.kind
+
+
+def _told(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
+    """Those of a group that are told of, with words on the others: of a name the first, of a list no more than some."""
+    first, *others = group
+    if others and first.unknown is not None:
+        keys = list(dict.fromkeys(".".join(map(str, one.path)) for one in others))
+        return [(first, f" (also in {either(keys) if len(keys) <= MAX_ALIKE else counted(len(keys), 'more key')})")]
+    if len(group) > MAX_ALIKE:
+        return [(first, f" (and {len(others):,} more like it)")]
+    return [(one, "") for one in group]
 
 
 def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
-    kind, value = problem["type"], problem["input"]
-    if kind == "extra_forbidden":
-        *parents, key = problem["loc"]
-        return f"unknown key; {meant(str(key), _fields(model, parents))}"
+    """What is wrong, with what was found."""
+    kind, value, loc = problem["type"], problem["input"], problem["loc"]
     message = MESSAGES[kind].format(**problem.get("ctx", {})) if kind in MESSAGES else problem["msg"]
     if kind in WITHOUT_VALUE:
         return message
-    advice = "; remove the quotes" if kind in ("float_type", "int_type") and is_number(value) else ""
+    advice = ""
+    if kind in ("float_type", "int_type") and is_number(value):
+        advice = "; remove the quotes"
+    elif kind == "tuple_type":
+        advice = "; write [a, b], or a line with a dash for each entry"
+    elif kind == "model_type" and (form := _form(loc, model)):
+        advice = f"; write {form}"
+    elif kind == "choice" and isinstance(value, dict) and value:
+        advice = _inner_advice(value, loc, model)
     return f"{message} (found {described(value)}{advice})"
 
 
-def _fields(model: type[BaseModel], loc: list[str | int]) -> list[str]:
-    """Keys that the mapping at ``loc`` may have."""
-    models = [model]
-    for part in loc:
-        if _is_mark(part):
-            # A tag is the key that tells its model apart, where there are several.
-            models = [one for one in models if str(part)[1:-1] in one.model_fields] or models
-        elif isinstance(part, str):
-            models = _models(models[0].model_fields[part].annotation)
-    fields = models[0].model_fields
-    own_first = dict.fromkeys(name for base in models[0].__mro__ for name in vars(base).get("__annotations__", ()))
-    return [fields[name].alias or name for name in own_first if name in fields]
+def _form(loc: Sequence[str | int], model: type[BaseModel]) -> str:
+    """The form of the mapping at a location, with the keys that it must have; empty if there are none."""
+    own = model_at(model, loc)
+    fields = own.model_fields.items() if own else ()
+    needed = [key_of(name, own) for name, field in fields if own and field.is_required()]
+    return "{" + ", ".join(f"{key}: ..." for key in needed) + "}" if needed else ""
 
 
-def _models(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in get_args(annotation) for model in _models(part)]
+def _inner_advice(value: Mapping[str, Any], loc: Sequence[str | int], model: type[BaseModel]) -> str:
+    """Advice on keys that belong into one of the mappings of a choice."""
+    strangers = strange_keys(value, loc, model)
+    inner = homes_below(strangers, loc, model)
+    return f"; {', '.join(strangers)} belong{'s' if len(strangers) == 1 else ''} under {either(inner)}" if inner else ""
 
 
 @dataclass(frozen=True)

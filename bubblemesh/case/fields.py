@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import PurePath
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, LiteralString, NamedTuple
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
@@ -12,7 +12,10 @@ from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.parameters import filled_in, is_number
 from bubblemesh.errors import CaseError
 from bubblemesh.files import LONGEST_NAME, is_writable
-from bubblemesh.spacing.expression import constant
+from bubblemesh.spacing.expression import UnknownNameError, constant
+
+# Kind of an error that another one explains.
+FOLLOWS = "follows"
 
 # Tags become parts of Pydantic's error locations, so they must not look like keys of the file.
 TAG = "<{}>"
@@ -113,9 +116,8 @@ def _evaluated(value: Any, info: ValidationInfo) -> Any:
     try:
         return constant(value, info.context or {})
     except CaseError as error:
-        context = {"found": described(value), "problem": str(error)}
         message = "must be a number (found {found}), or an expression of the parameters: {problem}"
-        raise PydanticCustomError("expression", message, context) from None
+        raise fault_of(error, "expression", message, found=described(value)) from None
 
 
 def _with_parameters(value: Any, info: ValidationInfo) -> Any:
@@ -124,7 +126,19 @@ def _with_parameters(value: Any, info: ValidationInfo) -> Any:
     try:
         return filled_in(value, info.context)
     except CaseError as error:
-        raise PydanticCustomError("text", "{problem}", {"problem": str(error)}) from None
+        raise fault_of(error, "text") from None
+
+
+def fault_of(
+    error: CaseError, kind: LiteralString, message: LiteralString = "{problem}", **context: str
+) -> PydanticCustomError:
+    """Error of a model's check for one of an expression or a text.
+
+    Its kind is `FOLLOWS` where that is due to a parameter that has a fault itself; an unknown name is in its context.
+    """
+    if isinstance(error, UnknownNameError):
+        kind, context = FOLLOWS if error.follows else kind, context | {"unknown": error.name}
+    return PydanticCustomError(kind, message, context | {"problem": str(error)})
 
 
 Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]

@@ -5,21 +5,25 @@ from dataclasses import dataclass, replace
 from os.path import realpath
 from pathlib import Path
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
 from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.case.faults import Origin, problems
+from bubblemesh.case.key_homes import home_of_no_option
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
-from bubblemesh.case.parameters import known_parameters, literal, resolved
+from bubblemesh.case.parameters import literal, resolved
 from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
+
+if TYPE_CHECKING:
+    from bubblemesh.packing.configure import OptionError
 
 T = TypeVar("T")
 
@@ -207,14 +211,17 @@ class _Places:
 
 def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float) -> Case:
     """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry."""
-    parameters: dict[str, Any] = {}
-    if isinstance(data.get("parameters"), dict):
-        parameters = resolved(data["parameters"], lambda name, fault: places.message(["parameters", name], fault))
-        data = data | {"parameters": parameters}
+    parameters = data.get("parameters")
+    found = resolved(parameters if isinstance(parameters, dict) else {})
+    if isinstance(parameters, dict):
+        data = data | {"parameters": found.given}
+    faults = [places.message(["parameters", name], problem) for name, problem in found.problems.items()]
     try:
-        case = Case.model_validate(data, context=known_parameters(parameters))
+        case = Case.model_validate(data, context=found.known)
     except ValidationError as error:
-        raise CaseError("\n".join(problems(error, Case, places))) from None
+        raise CaseError("\n".join([*faults, *problems(error, Case, places)])) from None
+    if faults:
+        raise CaseError("\n".join(faults))
     _check_names(case, places)
     if root is not None:
         case = _limited(case, places)
@@ -260,6 +267,13 @@ def _limited(case: Case, places: _Places) -> Case:
     return case.model_copy(update={"limits": case.limits.model_copy(update=limits)})
 
 
+def _on_option(error: "OptionError", places: _Places) -> str:
+    """Line on a fault of a method's option; a key of another part of the case is told where it belongs."""
+    path = [error.section] if error.key is None else [error.section, error.key]
+    belongs = None if error.key is None else home_of_no_option(error.key, path[:1], Case)
+    return places.message(path, f"unknown key; {belongs}" if belongs else error.message)
+
+
 def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
     """The case with its method configured, and warnings on options that are left out.
 
@@ -284,6 +298,5 @@ def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
             case = case.model_copy(update=given) if warnings else case
         _ = case.configured_method
     except OptionError as error:
-        path = [error.section] if error.key is None else [error.section, error.key]
-        raise CaseError(places.message(path, error.message)) from None
+        raise CaseError("\n".join(_on_option(one, places) for one in (error, *error.others))) from None
     return case, tuple(warnings)

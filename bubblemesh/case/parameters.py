@@ -2,13 +2,20 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
+from typing import Any, NamedTuple
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import unknown
-from bubblemesh.spacing.expression import Parameters, check_parameter_name, constant, names_in, normal
+from bubblemesh.spacing.expression import (
+    Parameters,
+    UnknownNameError,
+    check_parameter_name,
+    constant,
+    names_in,
+    normal,
+)
 
 BRACES = re.compile(r"\{\{|\}\}|\{([^{}]*)\}|[{}]")
 
@@ -21,31 +28,53 @@ def is_number(value: object) -> bool:
         return False
 
 
-def resolved(given: Mapping[str, Any], message: Callable[[str, object], str]) -> dict[str, Any]:
+class Resolved(NamedTuple):
+    """Parameters with numbers in place of expressions, and what is wrong with expressions that have no value.
+
+    ``given`` lacks the latter, and all that depends on a parameter with a fault; what was neither a number nor the text
+    of an expression is there as it was.
+    """
+
+    given: dict[str, Any]
+    problems: dict[str, str]  # of a parameter's expression, by its name as it was given
+    known: Parameters  # that expressions may name
+
+
+def resolved(given: Mapping[str, Any]) -> Resolved:
     """Parameters with numbers in place of expressions of other parameters, which may stand in any order.
 
-    What is neither a number nor such a text stays as it is. CaseError with a line for each text that is no expression,
-    or if parameters depend on each other in a circle; ``message`` makes the line of a parameter and its problem.
+    A problem is that a text is no expression, or that parameters depend on each other in a circle.
     """
     texts = {normal(name): name for name, value in given.items() if isinstance(value, str) and not is_number(value)}
-    values, needed, problems = known_parameters(given), dict[str, set[str]](), dict[str, str]()
+    values, needed, problems = _numbers(given), dict[str, set[str]](), dict[str, str]()
     known = Parameters(dict.fromkeys(map(normal, given), math.nan) | values)  # names that an expression may have
     for name, key in texts.items():
         try:
             constant(given[key], known)
             needed[name] = names_in(given[key])
         except CaseError as error:
-            problems[key] = message(key, f"must be a number, or an expression of other parameters: {error}")
-    for name in _in_order({name: names & texts.keys() for name, names in needed.items()}, message):
+            problems[key] = f"must be a number, or an expression of other parameters: {error}"
+    try:
+        order = list(TopologicalSorter({name: names & texts.keys() for name, names in needed.items()}).static_order())
+    except CycleError as error:
+        order, cycle = [], error.args[1][::-1]
+        problems[texts[cycle[0]]] = f"depends on itself: {' -> '.join(cycle)}: give one of them a number"
+    for name in order:
         if name in needed and needed[name] & known.keys() <= values.keys():  # else what it needs has a fault
             values[name] = constant(given[texts[name]], values)
-    if problems:
-        raise CaseError("\n".join(problems.values()))
-    return {key: values.get(normal(key), value) if isinstance(value, str) else value for key, value in given.items()}
+    rest = {
+        key: values[normal(key)] if normal(key) in texts else value
+        for key, value in given.items()
+        if normal(key) not in texts or normal(key) in values
+    }
+    names = [normal(name) for name in given if _is_usable(normal(name))]
+    usable = Parameters({name: values[name] for name in names if name in values and math.isfinite(values[name])})
+    usable.without_value = frozenset(names) - usable.keys()
+    return Resolved(rest, problems, usable)
 
 
-def known_parameters(given: Mapping[str, Any]) -> Parameters:
-    """Parameters that are numbers, by names that expressions can have; others are reported where they stand."""
+def _numbers(given: Mapping[str, Any]) -> Parameters:
+    """Parameters that are numbers, by names that expressions can have."""
     numbers = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
     return Parameters({normal(name): value for name, value in numbers.items() if _is_usable(name)})
 
@@ -58,7 +87,7 @@ def _is_usable(name: str) -> bool:
     return True
 
 
-def filled_in(text: str, parameters: Mapping[str, float]) -> str:
+def filled_in(text: str, parameters: Parameters) -> str:
     """The text with the values of the parameters that it names in braces, such as ``part-{r}.dxf``.
 
     Two braces stand for one. CaseError if there is no such parameter.
@@ -71,6 +100,8 @@ def filled_in(text: str, parameters: Mapping[str, float]) -> str:
         if name is None:
             raise CaseError("has a single brace: write {{ or }} for a brace, {name} for a parameter")
         key = normal(name.strip())
+        if key in parameters.without_value:
+            raise UnknownNameError(f"the parameter {key!r} has no value", key, follows=True)
         if key not in parameters:
             hint = (
                 unknown("parameter", name, parameters) if parameters else f"unknown parameter {name!r}; there is none"
@@ -84,13 +115,3 @@ def filled_in(text: str, parameters: Mapping[str, float]) -> str:
 def literal(text: str) -> str:
     """The text as `filled_in` gives it again, whatever braces it has."""
     return text.replace("{", "{{").replace("}", "}}")
-
-
-def _in_order(needed: Mapping[str, set[str]], message: Callable[[str, object], str]) -> list[str]:
-    """Names, each after those that it needs."""
-    try:
-        return list(TopologicalSorter(needed).static_order())
-    except CycleError as error:
-        cycle = error.args[1][::-1]
-        problem = f"depends on itself: {' -> '.join(cycle)}: give one of them a number"
-        raise CaseError(message(cycle[0], problem)) from None

@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.faults import problems
-from bubblemesh.case.fields import Choice, Count, Label, Point, Positive, Strict
+from bubblemesh.case.fields import Choice, Count, Label, Point, Positive, Strict, fault_of
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -83,7 +83,7 @@ def _expression(value: Any, info: ValidationInfo) -> Expression:
     try:
         return Expression.parse(value, info.context or {})
     except CaseError as error:
-        raise PydanticCustomError("expression", "{problem}", {"problem": str(error)}) from None
+        raise fault_of(error, "expression") from None
 
 
 ExpressionText = Annotated[

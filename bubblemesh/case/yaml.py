@@ -284,7 +284,7 @@ class _Reader:
         context = ""
         if error.context and error.context_mark:
             context = f", {error.context} that starts in line {error.context_mark.line + 1}"
-        advice = "check the indentation (spaces, no tabs), brackets, colons and quotes"
+        advice = "check the indentation (spaces, no tabs), brackets, colons and quotes, here and in the line before"
         return CaseError(f"{self.place(line)}: not valid YAML: {error.problem}{context}: {advice}")
 
 

@@ -15,7 +15,6 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 for command in (run, adapt, batch, check, quality, plot, schema, init):
@@ -39,4 +38,4 @@ def main() -> None:
     """Run the command."""
     expendable_messages()
     with signals_obeyed():
-        app()
+        app(prog_name="bubblemesh")  # also with python -m: the shells complete a command of this name

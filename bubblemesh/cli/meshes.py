@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bubblemesh.cli.completion import quantities, styles
 from bubblemesh.cli.options import AsJson
 from bubblemesh.cli.stdio import write_json
 from bubblemesh.errors import CaseError, located
@@ -58,7 +59,11 @@ def plot(
     ] = None,
     color: Annotated[
         str | None,
-        typer.Option("--color", help="quality, size, spacing, label, material, none, or a field of the file."),
+        typer.Option(
+            "--color",
+            help="quality, size, spacing, label, material, none, or a field of the file.",
+            autocompletion=quantities,
+        ),
     ] = None,
     colormap: Annotated[str | None, typer.Option("--colormap", help="One of matplotlib's colour maps.")] = None,
     limits: Annotated[
@@ -73,7 +78,9 @@ def plot(
     ] = None,
     axes: Annotated[bool | None, typer.Option("--axes/--no-axes", help="Tell coordinates beside the mesh.")] = None,
     title: Annotated[str | None, typer.Option("--title", help="Text above the picture.")] = None,
-    style: Annotated[str, typer.Option("--style", help="screen, or paper: a column wide, thin lines.")] = "screen",
+    style: Annotated[
+        str, typer.Option("--style", help="screen, or paper: a column wide, thin lines.", autocompletion=styles)
+    ] = "screen",
     width: Annotated[float | None, typer.Option("--width", metavar="MM", help="Width of the picture.")] = None,
     dpi: Annotated[float | None, typer.Option("--dpi", help="Resolution of bitmaps.")] = None,
 ) -> None:

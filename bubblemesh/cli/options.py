@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bubblemesh.cli.completion import formats, methods, solvers
+
 if TYPE_CHECKING:
     from bubblemesh.case import Override
 
@@ -20,12 +22,19 @@ Output = Annotated[
 FormatsNamed = Annotated[
     list[str] | None,
     typer.Option(
-        "--format", help="Write this format only, or each that is named so: msh, vtu, xdmf, mesh, inp, su2 ..."
+        "--format",
+        help="Write this format only, or each that is named so: msh, vtu, xdmf, mesh, inp, su2 ...",
+        autocompletion=formats,
     ),
 ]
 SolversNamed = Annotated[
     list[str] | None,
-    typer.Option("--for", metavar="SOLVER", help="Write what a solver reads, or each that is named so: fenicsx ..."),
+    typer.Option(
+        "--for",
+        metavar="SOLVER",
+        help="Write what a solver reads, or each that is named so: fenicsx ...",
+        autocompletion=solvers,
+    ),
 ]
 Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.")]
 Untrusted = Annotated[
@@ -37,7 +46,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and er
 # Options that set keys of the case: what each sets stands under its name in case/overrides.py, which spells its flag.
 CASE_OPTIONS: dict[str, Any] = {
     "set": Annotated[list[str] | None, typer.Option(metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")],
-    "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.")],
+    "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.", autocompletion=methods)],
     "seed": Annotated[int | None, typer.Option(help="Seed of the random numbers, over the case's.")],
     "repair": Annotated[
         bool | None, typer.Option("--repair", help="Mend rings that cross or touch themselves or each other, and gaps.")

@@ -9,7 +9,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from typing_extensions import Doc
 
 from bubblemesh.errors import CaseError
-from bubblemesh.messages import meant
+from bubblemesh.messages import either, meant
 from bubblemesh.packing.methods import COLUMNS, METHODS, Method
 
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
@@ -24,6 +24,7 @@ class OptionError(CaseError):
         self.section = section
         self.key = key
         self.message = message
+        self.others: tuple[OptionError, ...] = ()  # faults of further keys
 
 
 class Option(NamedTuple):
@@ -43,14 +44,47 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
     given = {"packing": packing, "schedule": schedule}
     row = _with_schemes(method, given)
     changes: dict[str, dict[str, Any]] = {}
+    faults: list[OptionError] = []
     for section, key in _parameters(given):
         name = _column_of(row, section, key)
-        if name is None:
-            known = list(options(row)[section])
-            raise OptionError(section, key, f"the method {method!r} does not use this key: {meant(key, known)}")
-        value = _checked(type(getattr(row, name)), section, key, given[section][key])
-        changes.setdefault(name, {})[key] = value
+        try:
+            if name is None:
+                raise OptionError(
+                    section, key, f"the method {method!r} does not use this key: {_meant(row, section, key)}"
+                )
+            value = _checked(type(getattr(row, name)), section, key, given[section][key])
+        except OptionError as error:
+            faults.append(error)
+        else:
+            changes.setdefault(name, {})[key] = value
+    if faults:
+        faults[0].others = tuple(faults[1:])
+        raise faults[0]
     return replace(row, **{name: replace(getattr(row, name), **values) for name, values in changes.items()})
+
+
+def _meant(row: Method, section: str, key: str) -> str:
+    """What may be meant by a key that a method does not use: the same one of other methods, or one that is alike.
+
+    That is the key in the method's other section, else in other methods, else with other schemes.
+    """
+    elsewhere = [other for other, keys in options(row).items() if key in keys]
+    if elsewhere:
+        return f"it belongs under {elsewhere[0]}"
+    methods = [name for name, other in METHODS.items() if key in options(other)[section]]
+    if methods:
+        return f"it belongs to the method{'s' * (len(methods) > 1)} {', '.join(methods)}"
+    schemes = [
+        f"{column.section}.{column.key}: {name}"
+        for column in COLUMNS.values()
+        if column.section == section and column.key is not None
+        for name, kind in column.schemes.items()
+        if key in _hints(kind)
+    ]
+    if schemes:
+        return f"it belongs to {either(schemes)}"
+    sections = [name for name in options(row) if any(key in options(other)[name] for other in METHODS.values())]
+    return f"it belongs under {sections[0]}, for other methods" if sections else meant(key, options(row)[section])
 
 
 def unused_keys(method: str, packing: Mapping[str, Any], schedule: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -15,9 +15,8 @@ from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, radius_ratios, signed_areas, spacing_ratios
 from bubblemesh.messages import meant
-from bubblemesh.pictures.styles import INK, REGION_COLOURS, PlotOptionError, Style
+from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 
-OWN = ("quality", "size", "spacing", "label", "material", "none")
 OUTER = 0.01  # share of the triangles beyond either end of a scale
 # The one scale of quality, in pictures and pages: good triangles are pale, so that the bad ones are what one sees, in
 # order of lightness, so that colour-blind readers tell them as well.
@@ -56,7 +55,7 @@ class Colouring:
 def colouring_of(
     mesh: Mesh, data: MeshData, color: str, colormap: str | None = None, limits: tuple[float, float] | None = None
 ) -> Colouring | None:
-    """The colouring by a quantity of ``OWN`` or a field; None if the triangles have no colour of their own.
+    """The colouring by a quantity of ``QUANTITIES`` or a field; None if the triangles have no colour of their own.
 
     The colour map is ``quality`` or one that matplotlib knows; without limits, they follow from the values. A
     PlotOptionError if the mesh does not have the quantity, or there is no such colour map.
@@ -123,7 +122,7 @@ def _field(mesh: Mesh, data: MeshData, name: str) -> tuple[Floats, str]:
     """Values (t,) of a field and what to call them; a vector's is its length, a node's the mean of the corners'."""
     values = data.cells.get(name, data.points.get(name))
     if values is None:
-        known = dict.fromkeys((*OWN, *data.cells, *data.points))
+        known = dict.fromkeys((*QUANTITIES, *data.cells, *data.points))
         close = meant(name, known)
         hint = close if close.startswith("allowed") else f"{close} allowed: {', '.join(known)}"
         raise PlotOptionError("color", f"the mesh has no {name!r}: {hint}")

@@ -38,6 +38,7 @@ class Style:
 
 SANS = {"font.family": "DejaVu Sans", "mathtext.fontset": "dejavusans", "font.size": 10.0}
 SERIF = {"font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 8.0, "pdf.fonttype": 42}
+QUANTITIES = ("quality", "size", "spacing", "label", "material", "none")  # that a picture shows of any mesh
 STYLES = {
     "screen": Style(None, 190.0, 120.0, 5000, (0.08, 0.5), (1.2, 2.2), True, True, True, 30.0, SANS),
     # One column of a journal's page, lines just wide enough for print.

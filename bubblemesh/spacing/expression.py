@@ -134,6 +134,17 @@ class Parameters(dict[str, float]):
     Python compares identifiers in the normal form of their keys, in which the micro sign is a Greek mu.
     """
 
+    without_value: frozenset[str] = frozenset()  # names of those that have a fault
+
+
+class UnknownNameError(CaseError):
+    """An expression has a name that stands for nothing; or for a parameter with a fault, from which this follows."""
+
+    def __init__(self, problem: str, name: str, *, follows: bool = False) -> None:
+        super().__init__(problem)
+        self.name = name
+        self.follows = follows
+
 
 def checked_parameters(parameters: Mapping[str, float]) -> Parameters:
     """Parameters that expressions may name; CaseError as of `check_parameter_name`."""
@@ -162,6 +173,7 @@ class _Builder:
         self.text = text
         self.coordinates = coordinates
         self.constants = ChainMap(parameters, CONSTANTS)
+        self.without_value = parameters.without_value
         self.distance_to = distance_to
         self.costly = False
 
@@ -208,8 +220,10 @@ class _Builder:
             raise self._error(node, f"{name!r} is a function: give it {FUNCTIONS[name].arity()} in parentheses")
         if name == DISTANCE:
             raise self._error(node, f"{name!r} is a function: give it labels in parentheses and quotes, or none")
+        if name in self.without_value:
+            raise UnknownNameError(f"the parameter {name!r} has no value", name, follows=True)
         known = [*self.coordinates, *self.constants]
-        raise self._error(node, f"unknown name {name!r}; {meant(name, known)}")
+        raise UnknownNameError(str(self._error(node, f"unknown name {name!r}; {meant(name, known)}")), name)
 
     def _function(self, node: ast.Call) -> Function:
         if not isinstance(node.func, ast.Name):

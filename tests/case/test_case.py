@@ -120,7 +120,7 @@ INVALID = [
 
 PATHS = [
     ("[]", "domain.outer.path: must have at least one entry"),
-    ("3", "domain.outer.path: must be a list (found 3)"),
+    ("3", "domain.outer.path: must be a list (found 3; write [a, b], or a line"),
     ("[{to: [1, 0]}]", "domain.outer.path: must begin with a point [x, y] (found the keys to)"),
     (
         "[[0, 0], {too: [1, 0]}]",
@@ -188,7 +188,7 @@ class TestLoading:
             "folder/plate.yaml:2: spacing: must be greater than 0 (found -1)",
             "folder/plate.yaml:1: method: must be text (found 3)",
         ]
-        many = SQUARE.replace("[1, 0]", ", ".join(["[a, b]"] * 50))
+        many = SQUARE + "".join(f"wrong_{k}: 1\n" for k in range(100))
         assert message_of(many).splitlines()[10:] == ["... and 90 more"]
 
     def test_standard_input_has_a_name(self):

@@ -79,7 +79,7 @@ MISTAKES = [
     ("{near: [{point: [0], size: 1}]}", "spacing.near.0.point: must be a point [x, y] (found the list [0])"),
     ("{near: [{line: [[0, 0], [0, 0]], size: 1}]}", "spacing.near.0.line: must have two different points at least"),
     ("{near: [{line: [[0, 0]], size: 1}]}", "spacing.near.0.line: must have two different points at least"),
-    ("{near: [{line: 3, size: 1}]}", "spacing.near.0.line: must be a list (found 3)"),
+    ("{near: [{line: 3, size: 1}]}", "spacing.near.0.line: must be a list (found 3; write [a, b], or a line"),
     ("{labels: {a: 0}}", "plate.yaml:3: spacing.labels.a: must be greater than 0 (found 0)"),
     ("{labels: {a: x}}", "plate.yaml:3: spacing.labels.a: must be a number (found the text 'x')"),
     ("{labels: [a]}", "plate.yaml:3: spacing.labels: must be a mapping of keys to values"),

@@ -53,7 +53,7 @@ def test_whole_numbers_do_for_real_ones():
     [
         ({"sead": 1}, {}, "packing", "sead", "did you mean 'seed'?"),
         ({}, {"round": 3}, "schedule", "round", "did you mean 'rounds'?"),
-        ({"rounds": 3}, {}, "packing", "rounds", "does not use this key: allowed: w1, w2"),
+        ({"rounds": 3}, {}, "packing", "rounds", "does not use this key: it belongs under schedule"),
         ({"w2": 0}, {}, "packing", "w2", "greater than 0 (found 0)"),
         ({"w2": -0.5}, {}, "packing", "w2", "greater than 0 (found -0.5)"),
         ({"w2": "0.6"}, {}, "packing", "w2", "valid number (found '0.6')"),

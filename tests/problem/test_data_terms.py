@@ -117,7 +117,10 @@ KEYS = [
     ("{fields: 3}", "spacing.fields: unknown key; did you mean 'field'?"),
     ("{field: {}}", "spacing.field.file: is missing"),
     ("{field: []}", "spacing.field: must have at least one entry"),
-    ("{field: previous.vtu}", "spacing.field: must be a mapping of keys to values (found the text 'previous.vtu')"),
+    (
+        "{field: previous.vtu}",
+        "spacing.field: must be a mapping of keys to values (found the text 'previous.vtu'; write {file: ...})",
+    ),
     ("{field: {file: a, nam: h}}", "spacing.field.nam: unknown key; did you mean 'name'?"),
     ("{field: [{file: a}, {file: a, nam: h}]}", "spacing.field.1.nam: unknown key; did you mean 'name'?"),
     ("{field: {file: a, scale: 0}}", "spacing.field.scale: must be greater than 0 (found 0)"),

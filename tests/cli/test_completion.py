@@ -1,0 +1,78 @@
+"""What the shells are told when somebody presses the tabulator."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from bubblemesh.cli import completion
+from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR
+from bubblemesh.packing.methods import METHODS
+from bubblemesh.pictures.colouring import QUANTITIES
+from bubblemesh.pictures.styles import STYLES
+
+COMMANDS = ["run", "adapt", "batch", "check", "quality", "plot", "schema", "init"]
+
+
+def called(*arguments, **environment):
+    command = [sys.executable, "-m", "bubblemesh", *arguments]
+    return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=False)
+
+
+def in_bash(line):
+    """Words that bash is given for a line whose last word is to be completed."""
+    count = len(line.split(" ")) - 1
+    found = called(COMP_WORDS=line, COMP_CWORD=str(count), _BUBBLEMESH_COMPLETE="complete_bash")
+    assert found.stderr == ""
+    return found.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("bubblemesh ", COMMANDS),
+        ("bubblemesh q", ["quality"]),
+        ("bubblemesh run --fo", ["--format", "--for"]),
+        ("bubblemesh run plate.yaml --for ", [*FORMATS_FOR]),
+        ("bubblemesh adapt --format ms", [name for name in FORMATS if name.startswith("ms")]),
+        ("bubblemesh check --method ", [*METHODS]),
+        ("bubblemesh plot plate.msh --color ", [*QUANTITIES]),
+        ("bubblemesh run pl", []),  # so that the shell completes names of files
+    ],
+)
+def test_bash_is_given_commands_options_and_choices(line, words):
+    assert in_bash(line) == words
+
+
+def test_zsh_and_fish_are_given_choices_and_else_complete_files():
+    environment = {"_BUBBLEMESH_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": "bubblemesh run --for fr"}
+    assert '"freefem"' in called(**environment).stdout
+    environment |= {"_TYPER_COMPLETE_ARGS": "bubblemesh run pl"}
+    assert called(**environment).stdout.strip() == "_files"
+    environment = {"_BUBBLEMESH_COMPLETE": "complete_fish", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+    found = called(**environment, _TYPER_COMPLETE_ARGS="bubblemesh run --for fr")
+    assert found.stdout.split() == ["freefem"]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_a_shell_calls_the_command(shell):
+    # Typer asks for the shell's name as the option's value where it may not look for the shell by itself.
+    found = called("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1")
+    assert found.returncode == 0
+    assert f"_BUBBLEMESH_COMPLETE=complete_{shell}" in found.stdout
+    assert "bubblemesh" in found.stdout.split()
+
+
+def test_completion_is_installed_in_the_home_folder(tmp_path):
+    home = {"HOME": str(tmp_path), "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    found = called("--install-completion", "bash", **home)
+    assert found.returncode == 0
+    (script,) = (tmp_path / ".bash_completions").iterdir()
+    assert f"source '{script}'" in (tmp_path / ".bashrc").read_text()
+
+
+def test_words_that_do_not_begin_so_are_left_out():
+    assert completion.styles("p") == ["paper"]
+    assert completion.styles("") == [*STYLES]
+    assert completion.solvers("x") == []
