@@ -24,7 +24,7 @@ MAY_IMPORT = {
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
-    "pages": FOUNDATION | {"meshes", "meshfiles", "packing"},
+    "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
     "problem": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
