@@ -184,6 +184,7 @@ def init(
 
     write_new(Path(path), case_template())
     console.tell(f"{path} written: run it with  bubblemesh run {path}")
+    console.tell("for editors that complete its keys:  bubblemesh schema > bubblemesh.schema.json")
 
 
 def case_at(case: str, overrides: Overrides, untrusted: bool) -> "Case":
