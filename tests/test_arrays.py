@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import along_hilbert_curve, hilbert_index, members
+from bubblemesh.arrays import along_hilbert_curve, components, hilbert_index, members
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -79,3 +81,15 @@ def test_neighbours_on_the_curve_are_near_in_the_plane():
 def test_order_does_not_depend_on_the_unit_of_length(scale):
     points = np.random.default_rng(0).random((1000, 2))
     np.testing.assert_array_equal(along_hilbert_curve(scale * points), along_hilbert_curve(points))
+
+
+@pytest.mark.parametrize(("count", "links"), [(1, 0), (6, 3), (500, 300), (500, 2000)])
+def test_components_are_those_of_scipy(count, links):
+    pairs = np.random.default_rng(count).integers(0, count, (links, 2))
+    matrix = coo_array((np.ones(links), tuple(pairs.T)), shape=(count, count))
+    np.testing.assert_array_equal(components(pairs, count), connected_components(matrix, directed=False)[1])
+
+
+def test_a_long_chain_is_one_component():
+    order = np.random.default_rng(0).permutation(20_000)
+    assert components(np.column_stack([order[:-1], order[1:]]), len(order)).max() == 0

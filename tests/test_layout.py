@@ -109,7 +109,12 @@ def test_the_root_holds_the_doors_and_few_modules():
     assert len(loose) <= MOST_LOOSE_MODULES
 
 
-def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path):
+@pytest.mark.parametrize(
+    "outer",
+    ["{rectangle: [0, 0, 1, 1]}", "{path: [[0, 0], [1, 0], {spline: {through: [[1, 1], [0.5, 0.8], [0, 0]]}}]}"],
+    ids=["straight", "spline"],
+)
+def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path, outer):
     code = (
         "import sys\n"
         "from bubblemesh.cli import app\n"
@@ -117,7 +122,7 @@ def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path
         "print(*sorted({name.partition('.')[0] for name in sys.modules}))\n"
     )
     case = tmp_path / "case.yaml"
-    case.write_text("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: {value: 0.2, growth: 0.2}\n")
+    case.write_text(f"domain: {{outer: {outer}}}\nspacing: {{value: 0.2, growth: 0.2}}\n")
     run = subprocess.run(
         [sys.executable, "-c", code, str(case)], cwd=tmp_path, capture_output=True, text=True, check=True
     )

@@ -1,5 +1,6 @@
 """Keys that mirror, scale, rotate, move and repeat whatever a case draws or takes from a file."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -7,15 +8,24 @@ from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
-    PlainSerializer,
     PlainValidator,
     Tag,
-    ValidationInfo,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import MOST_COPIES, Choice, Copies, Number, Point, Positive, Strict, listed
+from bubblemesh.case.fields import (
+    AS_GIVEN,
+    MOST_COPIES,
+    Choice,
+    Copies,
+    Number,
+    Point,
+    Positive,
+    Strict,
+    as_expression,
+    listed,
+)
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -35,25 +45,15 @@ Turn = Annotated[
 ]
 
 
-def _condition(value: Any, info: ValidationInfo) -> Expression:
-    if isinstance(value, Expression):
-        return value
-    parameters = info.context or {}
-    try:
-        if taken := [name for name in NUMBERS_OF_COPIES if name in parameters]:
-            raise CaseError(f"{taken[0]!r} is the number of a copy here, and a parameter too: rename the parameter")
-        if not isinstance(value, str):
-            raise CaseError('must be an expression in quotes, such as "(i + j) % 2 == 0"')
-        return Expression.parse(value, parameters, names=NUMBERS_OF_COPIES)
-    except CaseError as error:
-        raise PydanticCustomError("expression", "{problem}", {"problem": str(error)}) from None
+def _condition(value: Any, parameters: Mapping[str, float]) -> Expression:
+    if taken := [name for name in NUMBERS_OF_COPIES if name in parameters]:
+        raise CaseError(f"{taken[0]!r} is the number of a copy here, and a parameter too: rename the parameter")
+    if not isinstance(value, str):
+        raise CaseError('must be an expression in quotes, such as "(i + j) % 2 == 0"')
+    return Expression.parse(value, parameters, names=NUMBERS_OF_COPIES)
 
 
-Condition = Annotated[
-    Expression,
-    PlainValidator(_condition, json_schema_input_type=str),
-    PlainSerializer(lambda expression: expression.given, return_type=str),
-]
+Condition = Annotated[Expression, PlainValidator(as_expression(_condition), json_schema_input_type=str), AS_GIVEN]
 
 
 class GridKeys(Strict):

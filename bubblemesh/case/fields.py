@@ -1,18 +1,18 @@
 """Kinds of values that the models of a case file share."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from pathlib import PurePath
 from typing import Annotated, Any, LiteralString, NamedTuple
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.parameters import filled_in, is_number
 from bubblemesh.errors import CaseError
 from bubblemesh.files import LONGEST_NAME, is_writable
-from bubblemesh.spacing.expression import UnknownNameError, constant
+from bubblemesh.spacing.expression import Expression, UnknownNameError, constant
 
 # Kind of an error that another one explains.
 FOLLOWS = "follows"
@@ -140,6 +140,24 @@ def fault_of(
         kind, context = FOLLOWS if error.follows else kind, context | {"unknown": error.name}
     return PydanticCustomError(kind, message, context | {"problem": str(error)})
 
+
+def as_expression(
+    parse: Callable[[Any, Mapping[str, float]], Expression],
+) -> Callable[[Any, ValidationInfo], Expression]:
+    """Check that parses a text as an expression, with the parameters that are the validation's context."""
+
+    def check(value: Any, info: ValidationInfo) -> Expression:
+        if isinstance(value, Expression):
+            return value
+        try:
+            return parse(value, info.context or {})
+        except CaseError as error:
+            raise fault_of(error, "expression") from None
+
+    return check
+
+
+AS_GIVEN = PlainSerializer(lambda expression: expression.given, return_type=str)  # of an expression
 
 Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 # These may be expressions of the case's parameters, which are the context of the validation.

@@ -9,11 +9,9 @@ from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
-    PlainSerializer,
     PlainValidator,
     Tag,
     ValidationError,
-    ValidationInfo,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -21,7 +19,7 @@ from pydantic_core import PydanticCustomError
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.faults import problems
-from bubblemesh.case.fields import Choice, Count, Label, Point, Positive, Strict, fault_of
+from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Point, Positive, Strict, as_expression
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -76,20 +74,8 @@ NearTerm = Annotated[
 ]
 
 
-def _expression(value: Any, info: ValidationInfo) -> Expression:
-    """The expression of a text, with the parameters that are the validation's context."""
-    if isinstance(value, Expression):
-        return value
-    try:
-        return Expression.parse(value, info.context or {})
-    except CaseError as error:
-        raise fault_of(error, "expression") from None
-
-
 ExpressionText = Annotated[
-    Expression,
-    PlainValidator(_expression, json_schema_input_type=str),
-    PlainSerializer(lambda expression: expression.given, return_type=str),
+    Expression, PlainValidator(as_expression(Expression.parse), json_schema_input_type=str), AS_GIVEN
 ]
 
 

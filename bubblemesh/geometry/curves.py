@@ -7,15 +7,12 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
+from bubblemesh.geometry.cubic_splines import CubicSpline
 
 CHORDS_PER_TURN = 256
 FEWEST_CHORDS = 8  # of an arc
@@ -127,8 +124,19 @@ class _Tabulated:
 
     @cached_property
     def _tables(self) -> list[tuple[Floats, Floats, Floats]]:
-        """Arc length, u and du/ds at the ends of the panels of each curve."""
-        return [self._table(k) for k in range(len(self))]
+        """Arc length (Gauss quadrature), u and du/ds at the ends of the panels of each curve."""
+        ends = [self._panels(k) for k in range(len(self))]
+        counts = np.array([len(u) for u in ends])
+        numbers = np.arange(len(ends))
+        starts = np.concatenate([u[:-1] for u in ends])
+        widths = np.concatenate([np.diff(u) for u in ends])
+        inner = starts[:, None] + widths[:, None] * (GAUSS_NODES + 1) / 2
+        speed = self._speed_within(np.repeat(numbers, counts - 1), inner)
+        slope = 1 / self._speed(np.repeat(numbers, counts), np.concatenate(ends))
+        cuts = np.cumsum(counts)[:-1]
+        parts = (np.split(column, cuts - numbers[1:]) for column in (speed, widths))
+        along = (np.append(0, np.cumsum(v @ GAUSS_WEIGHTS * w / 2)) for v, w in zip(*parts, strict=True))
+        return list(zip(along, ends, np.split(slope, cuts), strict=True))
 
     @cached_property
     def _columns(self) -> tuple[Floats, Floats, Floats]:
@@ -144,6 +152,10 @@ class _Tabulated:
     @cached_property
     def lengths(self) -> Floats:
         return np.array([s[-1] for s, _, _ in self._tables])
+
+    def lengths_at(self, k: int) -> Floats:
+        """Arc lengths of curve k at the ends of its panels."""
+        return self._tables[k][0]
 
     def __len__(self) -> int:
         raise NotImplementedError
@@ -162,31 +174,35 @@ class _Tabulated:
     def _derivative(self, index: Integers, u: Floats) -> Floats:
         raise NotImplementedError
 
-    def _table(self, k: int) -> tuple[Floats, Floats, Floats]:
-        """Arc length of curve k (Gauss quadrature), u and du/ds at the ends of its panels."""
-        u = self._panels(k)
-        width = np.diff(u)
-        inner = u[:-1, None] + width[:, None] * (GAUSS_NODES + 1) / 2
-        speed = self._speed(k, inner.ravel()).reshape(inner.shape)
-        s = np.concatenate([[0], np.cumsum(speed @ GAUSS_WEIGHTS * width / 2)])
-        return s, u, 1 / self._speed(k, u)
-
     def stations(self) -> tuple[Integers, Floats]:
         # Short chords where the curvature is high, so that every chord turns as far and none is too long.
-        parts = [self._stations(k) for k in range(len(self))]
+        parts = [self._stations(k, turns) for k, turns in enumerate(self._turns())]
         curve = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
         return curve, np.concatenate(parts)
 
-    def _stations(self, k: int) -> Floats:
-        s, u, _ = self._tables[k]
-        tangents = self._derivative(np.full(len(u), k), u)
-        turns = np.cumsum(np.append(0, np.abs(turning(tangents[:-1], tangents[1:])))) / (2 * np.pi)
-        weight = CHORDS_PER_TURN * turns + self._least_chords(k) * np.linspace(0, 1, len(u))
+    def _turns(self) -> list[Floats]:
+        """By how much each curve turns within each of its panels, as parts of a full turn."""
+        _, ends, _ = self._columns
+        counts = np.array([len(u) for _, u, _ in self._tables])
+        tangents = self._derivative(np.repeat(np.arange(len(counts)), counts), ends)
+        within = np.abs(turning(tangents[:-1], tangents[1:]))
+        return [
+            turns[: count - 1] for turns, count in zip(np.split(within, np.cumsum(counts)[:-1]), counts, strict=True)
+        ]
+
+    def _stations(self, k: int, turns: Floats) -> Floats:
+        s, _, _ = self._tables[k]
+        turned = np.cumsum(np.append(0, turns)) / (2 * np.pi)
+        weight = CHORDS_PER_TURN * turned + self._least_chords(k) * np.linspace(0, 1, len(s))
         chords = int(np.ceil(weight[-1]))
         return np.interp(np.arange(chords) / chords * weight[-1], weight, s)
 
-    def _speed(self, k: int, u: Floats) -> Floats:
-        return np.hypot(*self._derivative(np.full(len(u), k), u).T)
+    def _speed(self, index: Integers, u: Floats) -> Floats:
+        return np.hypot(*self._derivative(index, u).T)
+
+    def _speed_within(self, index: Integers, u: Floats) -> Floats:
+        """Speeds (p, 5) of curves ``index`` (p,) at parameters u (p, 5) within their panels, which come in order."""
+        return self._speed(np.repeat(index, u.shape[1]), u.ravel()).reshape(u.shape)
 
     def _parameter(self, index: Integers, s: Floats) -> Floats:
         """u (m,) at arc length s (m,): cubic Hermite interpolation of the table."""
@@ -238,53 +254,53 @@ class Ellipses(_Tabulated):
 
 @dataclass(frozen=True)
 class Splines(_Tabulated):
-    """Cubic splines through ``knots``, one array (k, 2) each, parametrised by chord length.
+    """Cubic splines, parametrised by chord length."""
 
-    The ends are "not-a-knot"; a spline whose last point is its first is periodic. A part of a longer spline keeps its
-    shape by ``slopes``, derivatives (2, 2) by the chord length at its ends, or None.
-    """
-
-    knots: Sequence[Floats]
-    slopes: Sequence[Floats | None] | None = None
+    splines: Sequence[CubicSpline]
     panels: int = KNOT_PANELS  # of the arc length table between two knots
-
-    @cached_property
-    def _splines(self) -> "list[CubicSpline]":
-        slopes = self.slopes or [None] * len(self.knots)
-        return [interpolating_spline(points, ends) for points, ends in zip(self.knots, slopes, strict=True)]
 
     @cached_property
     def _breaks(self) -> _Shares:
         """Parameters at the knots, between which the splines are cubic."""
-        return _Shares.of([spline.x for spline in self._splines])
+        return _Shares.of([spline.breaks for spline in self.splines])
 
     @cached_property
     def _coefficients(self) -> Floats:
-        return np.concatenate([spline.c for spline in self._splines], axis=1)
+        return np.concatenate([spline.coefficients for spline in self.splines], axis=1)
 
     def __len__(self) -> int:
-        return len(self.knots)
+        return len(self.splines)
 
     def _least_chords(self, k: int) -> int:
-        return max(LEAST_CHORDS, len(self.knots[k]) - 1)
+        return max(LEAST_CHORDS, len(self.splines[k].breaks) - 1)
 
     def _panels(self, k: int) -> Floats:
         breaks = self._breaks.keys[self._breaks.first[k] : self._breaks.first[k + 1]] - k
         ends = np.arange(self.panels * (len(breaks) - 1) + 1) / self.panels
         return np.interp(ends, np.arange(len(breaks)), breaks)
 
-    def _local(self, index: Integers, u: Floats) -> tuple[Floats, Floats]:
-        """Coefficients (4, m, 2) of the cubic piece that holds u, and u - its first break (m, 1)."""
+    def _local(self, index: Integers, u: Floats) -> tuple[Integers, Floats]:
+        """Rows (m,) of the coefficients of the cubic pieces that hold u, and u - their first breaks (m, 1)."""
         row = self._breaks.before(index, np.clip(u, 0, 1))
-        return self._coefficients[:, row - index], (u - (self._breaks.keys[row] - index))[:, None]
+        return row - index, (u - (self._breaks.keys[row] - index))[:, None]
 
     def _position(self, index: Integers, u: Floats) -> Floats:
-        c, t = self._local(index, u)
-        return ((c[0] * t + c[1]) * t + c[2]) * t + c[3]
+        row, t = self._local(index, u)
+        c = self._coefficients
+        return ((c[0][row] * t + c[1][row]) * t + c[2][row]) * t + c[3][row]
 
     def _derivative(self, index: Integers, u: Floats) -> Floats:
-        c, t = self._local(index, u)
-        return (3 * c[0] * t + 2 * c[1]) * t + c[2]
+        row, t = self._local(index, u)
+        c = self._coefficients
+        return (3 * c[0][row] * t + 2 * c[1][row]) * t + c[2][row]
+
+    def _speed_within(self, index: Integers, u: Floats) -> Floats:
+        # The pieces that hold the panels are known: no search, and one row of coefficients for many parameters.
+        first = np.delete(np.arange(len(self._breaks.keys)), self._breaks.first[1:] - 1)
+        begins = self._breaks.keys[first] - index[:: self.panels]
+        t = u.reshape(len(begins), -1) - begins[:, None]
+        columns = (self._coefficients[:3, :, None, k] for k in range(2))
+        return np.hypot(*((3 * c[0] * t + 2 * c[1]) * t + c[2] for c in columns)).reshape(u.shape)
 
 
 @dataclass(frozen=True)
@@ -342,17 +358,3 @@ def shares_before(points: Floats, start: Floats, end: Floats) -> Floats:
     along = end - start
     squared = np.maximum(np.einsum("...j,...j->...", along, along), np.finfo(float).tiny)
     return np.clip(np.einsum("...j,...j->...", points - start, along) / squared, 0, 1)
-
-
-def interpolating_spline(points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":
-    """Spline through ``points`` (k, 2) over [0, 1] by chord length, ``slopes`` (2, 2) being its ends' by length.
-
-    Closed, it is smooth at its start, unless that is ``cornered``.
-    """
-    from scipy.interpolate import CubicSpline  # takes longer to load than most cases take to mesh
-
-    u = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    if slopes is not None:
-        return CubicSpline(u / u[-1], points, bc_type=((1, slopes[0] * u[-1]), (1, slopes[1] * u[-1])))
-    periodic = not cornered and len(points) > 3 and bool(np.all(points[0] == points[-1]))
-    return CubicSpline(u / u[-1], points, bc_type="periodic" if periodic else "not-a-knot")

@@ -18,7 +18,7 @@ from bubblemesh.geometry.corners import require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
 from bubblemesh.geometry.paths import Area, Change, Ring
 from bubblemesh.geometry.periodic import matching_pieces
-from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import require_domain, simple_polygon
 from bubblemesh.messages import meant, ring_name, tell_places_of
 
@@ -76,7 +76,7 @@ class Domain:
         rings += [_turned(hole, -1) for area in areas for hole in area.holes]
         owner = [*range(len(areas)), *(number for number, area in enumerate(areas) for _ in area.holes)]
         names = [ring_name(number, ring.origin, len(areas)) for number, ring in enumerate(rings)]
-        outlines = [outline(ring) for ring in rings]
+        outlines = [ring.outline for ring in rings]
         tell_places_of(float(np.ptp(np.concatenate(outlines), axis=0).max()))
         for ring, points, name in zip(rings, outlines, names, strict=True):
             with about(ring.key):
@@ -262,7 +262,7 @@ def _stabbed(low: Floats, high: Floats) -> float:
 
 def _turned(ring: Ring, turn: int) -> Ring:
     """The ring turned counter-clockwise (+1) or clockwise (-1)."""
-    points = outline(ring)
+    points = ring.outline
     x, y = (points - points[0]).T
     twice_area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     return ring if twice_area * turn >= 0 else ring.reversed()

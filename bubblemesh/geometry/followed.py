@@ -3,22 +3,18 @@
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.curves import interpolating_spline, shares_before, turning
+from bubblemesh.geometry.cubic_splines import CubicSpline
+from bubblemesh.geometry.curves import shares_before, turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area, Curve, Line, Point, Polyline, Ring, Side, Spline
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import place
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
 
 SAMPLES = 8  # of a spline between two of its points, to see how far it departs from the polyline
 
@@ -46,7 +42,7 @@ class Following:
         if not fixed.any() and self.tolerance is None:
             points = np.array([*ring.vertices, ring.vertices[0]])
             side = Side(Spline(points) if self.smooth else Polyline(points), ring.sides[0].label)
-            return replace(ring, sides=(side,), vertices=(), given=outline(ring))
+            return replace(ring, sides=(side,), vertices=(), given=ring.outline)
         cornered = bool(fixed.any())
         fixed[0] = fixed[0] or not cornered
         sides, vertices = list[Side](), list[Point]()
@@ -61,7 +57,7 @@ class Following:
             )
             sides += [Side(curve, run.label) for curve in curves.values()]
             vertices += [corners[first] for first in curves]
-        return replace(ring, sides=tuple(sides), vertices=tuple(vertices), given=outline(ring))
+        return replace(ring, sides=tuple(sides), vertices=tuple(vertices), given=ring.outline)
 
     def fixed(self, ring: Ring) -> Booleans:
         """Mask (n,) of the vertices that stay nodes whatever the tolerance."""
@@ -89,7 +85,7 @@ class Following:
 
         A closed run has a corner at its start or is smooth there.
         """
-        spline = interpolating_spline(points, cornered=cornered) if self.smooth and len(points) > 2 else None
+        spline = CubicSpline.through(points, cornered=cornered) if self.smooth and len(points) > 2 else None
         last = len(points) - 1
         if self.tolerance is None:
             return {0: _part(points, spline, 0, last)}
@@ -97,7 +93,7 @@ class Following:
         dense, stride = points, 1
         if spline is not None:
             stride = SAMPLES
-            dense = spline(np.interp(np.arange(stride * last + 1) / stride, np.arange(last + 1), spline.x))
+            dense = spline.points(np.interp(np.arange(stride * last + 1) / stride, np.arange(last + 1), spline.breaks))
             self._require_near(points, dense)
         kept = _simplified(dense, stride, self.tolerance / 2)
         return {begin: _part(points, spline, begin, end) for begin, end in pairwise(kept)}
@@ -139,12 +135,12 @@ def followed_together(areas: Sequence[Area], follow: Following) -> list[Area]:
     return [area.mapped(lambda ring: follow(ring, stay)) for area in areas]
 
 
-def _part(points: Floats, spline: "CubicSpline | None", begin: int, end: int) -> Curve:
+def _part(points: Floats, spline: CubicSpline | None, begin: int, end: int) -> Curve:
     """The polyline or the spline from one of its points to another one."""
     part = points[begin : end + 1]
     if spline is not None:
         length = np.hypot(*np.diff(points, axis=0).T).sum()
-        return Spline(part, spline(spline.x[[begin, end]], 1) / length)
+        return Spline(part, spline.rates(spline.breaks[[begin, end]]) / length)
     if len(part) > 2:
         return Polyline(part)
     (x0, y0), (x1, y1) = part.tolist()

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import first_place
 
 Shapes = NDArray[np.object_]  # of polygons, not valid ones where rings cross
@@ -19,7 +18,7 @@ Shapes = NDArray[np.object_]  # of polygons, not valid ones where rings cross
 def shapes_of(areas: Sequence[Area]) -> Shapes:
     """Polygonal copies (n,) of areas, with their holes."""
     return np.array(
-        [shapely.Polygon(outline(area.outer), [outline(hole) for hole in area.holes]) for area in areas], dtype=object
+        [shapely.Polygon(area.outer.outline, [hole.outline for hole in area.holes]) for area in areas], dtype=object
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.geometry import curves
+from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.geometry.similarity import UNMOVED, Similarity
 
 Point = tuple[float, float]
@@ -63,11 +65,21 @@ class Ellipse(NamedTuple):
         return Ellipse(by.point(self.center), radii, by.angle_of(self.angle), self.turn * by.turn)
 
 
-class Spline(NamedTuple):
-    """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones."""
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones.
+
+    The ends are "not-a-knot"; a spline whose last point is its first is periodic. A part of a longer spline keeps its
+    shape by its slopes, the derivatives by the length along the chords.
+    """
 
     knots: Floats
     slopes: Floats | None = None
+
+    @cached_property
+    def fitted(self) -> CubicSpline:
+        """The polynomials between the knots."""
+        return CubicSpline.through(self.knots, self.slopes)
 
     def reversed(self) -> "Spline":
         return Spline(self.knots[::-1], None if self.slopes is None else -self.slopes[::-1])
@@ -115,9 +127,11 @@ Curve = WholeCurve | Section
 
 def family(members: Sequence[WholeCurve]) -> curves.Family:
     """The family that evaluates ``members``, which are of one kind."""
-    columns: Iterable[Any] = zip(*members, strict=True)
-    if isinstance(members[0], Spline | Polyline):  # of any number of points each
-        return (curves.Splines if isinstance(members[0], Spline) else curves.Polylines)(*columns)
+    if isinstance(members[0], Spline):
+        return curves.Splines([one.fitted for one in members if isinstance(one, Spline)])
+    columns: Iterable[Any] = zip(*(one for one in members if not isinstance(one, Spline)), strict=True)
+    if isinstance(members[0], Polyline):  # of any number of points each
+        return curves.Polylines(*columns)
     kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
     return kind(*(np.array(column, float) for column in columns))
 
@@ -155,6 +169,15 @@ class Ring:
     given: Floats | None = field(default=None, compare=False)  # its outline (m, 2) where it is followed as a curve
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)
+
+    @cached_property
+    def outline(self) -> Floats:
+        """Polygonal copy (m, 2), computed once: to read and check a file takes it several times. It is read-only."""
+        from bubblemesh.geometry.polygonal_copy import outline_of  # of boundaries, which are made of rings
+
+        points = outline_of(self)
+        points.setflags(write=False)
+        return points
 
     def reversed(self) -> "Ring":
         """The ring run the other way."""

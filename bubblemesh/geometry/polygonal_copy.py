@@ -66,8 +66,8 @@ class PolygonalCopy:
         return Chords(self.piece, self.s, self.step, self.points, self.points[self.successor])
 
 
-def outline(ring: Ring) -> Floats:
-    """Polygonal copy (m, 2) of a ring."""
+def outline_of(ring: Ring) -> Floats:
+    """Polygonal copy (m, 2) of a ring by itself."""
     if all(isinstance(side.curve, Line) for side in ring.sides):
         return np.array(ring.vertices, float)
     return PolygonalCopy.of(Boundary.of([ring])).points

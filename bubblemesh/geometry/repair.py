@@ -18,7 +18,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import Shapes, shapes_of, with_holes
 from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring, Side, as_point
-from bubblemesh.geometry.polygonal_copy import PolygonalCopy, outline
+from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted
 
@@ -93,7 +93,7 @@ class _Work:
 
     @cached_property
     def outlines(self) -> list[Floats]:
-        return [outline(ring) for ring in self.rings]
+        return [ring.outline for ring in self.rings]
 
     @cached_property
     def size(self) -> float:
@@ -181,7 +181,7 @@ def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
 
 def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
     """The area that a ring encloses: wherever it turns around a place, however often."""
-    points = outline(ring)
+    points = ring.outline
     polygon = shapely.Polygon(points)
     if polygon.is_valid:
         return polygon
@@ -243,18 +243,18 @@ def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely
     apart, inside = shapely.disjoint(solid, shape), shapely.contains(shape, solid)
     across = ~apart & (~inside | (shapely.length(shapely.intersection(shapely.boundary(solid), rim)) > 0))
     for k in np.flatnonzero(apart).tolist():
-        work.note("hole outside the area left out", outline(holes[k])[0], 0.0, [outline(holes[k])])
+        work.note("hole outside the area left out", holes[k].outline[0], 0.0, [holes[k].outline])
     for k in np.flatnonzero(across).tolist():
         beyond = shapely.difference(solid[k], shape)
         where = shapely.get_coordinates(shapely.intersection(shapely.boundary(solid[k]), rim))
-        at = where[0] if len(where) else outline(holes[k])[0]
-        work.note("hole across the outer ring cut off there", at, beyond.area, [outline(holes[k])])
+        at = where[0] if len(where) else holes[k].outline[0]
+        work.note("hole across the outer ring cut off there", at, beyond.area, [holes[k].outline])
     i, j = shapely.STRtree(solid).query(solid, predicate="intersects")
     for a, b in zip(i[i < j].tolist(), j[i < j].tolist(), strict=True):
         common = shapely.intersection(solid[a], solid[b])
         if common.area > 0 or common.length > 0:
             at = shapely.get_coordinates(shapely.point_on_surface(common))[0]
-            work.note("holes that overlap united", at, common.area, [outline(holes[a]), outline(holes[b])])
+            work.note("holes that overlap united", at, common.area, [holes[a].outline, holes[b].outline])
     left = shapely.difference(shape, shapely.union_all(solid[~apart]))
     return _tidy(left, work.size) if across.any() else left
 

@@ -80,7 +80,7 @@ def _through(
 
 
 def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -> Curves:
-    parts = [[(x, y) for x, y in points.tolist()] for curve in curves for points in splines(curve)]
+    parts = [[(x, y) for x, y in points.tolist()] for some in splines(curves) for points in some]
     if all(point == parts[0][0] for points in parts for point in points):
         return []
     return [CompoundCurve(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)]

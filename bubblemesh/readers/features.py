@@ -17,7 +17,6 @@ from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Area, Point, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
 from bubblemesh.readers.slips import Slips, clean_loop
@@ -121,16 +120,17 @@ def vertices_of(features: Iterable[Feature]) -> Floats:
     points: list[Sequence[Point] | Floats] = []
     for one in features:
         rings = (*(ring for area in one.areas for ring in area), *one.rings)
-        points += [ring.vertices or outline(ring) for ring in rings]
+        points += [ring.vertices or ring.outline for ring in rings]
         points += [(curve.start, *map(end_of, curve.pieces)) for curve in one.curves]
         points.append(one.points)
     return np.concatenate([np.array(some, float).reshape(-1, 2) for some in (*points, ())])
 
 
-def finite_points(points: Sequence[Sequence[float]], name: str) -> list[Point]:
+def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list[Point]:
     """The points as pairs of numbers, z left out; CaseError if a coordinate is no finite number."""
     try:
-        array = np.array([(point[0], point[1]) for point in points], float).reshape(-1, 2)
+        some = points if isinstance(points, np.ndarray) else [(point[0], point[1]) for point in points]
+        array = np.array(some, float).reshape(-1, 2)
     except (TypeError, ValueError, IndexError):
         raise CaseError(f"{name}: coordinates must be pairs of numbers") from None
     bad = np.flatnonzero(~(np.abs(array) <= LARGEST_NUMBER).all(axis=1))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, components
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import Boundary
@@ -87,12 +87,7 @@ def _links(lines: Sequence[shapely.LineString], reach: float) -> list[shapely.Li
 
 def _connected(lines: Shapes) -> list[Shapes]:
     """Groups of noded lines that hang together."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    i, j = shapely.STRtree(lines).query(lines, predicate="intersects")
-    links = coo_array((np.ones(len(i)), (i, j)), shape=(len(lines), len(lines)))
-    group = connected_components(links, directed=False)[1]
+    group = components(shapely.STRtree(lines).query(lines, predicate="intersects").T, len(lines))
     return [lines[group == number] for number in range(group.max() + 1)]
 
 

@@ -1,16 +1,18 @@
 """Lists of points as text: rings, open lines, or single points."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
+from bubblemesh.geometry.paths import Point
 from bubblemesh.messages import shown
 from bubblemesh.readers.airfoils import Block, outlines, points_of
 from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, line_curve, polygon_ring
+from bubblemesh.readers.slips import Slips
 from bubblemesh.readers.tables import (
     COMMENT,
     NUMBER,
@@ -31,23 +33,25 @@ def read_rings(path: Path) -> FeatureCollection:
     Columns are taken by their names x and y, where the first line has such. Airfoils are read as the programs for them
     list them. FileError, or CaseError with the line.
     """
-    found = _blocks(path)
-    features: list[Feature] = []
-    for block in found.blocks:
-        name = f"ring {len(features)} (line {block.line})"
-        ring, slips = polygon_ring(finite_points(points_of(block), name), name)
-        features.append(Feature(name, rings=() if ring is None else (ring,), slips=slips))
-    return FeatureCollection(tuple(features), found.notes)
+    return _listed(path, "ring", polygon_ring, "rings")
 
 
 def read_lines(path: Path) -> FeatureCollection:
     """An open line for each block of points, as `read_rings` reads them."""
+    return _listed(path, "line", line_curve, "curves")
+
+
+def _listed(
+    path: Path, noun: str, made: Callable[[list[Point], str], tuple[Any, Slips]], key: str
+) -> FeatureCollection:
+    """A feature for each block of points, whose ``key`` holds what is made of them, unless that is nothing."""
     found = _blocks(path)
     features: list[Feature] = []
     for block in found.blocks:
-        name = f"line {len(features)} (line {block.line})"
-        curve, slips = line_curve(finite_points(points_of(block), name), name)
-        features.append(Feature(name, curves=() if curve is None else (curve,), slips=slips))
+        name = f"{noun} {len(features)} (line {block.line})"
+        one, slips = made(finite_points(points_of(block), name), name)
+        held: dict[str, Any] = {key: () if one is None else (one,)}
+        features.append(Feature(name, slips=slips, **held))
     return FeatureCollection(tuple(features), found.notes)
 
 

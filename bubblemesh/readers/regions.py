@@ -13,7 +13,6 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.neighbours import matched
 from bubblemesh.geometry.nesting import shapes_of
 from bubblemesh.geometry.paths import Area, Line, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_of
@@ -92,7 +91,7 @@ def _matched(areas: list[Area], notes: list[str], join: float | None) -> tuple[l
     for area in areas:
         for ring in area.rings:
             with prefixed(f"region {area.name!r}"):
-                simple_polygon(outline(ring), ring.origin or "its ring")
+                simple_polygon(ring.outline, ring.origin or "its ring")
     names = [str(area.name) for area in areas]
     shapes, changed, note = matched(shapes_of(areas), names, join)
     members: dict[str, list[int]] = {}

@@ -7,8 +7,9 @@ from operator import add
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, components
 from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
@@ -111,13 +112,9 @@ def extent(curves: Sequence[CompoundCurve]) -> float:
 
 def _clustered(ends: Floats, reach: float) -> Integers:
     """Number (m,) of the meeting place of each end."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(ends).query_pairs(reach, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(ends), len(ends)))
-    return connected_components(links, directed=False)[1].astype(np.int64)
+    points = shapely.points(ends)
+    pairs = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach).T
+    return components(pairs, len(ends))
 
 
 def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers) -> None:

@@ -1,14 +1,16 @@
 """Curves of an SVG drawing's shapes: what is drawn without lifting the pen is one; y is turned to point up."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import svgelements
 
+from bubblemesh.arrays import Floats
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.readers.features import CompoundCurve, finite_points
-from bubblemesh.readers.sampling import splines
+from bubblemesh.readers.sampling import Parametric, splines
 from bubblemesh.readers.svg_source import Element
 
 ROUND = 1e-9  # relative difference of an arc's radii that is rounding
@@ -28,9 +30,12 @@ Size = tuple[float, float]  # width and height of a drawing, that lengths in per
 
 def curves_of(element: Element, transform: str, size: Size, name: str, label: str | None) -> list[CompoundCurve]:
     """The curves of a shape's subpaths, in the units of the drawing; ``name`` is what messages call them."""
+    subpaths = [list(svgelements.Path(subpath)) for subpath in path_of(element, transform, size).as_subpaths()]
+    bent = [segment for segments in subpaths for segment in segments if _is_sampled(segment)]
+    sampled = iter(splines([_parametric(segment, name) for segment in bent]))
     curves = []
-    for subpath in path_of(element, transform, size).as_subpaths():
-        pieces, start = _pieces(list(svgelements.Path(subpath)), name)
+    for segments in subpaths:
+        pieces, start = _pieces(segments, sampled, name)
         if pieces:
             pieces[-1] = _ending(pieces[-1], start)
             curves.append(CompoundCurve(start, tuple(piece._replace(label=label) for piece in pieces), name))
@@ -51,8 +56,8 @@ def path_of(element: Element, transform: str, size: Size) -> Any:
     return abs(svgelements.Path(shape))
 
 
-def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
-    """Pieces of a subpath, and its start."""
+def _pieces(segments: list[Any], sampled: Iterator[list[Floats]], name: str) -> tuple[list[Piece], Point]:
+    """Pieces of a subpath, and its start; of segments that are sampled the next ones of the points are taken."""
     pieces: list[Piece] = []
     start = here = (0.0, 0.0)
     for segment in segments:
@@ -64,26 +69,44 @@ def _pieces(segments: list[Any], name: str) -> tuple[list[Piece], Point]:
         elif _same(end, here) and isinstance(segment, svgelements.Line | svgelements.Close):
             continue
         else:
-            pieces += _piece(segment, end, name)
+            if _is_sampled(segment):
+                pieces += [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in next(sampled)]
+            else:
+                pieces += _plain(segment, end, name)
         here = end
     return pieces, start
 
 
-def _piece(segment: Any, end: Point, name: str) -> list[Piece]:
+def _is_sampled(segment: Any) -> bool:
+    """Whether a segment is a curve that a spline has to follow."""
+    straight = isinstance(segment, svgelements.Move | svgelements.Line | svgelements.Close)
+    return segment.end is not None and not straight and not _is_round(segment)
+
+
+def _is_round(segment: Any) -> bool:
+    return isinstance(segment, svgelements.Arc) and abs(segment.rx - segment.ry) <= ROUND * segment.rx
+
+
+def _plain(segment: Any, end: Point, name: str) -> list[Piece]:
+    """Pieces of a segment that is a straight line or part of a circle."""
     if isinstance(segment, svgelements.Line | svgelements.Close):
         return [LineTo(end)]
-    if isinstance(segment, svgelements.Arc) and abs(segment.rx - segment.ry) <= ROUND * segment.rx:
-        (center,) = finite_points([_up(segment.center)], name)
-        # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
-        # The ends of a full turn would be one point.
-        middle = [] if abs(segment.sweep) < 1.9 * np.pi else [_up(segment.point(0.5))]
-        stops = [*finite_points(middle, name), end]
-        return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]
+    (center,) = finite_points([_up(segment.center)], name)
+    # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
+    # The ends of a full turn would be one point.
+    middle = [] if abs(segment.sweep) < 1.9 * np.pi else [_up(segment.point(0.5))]
+    stops = [*finite_points(middle, name), end]
+    return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]
 
-    def curve(t: Any) -> Any:
-        return np.array(finite_points([_up(segment.point(value)) for value in t.tolist()], name))
 
-    return [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in splines(curve)]
+def _parametric(segment: Any, name: str) -> Parametric:
+    """Points of a segment as a function of its parameter."""
+
+    def points(t: Floats) -> Floats:
+        x, y = segment.npoint(t).T
+        return np.array(finite_points(np.column_stack([x, 0.0 - y]), name))  # no negative zero
+
+    return points
 
 
 def _ending(piece: Piece, start: Point) -> Piece:

@@ -13,7 +13,6 @@ from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, turns
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
 
@@ -99,7 +98,7 @@ def area_of(loop: CompoundCurve) -> float:
 def _outline(loop: CompoundCurve) -> Floats:
     """Points (m, 2) along a loop; three times its start if it has no extent."""
     try:
-        return outline(_ring(loop))
+        return _ring(loop).outline
     except GeometryError:
         return np.array([loop.start] * 3)
 

@@ -1,6 +1,7 @@
 """Errors that end a command: their messages and exit codes."""
 
 import errno
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -39,3 +40,22 @@ def test_a_process_without_file_descriptors_tells_what_to_do(code, monkeypatch):
     assert result.stderr.startswith("error: Too many open files: ")
     assert "ulimit -n" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_a_library_that_was_removed_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    for module in [name for name in sys.modules if name.startswith("matplotlib.")]:
+        monkeypatch.delitem(sys.modules, module)
+    (tmp_path / "mesh.node").write_text("")
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["plot", "mesh.node"])
+    assert result.exit_code == 5
+    assert result.stderr == "error: matplotlib is needed for this and not installed: install bubblemesh anew\n"
+    assert "Traceback" not in result.output
+
+
+def test_a_module_of_our_own_that_is_missing_is_our_error(monkeypatch):
+    monkeypatch.setitem(sys.modules, "bubblemesh.pictures.start", None)
+    result = CliRunner().invoke(app, ["plot", "mesh.node"])
+    assert result.exit_code == 1
+    assert "this is an error of bubblemesh" in result.stderr

@@ -12,7 +12,6 @@ from bubblemesh.geometry.curves import Polylines
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following, _simplified, deviation
 from bubblemesh.geometry.paths import Line, Polyline, Spline
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, path, polygon, rectangle
 from bubblemesh.run.pipeline import mesh_case
 
@@ -88,7 +87,7 @@ class TestCorners:
         assert kinds(ring) == [Polyline]
         assert ring.vertices == ()
         assert ring.sides[0].label == "rim"
-        assert_allclose(outline(ring), CIRCLE)
+        assert_allclose(ring.outline, CIRCLE)
 
     def test_vertices_that_turn_by_more_stay(self):
         ring = Following(30)(polygon(airfoil()))

@@ -198,3 +198,10 @@ def test_polygon_is_the_list_without_its_repetitions_or_an_error(points):
     assert ring.vertices == tuple(merged)
     assert all(isinstance(side.curve, Line) for side in ring.sides)
     assert_closed(ring)
+
+
+def test_outline_is_computed_once_and_cannot_be_changed():
+    ring = path((0, 0), [SplineTo([(1, 1), (2, 0)]), LineTo((0, 0))])
+    assert ring.outline is ring.outline
+    with pytest.raises(ValueError, match="read-only"):
+        ring.outline[0] = 7

@@ -22,7 +22,6 @@ from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import simple_polygon
 
 BESIDE_CORNER = 0.01  # of the shortest piece at a corner: so far from it pieces are put in order around it
@@ -54,7 +53,7 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
     areas = [area for operand in operands for area in operand]
     owner = np.repeat(np.arange(len(operands)), [len(operand) for operand in operands])
     rings = [ring for area in areas for ring in area.rings]
-    copies = [outline(ring) for ring in rings]
+    copies = [ring.outline for ring in rings]
     for ring, copy in zip(rings, copies, strict=True):
         with about(ring.key):
             simple_polygon(copy, f"the ring ({ring.origin})" if ring.origin else "the ring")
@@ -79,7 +78,7 @@ def areas_beside(
     assembly = _Assembly(split, before, [side.curve for ring in rings for side in ring.sides])
     found = [assembly.ring(loop) for loop in _simple(split, _loops(split, runs))]
     notes = tuple(dict.fromkeys(note for ring in rings for note in ring.notes))
-    outlines = [outline(ring) for ring in found]
+    outlines = [ring.outline for ring in found]
     if any(ring.given is not None for ring in rings):
         found = [replace(ring, given=points) for ring, points in zip(found, outlines, strict=True)]
     turns = [shapely.is_ccw(shapely.linearrings(points)) for points in outlines]

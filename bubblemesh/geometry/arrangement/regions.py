@@ -13,7 +13,6 @@ from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.validity import explained, first_place, simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
@@ -48,7 +47,7 @@ class Region:
     def _checked(self, ring: Ring) -> shapely.Polygon:
         origin = f" ({ring.origin})" if ring.origin else ""
         with about(ring.key):
-            return simple_polygon(outline(ring), f"the ring of region {self.name!r}{origin}")
+            return simple_polygon(ring.outline, f"the ring of region {self.name!r}{origin}")
 
     @property
     def core(self) -> shapely.Geometry:

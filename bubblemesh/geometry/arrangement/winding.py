@@ -14,7 +14,6 @@ from bubblemesh.geometry.arrangement.partition import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, OpenPath, Ring
-from bubblemesh.geometry.polygonal_copy import outline
 
 BATCH = 500  # places that are looked at together, for the memory that it takes
 
@@ -33,7 +32,7 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     """
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
     before = Boundary.empty().with_inner(paths)
-    size = size_of(np.vstack([outline(ring) for ring in rings]))
+    size = size_of(np.vstack([ring.outline for ring in rings]))
     split = noded(before, size, 0, Parts(lines=paths))
     chords = split.chords()
     lines = np.stack([chords.start, chords.end], axis=1)

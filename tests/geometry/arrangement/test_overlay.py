@@ -9,7 +9,6 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Arc, Area, Ellipse, Section, Spline
-from bubblemesh.geometry.polygonal_copy import outline
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
 from bubblemesh.geometry.similarity import Similarity
 
@@ -24,7 +23,7 @@ def disc(center, radius, label=None):
 
 def size(areas):
     """Area of the polygonal copies."""
-    return sum(shapely.Polygon(outline(area.outer), [outline(hole) for hole in area.holes]).area for area in areas)
+    return sum(shapely.Polygon(area.outer.outline, [hole.outline for hole in area.holes]).area for area in areas)
 
 
 def sides(area):
@@ -60,7 +59,7 @@ def test_squares_that_overlap(rule, expected, labels):
 def test_sides_in_common_vanish_inside(other, vertices):
     one = box(0, 0, 2, 2, label="a")
     (area,) = overlaid("union", [one, other])
-    polygons = [shapely.Polygon(outline(area.outer)) for area in (*one, *other)]
+    polygons = [shapely.Polygon(area.outer.outline) for area in (*one, *other)]
     assert size([area]) == pytest.approx(shapely.union_all(polygons).area)
     assert len(area.outer.vertices) <= vertices
     assert Domain.of_areas([area]).hole_count == 0
@@ -137,7 +136,7 @@ def test_results_have_holes_and_several_areas():
     assert [(len(area.outer.sides), len(area.holes)) for area in frame] == [(8, 1)]
     assert size(frame) == 12
     bars = overlaid("minus", [box(0, 0, 9, 1), box(2, -1, 3, 2), box(5, -1, 6, 2)])
-    assert [shapely.Polygon(outline(area.outer)).bounds for area in bars] == [(0, 0, 2, 1), (3, 0, 5, 1), (6, 0, 9, 1)]
+    assert [shapely.Polygon(area.outer.outline).bounds for area in bars] == [(0, 0, 2, 1), (3, 0, 5, 1), (6, 0, 9, 1)]
     island = overlaid("union", [frame, box(1.5, 1.5, 2.5, 2.5)])
     assert Domain.of_areas(island).piece_count == 2
     assert Domain.of_areas(overlaid("union", [frame, box(1, 1, 3, 3)])).hole_count == 0
@@ -191,7 +190,7 @@ def random_shape(random):
 def test_areas_are_those_of_polygons(rule, seed):
     random = np.random.default_rng(seed)
     operands = [[Area(random_shape(random))] for _ in range(5)]
-    polygons = [shapely.Polygon(outline(area.outer)) for (area,) in operands]
+    polygons = [shapely.Polygon(area.outer.outline) for (area,) in operands]
     first, *others = polygons
     expected = {
         "union": shapely.union_all(polygons),
@@ -201,5 +200,5 @@ def test_areas_are_those_of_polygons(rule, seed):
     found = overlaid(rule, operands[:2] if rule == "intersection" else operands)
     assert size(found) == pytest.approx(expected.area, abs=2e-3)
     if found:
-        whole = [area for area in found if shapely.Polygon(outline(area.outer)).area > 1e-2]
+        whole = [area for area in found if shapely.Polygon(area.outer.outline).area > 1e-2]
         assert Domain.of_areas(whole).piece_count == len(whole)
