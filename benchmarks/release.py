@@ -30,7 +30,11 @@ SIZES = """
 import json
 from importlib.metadata import distributions
 size = lambda file: file.locate().stat().st_size if file.locate().is_file() else 0
-print(json.dumps({found.name: sum(map(size, found.files or [])) for found in distributions()}))
+print(json.dumps({f"{found.name} {found.version}": sum(map(size, found.files or [])) for found in distributions()}))
+"""
+VERSIONS = """
+import platform, numpy, scipy
+print(f"Python {platform.python_version()}, NumPy {numpy.__version__}, SciPy {scipy.__version__}")
 """
 ALL_MODULES = """
 from importlib import import_module
@@ -112,14 +116,18 @@ def check_contents(sdist: Path, wheel: Path, plain: Path) -> None:
         raise ReleaseError("\n".join(faults))
 
 
-def install(package: str, python: str, resolution: str, folder: Path) -> Path:
-    """The interpreter of a new environment with a package, its extras, and dependencies by a rule of uv."""
+def install(wheel: Path, extra: str, python: str, resolution: str, folder: Path) -> Path:
+    """The interpreter of a new environment with a wheel and, by a rule of uv, what it and an extra of it depend on."""
     uv = [sys.executable, "-m", "uv"]
     run([*uv, "venv", "--quiet", "--python", python, folder], folder.parent)
     inside = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
-    # No library is compiled: the lowest version is the first of which there is a wheel for this Python.
+    into = [*uv, "pip", "install", "--quiet", "--python", inside]
+    # No library is compiled: the lowest version is the first of which there is a wheel for this Python. To uv only
+    # what pyproject.toml names is direct, not what a wheel names.
     rules = ["--resolution", RESOLUTIONS[resolution], "--only-binary", ":all:"]
-    run([*uv, "pip", "install", "--quiet", "--python", inside, *rules, package], folder.parent)
+    extras = ["--extra", extra] if extra else []
+    run([*into, *rules, "--requirements", ROOT / "pyproject.toml", *extras], folder.parent)
+    run([*into, "--no-deps", wheel], folder.parent)
     run([*uv, "pip", "check", "--python", inside], folder.parent)
     return inside
 
@@ -168,14 +176,14 @@ def try_out(wheel: Path, kernels: str, python: str, resolution: str, asked: argp
     begun = perf_counter()
     folder.mkdir()
     # Where there is no compiler only what everybody needs is installed: imports of extras would show.
-    extras = "" if kernels == "numpy" else "[dev]" if asked.tests else "[all]"
-    inside = install(f"{wheel}{extras}", python, resolution, folder / "environment")
+    extra = "" if kernels == "numpy" else "dev" if asked.tests else "all"
+    inside = install(wheel, extra, python, resolution, folder / "environment")
     use(inside, version(), kernels, folder / "use")
-    told = run([inside, "--version"], folder).strip()
-    print(f"{perf_counter() - begun:6.1f} s  {told}, {resolution} dependencies, kernels: {kernels}", flush=True)
+    told = run([inside, "-c", VERSIONS], folder).strip()
+    print(f"{perf_counter() - begun:6.1f} s  {resolution} dependencies ({told}), kernels: {kernels}", flush=True)
     if asked.sizes:
         print_sizes(inside, folder)
-    if asked.tests and extras:
+    if asked.tests and extra:
         run_tests(inside, resolution, folder.parent / "source")
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 DONE, INTERRUPTED = 0, 130  # exit codes without an error of a class
+OWN = "", "bubblemesh"  # packages whose missing modules are no libraries that someone could install
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
 
 
@@ -60,6 +61,15 @@ class LimitError(BubblemeshError):
 def outcome(exit_code: int) -> str:
     """Outcome of a case with this exit code, as batches count it."""
     return {DONE: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
+
+
+def missing_library(error: Exception) -> str | None:
+    """What to do about a library that is not installed; None for any other error, also for a module of our own.
+
+    Small containers leave out matplotlib, for instance: what draws nothing works without.
+    """
+    name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
+    return f"{name} is needed for this and not installed: install bubblemesh anew" if name not in OWN else None
 
 
 @contextmanager

@@ -30,12 +30,13 @@ def _title(name: str, definition: Schema) -> str:
 
 
 def _table(schema: Schema, names: Mapping[str, str]) -> Iterator[str]:
-    """Lines of the table of a mapping's keys; required ones are bold."""
+    """Lines of the table of a mapping's keys; required ones are bold, also those that a base may give."""
     if not (properties := schema.get("properties")):
         return
+    required = next((part["required"] for part in schema.get("anyOf", ())), schema.get("required", ()))
     yield from ("| key | value | default | meaning |", "|---|---|---|---|")
     for key, part in properties.items():
-        shown = f"**`{key}`**" if key in schema.get("required", ()) else f"`{key}`"
+        shown = f"**`{key}`**" if key in required else f"`{key}`"
         default = part.get("default")
         default = "" if default is None or isinstance(default, Mapping) or default in ([], ()) else f"`{default}`"
         cells = (shown, _kind(part, names), default, part.get("description", ""))

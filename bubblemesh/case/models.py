@@ -58,9 +58,7 @@ class Output(Strict):
     # `for` is no name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
 
-    formats: tuple[FormatName, ...] = Field(
-        default=("msh", "vtu", "xdmf"), min_length=1, description="Mesh formats to write."
-    )
+    formats: tuple[FormatName, ...] = Field(default=("msh", "vtu"), min_length=1, description="Mesh formats to write.")
     solver: Solvers | None = Field(
         default=None, alias="for", description="Solver that reads the mesh, or a list of them, in place of its formats."
     )
@@ -231,4 +229,18 @@ def case_schema() -> dict[str, Any]:
         properties[section] |= {"properties": {}, "additionalProperties": False}
     for option in all_options():
         properties[option.section]["properties"][option.key] = {"description": option.meaning, **option.schema}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    # A case with a base may have from there what others must have themselves.
+    schema["anyOf"] = [{"required": schema.pop("required")}, {"required": ["base"]}]
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_with_overlaps(schema)}
+
+
+def _with_overlaps(schema: Any) -> Any:
+    """Schema whose alternatives may hold together: a text is a name and an expression, say, which models tell apart.
+
+    Pydantic writes ``oneOf`` where a function chooses the model, whatever else would hold too.
+    """
+    if isinstance(schema, list):
+        return [_with_overlaps(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {"anyOf" if key == "oneOf" else key: _with_overlaps(part) for key, part in schema.items()}

@@ -12,7 +12,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
+from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, missing_library
 from bubblemesh.files import MORE_FILES, TOO_MANY_FILES, reason
 from bubblemesh.messages import printable
 
@@ -74,11 +74,8 @@ def reported() -> Iterator[None]:
             raise failed("interrupted", INTERRUPTED) from None
         if getattr(error, "errno", None) in TOO_MANY_FILES:
             raise failed(f"{reason(error)}: {MORE_FILES}", FileError.exit_code) from None
-        if isinstance(error, ModuleNotFoundError) and error.name and not error.name.startswith("bubblemesh"):
-            # Such as matplotlib, which is removed from small containers: what draws nothing works without.
-            library = error.name.partition(".")[0]
-            advice = f"{library} is needed for this and not installed: install bubblemesh anew"
-            raise failed(advice, FileError.exit_code) from None
+        if missing := missing_library(error):
+            raise failed(missing, FileError.exit_code) from None
         from bubblemesh import console
 
         console.tell(traceback.format_exc().rstrip())

@@ -131,6 +131,17 @@ def test_an_error_of_the_program_in_any_part_of_a_batch_is_a_row_of_the_case_alo
     assert len(lines_of(here / "out/summary.jsonl")) == 2
 
 
+def test_a_library_that_was_removed_is_named_in_the_row(here, monkeypatch):
+    def broken(*arguments, **options):
+        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib.figure")
+
+    write(here, a=SMALL)
+    monkeypatch.setattr("bubblemesh.batch.plan.contents_of", broken)
+    (row,) = rows_of(".", folder="out")
+    assert (row.exit_code, row.traceback) == (5, None)
+    assert row.error == "a.yaml: matplotlib is needed for this and not installed: install bubblemesh anew"
+
+
 def test_a_name_that_is_no_text_is_told_in_a_row_and_kept(here):
     source = os.fsdecode(b"\xff.yaml")
     write(here, b=SMALL)

@@ -52,3 +52,10 @@ def test_a_library_that_was_removed_is_named(tmp_path, monkeypatch):
     assert result.exit_code == 5
     assert result.stderr == "error: matplotlib is needed for this and not installed: install bubblemesh anew\n"
     assert "Traceback" not in result.output
+
+
+def test_a_module_of_our_own_that_is_missing_is_our_error(monkeypatch):
+    monkeypatch.setitem(sys.modules, "bubblemesh.pictures.start", None)
+    result = CliRunner().invoke(app, ["plot", "mesh.node"])
+    assert result.exit_code == 1
+    assert "this is an error of bubblemesh" in result.stderr

@@ -209,6 +209,7 @@ def test_processes_with_other_threads_and_hashes_write_the_same_bytes(tmp_path):
         folder = tmp_path / f"out-{number}"
         variables = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), threads)
         command = [sys.executable, "-m", "bubblemesh", "run", "case.yaml", "-q", "-o", str(folder)]
+        command += ["--format", "msh", "--format", "vtu", "--format", "xdmf"]
         environment = {**os.environ, **variables, "PYTHONHASHSEED": hashes}
         subprocess.run(command, cwd=tmp_path, env=environment, check=True, timeout=120)
         folders.append(folder)
