@@ -27,7 +27,9 @@ STAGES = {
     "quality": ("measuring the mesh", "coarsen the spacing"),
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
-GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, after which a run that is late is ended
+GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, after which a packing that is late is ended
+BEFORE_PACKING = ("reading", "geometry", "estimate", "spacing")  # stages after which there is no mesh to end with
+SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # for these, whose single calls may be long
 AGAIN = 1.0  # seconds until an exception that a library has swallowed is raised anew
 IMPORT_POLL = 0.02  # seconds until an import may be over
 LONGEST_WAIT = 3600.0  # seconds that a thread waits at once
@@ -82,8 +84,10 @@ class Watchdog:
         return error
 
     def _overdue(self) -> float:
-        """Seconds until the run is ended."""
-        return self.left + max(GRACE, GRACE_SHARE * (self.limit or 0.0))
+        """Seconds until the run is ended, as things stand: a packing that has begun in time is given more of them."""
+        short = self.stage in BEFORE_PACKING
+        grace, share = (SHORT_GRACE, SHORT_GRACE_SHARE) if short else (GRACE, GRACE_SHARE)
+        return self.left + max(grace, share * (self.limit or 0.0))
 
     def _watch(self) -> None:
         wait = self._overdue()

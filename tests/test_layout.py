@@ -18,7 +18,7 @@ MAY_IMPORT = {
     "resources": set(),
     "kernels": {"arrays", "errors"},
     "meshes": FOUNDATION | {"kernels"},
-    "geometry": FOUNDATION,
+    "geometry": FOUNDATION | {"kernels"},
     "readers": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},

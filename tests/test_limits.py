@@ -50,8 +50,8 @@ def _nobody_watches_the_collection_of_garbage():
 @pytest.fixture
 def strict(monkeypatch):
     """No grace after the time is up."""
-    monkeypatch.setattr(limits, "GRACE", 0.0)
-    monkeypatch.setattr(limits, "GRACE_SHARE", 0.0)
+    for name in ("GRACE", "GRACE_SHARE", "SHORT_GRACE", "SHORT_GRACE_SHARE"):
+        monkeypatch.setattr(limits, name, 0.0)
 
 
 @pytest.mark.parametrize("stage", limits.STAGES)
@@ -70,6 +70,22 @@ def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict
     )
     assert caught.value.exit_code == 6
     assert time_left() == np.inf
+
+
+@pytest.mark.parametrize("stage", limits.STAGES)
+def test_only_a_packing_that_has_begun_may_end_later(stage, monkeypatch):
+    monkeypatch.setattr(limits, "GRACE", PLENTY)
+    monkeypatch.setattr(limits, "SHORT_GRACE", 0.0)
+
+    def run():
+        enter(stage)
+        spin(seconds=0.3)
+
+    if stage in ("reading", "geometry", "estimate", "spacing"):
+        with pytest.raises(LimitError, match=limits.STAGES[stage][0]):
+            in_time(run, 0.05)
+    else:
+        in_time(run, 0.05)
 
 
 def test_a_run_in_any_thread_ends_and_no_other_thread_does(strict):

@@ -109,17 +109,24 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
         except Exception as error:
             entries.append(Entry(len(entries) + 1, _row(source).ended_by(error)))
         else:
-            entries += (_entry(number, source, one, options) for number, one in enumerate(variants, len(entries) + 1))
+            entries += planned(source, variants, options, len(entries) + 1)
     _require_apart(entries, sources)
     return entries
 
 
-def _entry(number: int, source: str, variant: Variant, options: BatchOptions) -> Entry:
+def planned(
+    source: str, variants: Sequence[Variant], options: BatchOptions, first: int = 1, text: str | None = None
+) -> list[Entry]:
+    """Entries of the cases that a file, or a ``text`` in its place, stands for, numbered from the first one's."""
+    return [_entry(number, source, one, options, text) for number, one in enumerate(variants, first)]
+
+
+def _entry(number: int, source: str, variant: Variant, options: BatchOptions, text: str | None) -> Entry:
     row = _row(source, variant)
     # With a slash at its end it is a folder, whatever its name looks like.
     output = None if options.folder is None else f"{options.folder}/"
     try:
-        case = load_case(source, overrides=options.overrides, variant=variant, untrusted=options.untrusted)
+        case = load_case(source, overrides=options.overrides, text=text, variant=variant, untrusted=options.untrusted)
         place = destination(case, source, OutputOptions(output, history=options.history, page=options.page))
     except Exception as error:
         return Entry(number, row.ended_by(error))

@@ -3,6 +3,6 @@
 from bubblemesh.case.load import case_variants, load_case
 from bubblemesh.case.models import Case
 from bubblemesh.case.overrides import Override, overrides_of
-from bubblemesh.case.sweep import Variant
+from bubblemesh.case.sweep import SweepError, Variant
 
-__all__ = ["Case", "Override", "Variant", "case_variants", "load_case", "overrides_of"]
+__all__ = ["Case", "Override", "SweepError", "Variant", "case_variants", "load_case", "overrides_of"]

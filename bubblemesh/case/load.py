@@ -16,7 +16,7 @@ from bubblemesh.case.key_homes import home_of_no_option
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.parameters import literal, resolved
-from bubblemesh.case.sweep import ALONE, Variant, path_of, variants_of
+from bubblemesh.case.sweep import ALONE, SweepError, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
@@ -85,7 +85,7 @@ def _loaded(
     allow(_seconds(data.get("limits")))
     sweep = data.pop("sweep", None)
     if variant is None and sweep is not None:
-        raise CaseError(
+        raise SweepError(
             places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
         )
     for key, value in (variant or ALONE).values:
@@ -99,15 +99,20 @@ def _loaded(
 
 
 def case_variants(
-    path: Path | str, *, overrides: Sequence[str | Override] = (), untrusted: bool = False, **options: Any
+    path: Path | str,
+    *,
+    overrides: Sequence[str | Override] = (),
+    text: str | None = None,
+    untrusted: bool = False,
+    **options: Any,
 ) -> list[Variant]:
-    """The cases that a file stands for: one, or those of its sweep.
+    """The cases that a file, or a ``text`` in its place, stands for: one, or those of its sweep.
 
     Errors are those of `load_case`, but the cases are not checked; an option that sets what is swept is a CaseError.
     """
     path, changes = Path(path), overrides_of(overrides, **options)
     root = _root_of(path, untrusted)
-    data, places = _in_time(path, changes, root, lambda begun: _read(path, None, changes, root))
+    data, places = _in_time(path, changes, root, lambda begun: _read(path, text, changes, root))
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
         for change in places.changes:

@@ -22,6 +22,10 @@ SHOWABLE = re.compile(r"[A-Za-z0-9_.+-]{1,24}")
 Places = Callable[[Sequence[str | int]], str]
 
 
+class SweepError(CaseError):
+    """A file with a sweep is taken for one case."""
+
+
 @dataclass(frozen=True)
 class Variant:
     """One case of a file."""

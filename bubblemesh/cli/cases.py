@@ -1,6 +1,6 @@
 """Commands on cases: to mesh one or many, to tell what that would take, and to write one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,6 +24,7 @@ from bubblemesh.cli.stdio import output_stream, read_input, write_json, write_ne
 from bubblemesh.errors import CaseError, FileError, located
 
 if TYPE_CHECKING:
+    from bubblemesh.batch import Entry
     from bubblemesh.case import Case
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
@@ -115,8 +116,22 @@ def check(
     quiet: Quiet = False,
     picture: Picture = None,
 ) -> None:
-    """Check a case: its geometry, its spacing, and how many nodes it needs."""
-    tell_estimate(case_at(case, overrides, untrusted), case, picture, as_json, quiet)
+    """Check a case, or all cases of its sweep: geometry, spacing, and how many nodes it needs."""
+    from bubblemesh.case import SweepError, case_variants
+
+    text = read_input() if case == "-" else None
+    try:
+        loaded = case_at(case, overrides, untrusted, text)
+    except SweepError:
+        if picture is not None:
+            raise CaseError("--plot: draws one case, and this file has a sweep: add --set sweep=null") from None
+        from bubblemesh import batch as many
+
+        variants = case_variants(case, overrides=overrides, text=text, untrusted=untrusted)
+        entries = many.planned(case, variants, many.BatchOptions(overrides, untrusted=untrusted), text=text)
+        tell_previews(entries, as_json, quiet)
+    else:
+        tell_estimate(loaded, case, picture, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -146,6 +161,9 @@ def batch(
         ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON on the standard output.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the cases and tell what would be meshed only.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Mesh many cases; one that fails is a row of the summary."""
@@ -155,6 +173,9 @@ def batch(
     options = many.BatchOptions(overrides, output, page, history, many.parse_shard(shard), untrusted, resume)
     workers = many.workers_at(jobs, cluster)
     entries = many.plan_cases(many.case_files(paths), options)
+    if dry_run:
+        tell_previews(options.part_of(entries), as_json, quiet)
+        return
     with BatchProgress(quiet) as progress:
         totals = many.run_batch(entries, options, workers, progress)
     if as_json:
@@ -187,11 +208,12 @@ def init(
     console.tell("for editors that complete its keys:  bubblemesh schema > bubblemesh.schema.json")
 
 
-def case_at(case: str, overrides: Overrides, untrusted: bool) -> "Case":
-    """Case of a file, or - for the standard input, with the options over it."""
+def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None = None) -> "Case":
+    """Case of a file, or - for the standard input unless its text is known, with the options over it."""
     from bubblemesh.case import load_case
 
-    return load_case(case, overrides=overrides, untrusted=untrusted, text=read_input() if case == "-" else None)
+    text = read_input() if case == "-" and text is None else text
+    return load_case(case, overrides=overrides, untrusted=untrusted, text=text)
 
 
 def destination_of(
@@ -263,6 +285,23 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
         if picture is not None:
             report.show_files(str(picture.parent), [picture.name])
     console.warn(figures["warnings"])
+
+
+def tell_previews(entries: "Sequence[Entry]", as_json: bool, quiet: bool) -> None:
+    """Tell what meshing each of many cases would take, without any file; the exit code is the largest of theirs."""
+    from bubblemesh import batch as many
+    from bubblemesh.console.batch import PreviewLines
+
+    lines = PreviewLines(len(entries), quiet)
+    previews = []
+    for entry in entries:
+        previews.append(many.preview_of(entry))
+        lines.show(previews[-1])
+    totals = many.totals_of(previews)
+    lines.end(totals)
+    if as_json:
+        write_json(totals)
+    raise typer.Exit(totals["exit_code"])
 
 
 def draw_preview(problem: "Problem", picture: Path) -> None:

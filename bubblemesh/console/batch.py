@@ -1,8 +1,10 @@
 """A batch on the terminal: a bar for all and a line for each running case; plain lines elsewhere."""
 
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 from rich.console import Group
 from rich.progress import BarColumn, MofNCompleteColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -10,7 +12,7 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.batch import Entry, Progress, Row
+from bubblemesh.batch import Entry, Preview, Progress, Row
 from bubblemesh.errors import DONE, BubblemeshError, RequirementError, outcome
 from bubblemesh.messages import counted, duration
 
@@ -94,3 +96,43 @@ class BatchProgress(console.Display, Progress):
 def _named(row: Row) -> str:
     """The error of a case, which begins with the file that it comes from; a sweep's cases share theirs."""
     return f"{row.case}: {row.error}" if row.sweep or not f"{row.error}".startswith(row.source) else f"{row.error}"
+
+
+class PreviewLines:
+    """Tells of cases that are checked only, a line for each; faults of the same text are told of once."""
+
+    def __init__(self, count: int, quiet: bool) -> None:
+        self.count = count
+        self.quiet = quiet
+        self.told: Counter[str] = Counter()
+        self.shown = 0
+
+    def show(self, preview: Preview) -> None:
+        """Tell of the next case."""
+        self.shown += 1
+        number = f"[{self.shown}/{self.count}]"
+        row, figures = preview.row, preview.figures
+        if figures is None:
+            self.told[f"{row.error}"] += 1
+            if self.told[f"{row.error}"] == 1:
+                console.fail(f"{number} {_named(row)}")
+            return
+        if not self.quiet:
+            spacing = figures["spacing"]
+            sizes = f"spacing {spacing['minimum']:.4g} to {spacing['maximum']:.4g}"
+            console.terminal.print(Text(f"{number} {row.case}: about {figures['expected_nodes']:,.0f} nodes, {sizes}"))
+        for warning in figures["warnings"]:
+            self.told[warning] += 1
+            if self.told[warning] == 1:
+                console.warn([f"{row.case}: {warning}"])
+
+    def end(self, totals: Mapping[str, Any]) -> None:
+        """Tell of all cases together."""
+        repeated = sum(self.told.values()) - len(self.told)
+        if self.quiet:
+            return
+        fine = totals["cases"] - totals["failed"]
+        parts = [f"{fine} can be meshed, with about {totals['expected_nodes']:,.0f} nodes in all"] if fine else []
+        parts += [f"{totals['failed']} failed"] if totals["failed"] else []
+        parts += [f"{counted(repeated, 'message')} like those above left out"] if repeated else []
+        console.tell(f"{counted(totals['cases'], 'case')}: {', '.join(parts)}")

@@ -13,6 +13,7 @@ from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.segments import segments_meet
 
 BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
 ROUNDING = 1e-9  # of a line's length
@@ -76,15 +77,17 @@ class Walls:
         piece, s, reach, room = piece[number], s[number], reach[number], room[number]
         points, tangents = boundary.points(piece, s), boundary.tangents(piece, s)
         normals = side[:, None] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
-        rays = shapely.linestrings(np.stack([points, points + reach[:, None] * normals], axis=1))
+        rays = np.stack([points, points + reach[:, None] * normals], axis=1)
         beyond, left, found = np.full(len(points), np.inf), np.arange(len(points)), []
-        for share in 4.0 ** np.arange(-DOUBLINGS // 2, 1):
+        for share in self._shares(reach):
             near = share * reach if share < 1 else np.full(len(reach), np.inf)
             ray, chord = self._met(points[left], normals[left], PADDED * share * reach[left])
             ray = left[ray]
-            may = self._may_meet(points[ray], normals[ray], chord)
+            begin = chords.s[chord]
+            own = (chords.piece[chord] == piece[ray]) & (begin <= s[ray]) & (s[ray] <= begin + chords.step[chord])
+            may = ~own & self._may_meet(points[ray], normals[ray], chord)
             ray, chord = ray[may], chord[may]
-            met = shapely.intersects(rays[ray], self.tree.geometries[chord])
+            met = segments_meet(rays[ray], np.stack([chords.start[chord], chords.end[chord]], axis=1))
             ray, chord = ray[met], chord[met]
             at, leaves = self._crossings(points[ray], normals[ray], chord)
             np.minimum.at(beyond, ray[leaves], at[leaves])
@@ -103,6 +106,13 @@ class Walls:
             left = np.setdiff1d(left[beyond[left] > near[left]], ray)
         ray = np.concatenate([rays_found for rays_found, _ in found])
         return gaps_inside(self.domain, select(concatenated([gaps for _, gaps in found]), np.argsort(ray)))
+
+    def _shares(self, reach: Floats) -> Floats:
+        """Shares of the reach (m,) that are looked at, one after the other; most chords are shorter than the least."""
+        shares = 4.0 ** np.arange(-DOUBLINGS // 2, 1)
+        lengths = np.hypot(*(self.chords.end - self.chords.start).T)
+        useful = shares * np.median(reach) > np.median(lengths) if len(reach) else shares > 1
+        return np.asarray(shares[useful | (shares == 1)], float)
 
     def _met(self, points: Floats, directions: Floats, lengths: Floats) -> tuple[Integers, Integers]:
         """Rays (k,), from ``points`` (m, 2), and the chords (k,) that they may meet, each pair once."""

@@ -21,6 +21,7 @@ from bubblemesh.meshfiles.formats import (
 from bubblemesh.meshfiles.groups import LABELS_FILE
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
+from bubblemesh.messages import closest
 from bubblemesh.run.pipeline import Result
 
 
@@ -162,7 +163,10 @@ def _page(result: Result, report: Mapping[str, Any]) -> str:
 def _require_known(names: Iterable[str], table: Iterable[str], problem: str) -> None:
     for name in names:
         if name not in table:
-            raise CaseError(f"{problem} {name!r}: choose one of {', '.join(table)}")
+            known = list(table)
+            close = closest(name, known)
+            hint = "" if close is None else f"did you mean {close!r}? "
+            raise CaseError(f"{problem} {name!r}: {hint}choose one of {', '.join(known)}")
 
 
 def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:

@@ -85,3 +85,10 @@ def test_the_case_keeps_the_solvers_as_it_names_them():
     assert load_case("a.yaml", text=CASE + "output: {for: su2}").output.solver == "su2"
     with pytest.raises(CaseError, match="formats and for exclude each other"):
         load_case("a.yaml", text=CASE + "output: {for: [su2], formats: [msh]}")
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_solver_with_a_slip_is_told_what_is_meant():
+    code, _, told = command("run", "square.yaml", "--for", "fenics")
+    assert code == 2
+    assert told.startswith("error: --for: unknown solver 'fenics': did you mean 'fenicsx'? choose one of ")

@@ -1,11 +1,13 @@
 """Chords in runs of consecutive ones, each run in a rectangle along the way from its first point to its last."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, along_hilbert_curve, members
 from bubblemesh.geometry.curves import shares_before
+from bubblemesh.kernels.nearest import RunTree
 
 LENGTH = 16  # chords of a run
 AT_A_TIME = 1 << 11  # runs, so that their points stay in the processor's caches
@@ -46,6 +48,14 @@ class ChordRuns:
         x, y = np.ascontiguousarray(np.moveaxis(points, 2, 0))
         margin = ROUNDING * float(max(np.abs(start).max(), np.abs(end).max()))
         return cls(start, end, first, count, x, y, _boxes(x, y, margin), margin)
+
+    @cached_property
+    def tree(self) -> RunTree:
+        """The runs in a tree, for compiled kernels."""
+        centers = np.ascontiguousarray(self.boxes[:2].T)
+        order = along_hilbert_curve(centers)
+        points = np.stack([self.x.T, self.y.T], axis=2)[order]
+        return RunTree.of(points, self.boxes.T[order], self.first[order], self.count[order], self.margin)
 
     def at_least(self, x: Floats, y: Floats, run: Integers) -> Floats:
         """Squared distances (g, p) of points at x, y (g, p) from the rectangles of runs (p,)."""

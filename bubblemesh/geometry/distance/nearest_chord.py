@@ -7,6 +7,8 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, along_hilbert_curve, concatenated
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.nearest import nearest_chords
 
 BLOCK = 16  # points, or smaller blocks, of a block
 PAIRS = 1 << 12  # of blocks and runs at a time, so that the arrays stay in the processor's caches
@@ -58,6 +60,12 @@ def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
 
     It depends on nothing but the point: the search leaves out only what is farther away.
     """
+    compiled = library()
+    return nearest_in_numpy(runs, points) if compiled is None else nearest_chords(compiled, runs.tree, points, SLACK)
+
+
+def nearest_in_numpy(runs: ChordRuns, points: Floats) -> Integers:
+    """Number (m,) of the chord nearest to each of ``points`` (m, 2) as of `nearest_chord`, made in NumPy."""
     found = np.zeros(len(points), np.int64)
     if len(points) == 0:
         return found

@@ -13,13 +13,15 @@ GRID_LEVELS = 30
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 COLUMN_BITS, ROW_BITS = 0x1555555555555555, 0x2AAAAAAAAAAAAAAA  # of a number in Morton's order
 MARGIN = 1e-9  # of the square's size: so far it reaches beyond what it covers
-SPREADING = [(16, 0x0000FFFF0000FFFF), (8, 0x00FF00FF00FF00FF), (4, 0x0F0F0F0F0F0F0F0F), (2, 0x3333333333333333)]
+# How far the bits of a number move to part, step by step, and where they are after each.
+SHIFTS = 16, 8, 4, 2, 1
+MASKS = 0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555
 
 
 class Vertices(NamedTuple):
     """Vertices of a background grid."""
 
-    key: Integers  # (v,): numbers of the places, ascending: the same in all grids that stem from one
+    key: Integers  # (v,): numbers of the places in Morton's order, ascending: the same in all grids that stem from one
     points: Floats  # (v, 2)
     corners: Integers  # (n, 4): of the cells: lower left, lower right, upper left, upper right
     # (k, 3): vertices in the middle of a cell's side, and the ends of that side; those of large cells first
@@ -152,13 +154,13 @@ class Quadtree:
     def vertices(self) -> Vertices:
         """The corners of all cells, each once."""
         all_corners = self._corners(slice(None))
-        packed = _packed(all_corners.reshape(-1, 2))
-        key = each_once(packed)
-        points = self._points(np.column_stack([key >> (GRID_LEVELS + 1), key & (2 ** (GRID_LEVELS + 1) - 1)]))
-        corners = np.searchsorted(key, packed).reshape(-1, 4)
+        of_corners = _interleaved(all_corners)
+        key = each_once(of_corners.ravel())
+        points = self._points(_parted(key))
+        corners = np.searchsorted(key, of_corners)
         hanging = []
         for first, last in ([0, 1], [2, 3], [0, 2], [1, 3]):
-            middle = _packed((all_corners[:, first] + all_corners[:, last]) // 2)
+            middle = _interleaved((all_corners[:, first] + all_corners[:, last]) // 2)
             at = np.minimum(np.searchsorted(key, middle), len(key) - 1)
             there = np.flatnonzero((key[at] == middle) & (self.level < GRID_LEVELS))
             hanging.append(np.column_stack([self.level[there], at[there], corners[there, first], corners[there, last]]))
@@ -171,10 +173,6 @@ class Quadtree:
         s, t = np.clip(at, 0, 1).T
         a, b, c, d = corners.T
         return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
-
-
-def _packed(column_row: Integers) -> Integers:
-    return column_row[:, 0] << (GRID_LEVELS + 1) | column_row[:, 1]
 
 
 def _contained(numbers: Integers, some: Integers) -> Booleans:
@@ -198,14 +196,21 @@ def _beside(cells: Integers, level: int) -> Integers:
 
 
 def _interleaved(column_row: Integers) -> Integers:
-    """Keys (n,) of cells in Morton's order: the bits of column and row in turn.
+    """Keys (...) of places (..., 2) in Morton's order: the bits of column and row in turn.
 
     References
     ----------
     G. M. Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM (1966).
     """
     bits = np.array(column_row, np.int64)
-    for shift, mask in SPREADING:
+    for shift, mask in zip(SHIFTS, MASKS, strict=True):
         bits = (bits | bits << shift) & mask
-    bits = (bits | bits << 1) & 0x5555555555555555
-    return bits[:, 0] | bits[:, 1] << 1
+    return bits[..., 0] | bits[..., 1] << 1
+
+
+def _parted(key: Integers) -> Integers:
+    """Columns and rows (k, 2) of places of these keys (k,) in Morton's order."""
+    bits = np.stack([key, key >> 1], axis=1) & COLUMN_BITS
+    for shift, mask in zip(SHIFTS[::-1], (*MASKS[-2::-1], 2**32 - 1), strict=True):
+        bits = (bits | bits >> shift) & mask
+    return bits

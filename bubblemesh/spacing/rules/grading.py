@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
@@ -15,6 +15,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 STEEPEST_GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 ROUNDS = 60
+DEEPEST_FALL = 0.5  # of a source's size, outside
 LOWERED = 1e-3  # relative change of the spacing that counts
 
 
@@ -69,7 +70,7 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     for _ in range(ROUNDS):
         coarser, grid = grid, samples.grid
         given = _at_vertices(grid, domain, spacing, coarser, given)
-        start = _at(grid, _beside(grid, given, along, growth), fine, growth)
+        start = _at(domain, grid, _beside(grid, given, along, growth), fine, growth)
         values = limited_values(grid, np.minimum(start, _carried(coarser, values, grid)), growth, samples.inside)
         largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
@@ -160,14 +161,24 @@ def _beside(grid: Quadtree, values: Floats, sources: Sources, growth: float) -> 
     return result
 
 
-def _at(grid: Quadtree, values: Floats, sources: Sources, growth: float) -> Floats:
-    """Values (v,) whose interpolation respects the sources where they are; their cells are small."""
+def _at(domain: Domain, grid: Quadtree, values: Floats, sources: Sources, growth: float) -> Floats:
+    """Values (v,) whose interpolation respects the sources where they are; their cells are small.
+
+    Infinite values lie outside. Beside sources on the rim the spacing falls there as it rises inside: what is
+    interpolated between both is as large all along the boundary.
+    """
     cells = grid.located(sources.points)
     mine = grid.vertices.corners[cells]
     rise = growth * _away(grid, mine, sources)
-    excess = grid.bilinear(rise, sources.points, cells)
+    falling = np.isinf(values[mine]) & sources.on_rim[:, None]
+    outside = each_once(mine[falling])
+    depth = np.zeros(len(values))
+    depth[outside] = -domain.signed_distance(grid.vertices.points[outside])
+    deepest = np.broadcast_to(DEEPEST_FALL * sources.sizes[:, None], mine.shape)
+    rise[falling] = -np.minimum(growth * depth[mine], deepest)[falling]
+    excess = grid.bilinear(rise, sources.points, cells)[:, None]
     result = values.copy()
-    np.minimum.at(result, mine, sources.sizes[:, None] + np.maximum(rise - excess[:, None], 0))
+    np.minimum.at(result, mine, sources.sizes[:, None] + np.where(falling, rise - excess, np.maximum(rise - excess, 0)))
     return result
 
 

@@ -19,6 +19,7 @@ HALVINGS = 60
 SHORT = 0.75  # of the spacing: a longer piece fits into the packing as it is
 APART_ON_CURVE = 0.25  # distance of sources on a curve, in terms of their sizes
 SOURCE_CELL = 0.25  # of the size: largest side of a cell from which a limit starts
+RIM_CELL = 1.0  # of the size: the same for sources along the boundary, from which the spacing rises to one side only
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
 MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many beside them
 
@@ -27,21 +28,32 @@ MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many bes
 class Sources:
     """Places ``points`` (k, 2) where the spacing is at most ``sizes`` (k,), and grows from there.
 
-    On a background grid the ``cells`` (k,) that hold them have at most these sides: a quarter of the sizes by default,
-    more for sources that are close to each other.
+    Those ``on_rim`` (k,), by default none, follow each other along the boundary, outside of which the spacing has no
+    meaning. On a background grid the ``cells`` (k,) that hold sources have at most these sides: by default a quarter of
+    the size, or all of it on the rim.
     """
 
     points: Floats
     sizes: Floats
     largest_cells: Floats | None = None
+    rim: Booleans | None = None
 
     def __len__(self) -> int:
         return len(self.points)
 
     @property
+    def on_rim(self) -> Booleans:
+        """Whether each (k,) of the sources is one of those along the boundary."""
+        return np.zeros(len(self), bool) if self.rim is None else self.rim
+
+    @property
     def cells(self) -> Floats:
         """Largest sides (k,)."""
-        return SOURCE_CELL * self.sizes if self.largest_cells is None else self.largest_cells
+        return (
+            np.where(self.on_rim, RIM_CELL, SOURCE_CELL) * self.sizes
+            if self.largest_cells is None
+            else self.largest_cells
+        )
 
     @classmethod
     def none(cls) -> "Sources":
@@ -51,13 +63,12 @@ class Sources:
     @classmethod
     def all_of(cls, some: Sequence["Sources"]) -> "Sources":
         """Sources of several sets."""
-        return cls(
-            *(np.concatenate(column) for column in zip(*((s.points, s.sizes, s.cells) for s in some), strict=True))
-        )
+        columns = zip(*((s.points, s.sizes, s.cells, s.on_rim) for s in some), strict=True)
+        return cls(*(np.concatenate(column) for column in columns))
 
     def select(self, which: Integers | Booleans) -> "Sources":
         """Some of the sources, by a mask or by numbers."""
-        return Sources(self.points[which], self.sizes[which], self.cells[which])
+        return Sources(self.points[which], self.sizes[which], self.cells[which], self.on_rim[which])
 
     def not_below(self, minimum: float) -> "Sources":
         """Sources at the same places, with sizes of at least ``minimum``."""
@@ -100,7 +111,8 @@ def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
     ends = boundary.corners[np.column_stack([boundary.start, boundary.end])[pieces]]
     d = np.minimum(spacing(ends[:, 0]), spacing(ends[:, 1])) if len(pieces) else np.zeros(0)
     short = boundary.lengths[pieces] < SHORT * d
-    return Sources(ends[short].reshape(-1, 2), np.repeat(boundary.lengths[pieces[short]], 2))
+    sizes, rim = np.repeat([boundary.lengths[pieces[short]], ~boundary.inner[pieces[short]]], 2, axis=1)
+    return Sources(ends[short].reshape(-1, 2), sizes, rim=rim.astype(bool))
 
 
 def coarse_curves(domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_TURN) -> Sources:

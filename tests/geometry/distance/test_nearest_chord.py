@@ -3,12 +3,20 @@ import pytest
 import shapely
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import cKDTree
+from twins import needs_compiler
 
 from bubblemesh.geometry.distance.chord_runs import LENGTH, ChordRuns
-from bubblemesh.geometry.distance.nearest_chord import nearest_chord
+from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in_numpy
 
 UNIFORM = np.linspace(0, 2 * np.pi, 1500, endpoint=False)
 RANDOM = np.random.default_rng(0)
+
+
+@pytest.fixture(params=[pytest.param("compiled", marks=needs_compiler), "numpy"], autouse=True)
+def engine(request, monkeypatch):
+    """Both engines have to pass all tests."""
+    if request.param == "numpy":
+        monkeypatch.setattr("bubblemesh.geometry.distance.nearest_chord.library", lambda: None)
 
 
 def circle(turn, center=(0, 0), radius=1.0):
@@ -62,6 +70,17 @@ def clouds(start):
     cluster = near[0] + 1e-5 * rng.normal(size=(150, 2))
     middle = 10 ** rng.uniform(-9, -1, (150, 1)) * rng.normal(size=(150, 2))
     return np.vstack([rng.uniform(-1.3, 1.3, (400, 2)), near, start[::20], cluster, middle, [[0, 0], [50, -80]]])
+
+
+@pytest.mark.parametrize(("start", "end"), CHORDS.values(), ids=CHORDS)
+def test_both_engines_find_the_same_chords(start, end):
+    runs, random = ChordRuns.of(start, end), np.random.default_rng(3)
+    points = np.vstack(
+        [clouds(start), start, np.round(8 * start) / 8, (start + end) / 2, random.uniform(-2, 2, (5000, 2))]
+    )
+    for order in (np.arange(len(points)), random.permutation(len(points))):
+        assert_array_equal(nearest_chord(runs, points[order]), nearest_in_numpy(runs, points[order]))
+    assert nearest_chord(runs, points[:0]).tolist() == []
 
 
 @pytest.mark.long

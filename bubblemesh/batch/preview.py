@@ -1,0 +1,57 @@
+"""What a batch would mesh: each case of a plan checked, and its nodes estimated, without any file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bubblemesh.batch.plan import Entry
+from bubblemesh.batch.row import Row
+from bubblemesh.errors import DONE, located
+from bubblemesh.meshfiles.text import json_ready
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.report import estimate
+
+
+@dataclass(frozen=True)
+class Preview:
+    """A case before it is meshed: what `estimate` tells of it, or a row with the error; and its files."""
+
+    row: Row
+    figures: Mapping[str, Any] | None  # None if the case has a fault
+    files: Sequence[str]
+
+    def data(self) -> dict[str, Any]:
+        """Values for a program to read."""
+        row = self.row
+        own = {"case": row.case, "source": row.source, "sweep": row.sweep, "folder": row.folder, "files": self.files}
+        return dict(json_ready({**(self.figures or {}), **own, "exit_code": row.exit_code, "error": row.error}))
+
+
+def preview_of(entry: Entry) -> Preview:
+    """Preview of an entry; whatever goes wrong with it is no reason to give up the others."""
+    case = entry.case
+    if case is None:
+        return Preview(entry.row, None, ())
+
+    def estimated() -> dict[str, Any]:
+        with located(entry.row.source, case.origin):
+            return dict(estimate(prepare(case)))
+
+    try:
+        figures = case.within_limits(estimated, f"{entry.row.source}: ")
+    except Exception as error:
+        return Preview(entry.row.ended_by(error), None, entry.names)
+    return Preview(entry.row, figures, entry.names)
+
+
+def totals_of(previews: Sequence[Preview]) -> dict[str, Any]:
+    """Counts and values of all previews; the exit code is the largest of theirs, or 0."""
+    codes = [preview.row.exit_code for preview in previews]
+    nodes = sum(preview.figures["expected_nodes"] for preview in previews if preview.figures is not None)
+    return {
+        "cases": len(previews),
+        "failed": sum(code != DONE for code in codes),
+        "expected_nodes": nodes,
+        "exit_code": max(codes, default=DONE),
+        "rows": [preview.data() for preview in previews],
+    }

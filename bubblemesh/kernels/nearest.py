@@ -1,0 +1,59 @@
+"""The nearest chords of many points: the twin of the search in `geometry.distance.nearest_chord`."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import Library
+
+
+class RunTree(NamedTuple):
+    """Runs of chords as the leaves of a binary tree, in which each box holds those of both its branches.
+
+    Box 1 is the root's, boxes 2 k and 2 k + 1 are those of the branches of k, and the last half of them holds the
+    leaves. Where there are fewer runs than leaves, the boxes of the others are empty.
+    """
+
+    boxes: Floats  # (2 * leaves, 4): low x and y, high x and y
+    points: Floats  # (r, g + 1, 2) of runs of up to g chords, the last one repeated in shorter runs
+    rectangles: Floats  # (r, 6): centre and axis of each run's rectangle, half its length and half its width
+    first: Integers  # (r,): number of each run's first chord
+    counts: Integers  # (r,): numbers of its chords
+
+    @classmethod
+    def of(cls, points: Floats, rectangles: Floats, first: Integers, counts: Integers, margin: float) -> "RunTree":
+        """Tree of runs (r,), at least one, that are near to each other if they follow each other."""
+        leaves = 1 << (len(points) - 1).bit_length()
+        boxes = np.tile([np.inf, np.inf, -np.inf, -np.inf], (2 * leaves, 1))
+        boxes[leaves : leaves + len(points), :2] = points.min(axis=1) - margin
+        boxes[leaves : leaves + len(points), 2:] = points.max(axis=1) + margin
+        while leaves > 1:
+            pairs = boxes[leaves : 2 * leaves].reshape(-1, 2, 4)
+            leaves //= 2
+            boxes[leaves : 2 * leaves, :2] = pairs[..., :2].min(axis=1)
+            boxes[leaves : 2 * leaves, 2:] = pairs[..., 2:].max(axis=1)
+        flat = np.ascontiguousarray
+        return cls(boxes, flat(points), flat(rectangles), flat(first), flat(counts))
+
+
+def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: float) -> Integers:
+    """Number (m,) of the chord nearest to each of ``points`` (m, 2), of equally near ones the first.
+
+    Boxes are left out that are farther than ``slack`` times the squared distance of what was found.
+    """
+    found = np.empty(len(points), np.int64)
+    runs, length = len(tree.points), tree.points.shape[1] - 1
+    arrays = tree.boxes, tree.points, tree.rectangles, tree.first, tree.counts
+    compiled.call(
+        "nearest_chords",
+        len(points),
+        np.ascontiguousarray(points),
+        runs,
+        len(tree.boxes) // 2,
+        length,
+        *arrays,
+        slack,
+        found,
+    )
+    return found
