@@ -210,6 +210,16 @@ def test_a_limit_on_nodes_ends_the_refinement_with_the_mesh():
     check_mesh(result.mesh)
 
 
+def test_a_limit_on_time_ends_a_refinement_that_would_take_minutes_with_or_without_a_mesh():
+    domain = {"outer": PLATE, "holes": [{"rectangle": [0.5, 1e-8, 1.5, 0.5]}]}
+    try:  # 100 million nodes in the strip
+        end = meshed(domain, angle_min=30, spacing={"value": 0.2, "across": 0}, limits={"seconds": 2}).verdict
+    except LimitError as error:
+        end = error
+    assert isinstance(end, LimitError)
+    assert str(end).startswith("limits.seconds: ")
+
+
 def test_without_demands_nothing_is_done():
     case = load_case("a.yaml", text=json.dumps({"domain": NEAR_CIRCLES, "spacing": 0.2}))
     assert not prepare(case).demands

@@ -7,10 +7,12 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.messages import place
 
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
@@ -27,7 +29,10 @@ class Contact(NamedTuple):
 
 
 def split_at_contacts(boundary: Boundary) -> Boundary:
-    """The boundary with a corner wherever a ring touches another one between its corners."""
+    """The boundary with a corner wherever a ring touches another one between its corners.
+
+    GeometryError if corners of two rings are nearer to each other than touching curves may be, but not the same.
+    """
     points = PolygonalCopy.of(boundary).points
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
@@ -51,11 +56,23 @@ def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[in
         piece = int(line.piece[chord])
         point = _closest(boundary, line, probe, chord)
         (s,), (foot,) = _feet(boundary, line, np.array([chord]), point[None])
-        at_end = not boundary.closed[piece] and min(s, boundary.lengths[piece] - s) <= CONTACT_LENGTH * tolerance
+        straight = not boundary.curved[[line.piece[probe], piece]].any()
+        to_end = np.inf if boundary.closed[piece] else min(s, boundary.lengths[piece] - s)
+        if straight and max(to_end, np.hypot(*(point - foot))) <= tolerance:
+            raise _beside(point, min(np.hypot(*(boundary.corners - point).T), key=lambda away: away or np.inf))
+        at_end = to_end <= (tolerance if straight else CONTACT_LENGTH * tolerance)
         alone = all(np.hypot(*(point - other.point)) > CONTACT_LENGTH * tolerance for other in found)
         if np.hypot(*(point - foot)) <= tolerance and not at_end and alone:
             found.append(Contact(piece, float(s), point, rings))
     return found
+
+
+def _beside(point: Floats, away: float) -> GeometryError:
+    """Error on a corner of a ring that another one's corner is next to."""
+    return GeometryError(
+        f"two rings have corners at {place(point)} that are {away:.1g} apart, next to each other but not the same: "
+        "give them the same coordinates, or move them apart"
+    )
 
 
 def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> list[tuple[int, int]]:

@@ -39,10 +39,15 @@ KERNEL int64_t relax(int64_t n, int64_t m, const int64_t *pairs, const double *c
                      const double *c, double *speeds)
 {
     double *work = calloc((size_t)(10 * n + 1), sizeof *work);
-    double *apart = work, *against = work + 2 * n, *force = work + 4 * n, *v = work + 6 * n, *move = work + 8 * n;
+    double *apart, *against, *force, *v, *move;
     int64_t step, k;
     if (!work)
         return NO_MEMORY;
+    apart = work;
+    against = work + 2 * n;
+    force = work + 4 * n;
+    v = work + 6 * n;
+    move = work + 8 * n;
     for (step = 0; step < steps; step++) {
         double damped = 1.0 + c[step] * dt, sum = 0.0;
         int far = 0;

@@ -28,10 +28,10 @@ KERNEL int64_t shape_gradient(int64_t n, int64_t t, int64_t m, const double *x, 
         double pull[3][2] = {{-ux - wx, -uy - wy}, {ux - zx, uy - zy}, {wx + zx, wy + zy}};
         double push[3][2] = {{-zy, zx}, {wy, -wx}, {-uy, ux}};
         int corner;
-        area = area > least ? area : least;
+        area = area < least ? least : area; /* what is no number stays none, as in NumPy */
         to_eta = 1 / (FOUR_ROOTS * area);
         eta = squares * to_eta;
-        bounded = eta < worst ? eta : worst;
+        bounded = eta > worst ? worst : eta;
         steep = 4 * (bounded * bounded * bounded);
         by_squares = 2 * steep * to_eta;
         by_area = steep * eta / (2 * area);
@@ -43,7 +43,7 @@ KERNEL int64_t shape_gradient(int64_t n, int64_t t, int64_t m, const double *x, 
         int64_t i = 2 * ends[k], j = 2 * ends[m + k];
         double dx = x[i] - x[j], dy = x[i + 1] - x[j + 1], length = sqrt(dx * dx + dy * dy), least, pulled;
         least = shortest * contact[k];
-        length = length > least ? length : least;
+        length = length < least ? least : length;
         pulled = 2 * (length / contact[k] - 1) / (contact[k] * length);
         of[3][i] += pulled * dx;
         of[3][i + 1] += pulled * dy;

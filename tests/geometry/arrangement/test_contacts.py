@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, ellipse, path, polygon, rectangle
 from bubblemesh.meshes.triangulation import triangulated
@@ -164,3 +165,27 @@ def test_labels_survive_the_split_of_a_side():
     names = [boundary.labels[k] for k in boundary.label]
     assert names == ["bottom", "bottom", "right", "top", "left", "bore"]
     assert_allclose(boundary.lengths, [1, 1, 2, 2, 2, np.pi])
+
+
+@pytest.mark.parametrize("away", [1e-2, 1e-4, 1e-6, 1e-7])
+def test_a_ring_that_touches_a_straight_side_beside_its_corner_shares_a_corner_there(away):
+    side, touching = polygon([(0, 0), (0.4, 0), (0.4, 0.4)]), polygon([(away, 0), (0, -0.4), (-0.4, -0.4)])
+    boundary = Domain.of(SQUARE, [side, touching]).boundary
+    assert len(boundary.corners) == 10
+    (corner,) = np.flatnonzero((boundary.corners == (away, 0)).all(axis=1))
+    assert sorted(boundary.ring[boundary.start == corner]) == [1, 2]
+    assert boundary.lengths.min() == pytest.approx(away)
+
+
+@pytest.mark.parametrize("away", [1e-9, 1e-12, 1e-15])
+@pytest.mark.parametrize("way", [(1, 0), (0, -1), (-0.6, -0.8)])
+def test_corners_of_two_rings_that_are_nearly_one_are_told_with_their_place(away, way):
+    side = polygon([(0.25, 0), (0.4, 0), (0.4, 0.4)])
+    beside = polygon([(0.25 + away * way[0], away * way[1]), (0.2, -0.4), (-0.4, -0.4)])
+    with pytest.raises(GeometryError, match=r"two rings have corners at \(0.25, -?0\) that are .* apart, next to each"):
+        Domain.of(SQUARE, [side, beside])
+
+
+def test_corners_of_one_ring_that_are_nearly_one_stay():
+    ring = polygon([(0, 0), (1, 0), (1, 1), (1, 1 + 5e-10), (0, 1)])
+    assert len(Domain.of(ring).boundary.corners) == 5

@@ -1,0 +1,89 @@
+"""Kernels on numbers that no packing gives them: they end, and give what their twins in NumPy give."""
+
+import numpy as np
+import pytest
+from twins import needs_compiler
+
+from bubblemesh.geometry.distance.chord_runs import ChordRuns
+from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in_numpy
+from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
+from bubblemesh.kernels.shapes import Links, gradient, gradient_in_numpy
+from bubblemesh.kernels.spreading import spread, spread_in_numpy
+
+pytestmark = [needs_compiler, pytest.mark.long]
+TRIALS = 150
+
+
+def odd(random, shape):
+    """Numbers of all sizes, many of them alike, and some that are none."""
+    numbers = random.normal(size=shape) * 10.0 ** random.integers(-12, 12, shape)
+    numbers = np.where(random.random(shape) < 0.3, np.round(numbers), numbers)
+    bad = random.choice([np.inf, -np.inf, np.nan, 0.0, 1e308, 5e-324], shape)
+    return np.where(random.random(shape) < random.choice([0, 0.05]), bad, numbers)
+
+
+def different(random, n, count):
+    """Triangles (count, 3) of three different ones of n nodes each."""
+    return np.array([random.choice(n, 3, replace=False) for _ in range(count)], np.int64).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_numbers_spread_alike(seed):
+    random = np.random.default_rng(seed)
+    vertices, cells = int(random.integers(4, 60)), int(random.integers(0, 40))
+    corners = np.array([random.permutation(vertices)[:4] for _ in range(cells)], np.int64).reshape(-1, 4)
+    for place in range(4):  # no two cells have a vertex at the same corner
+        corners = corners[np.sort(np.unique(corners[:, place], return_index=True)[1])]
+    rise = np.abs(odd(random, len(corners))) + 1e-300
+    rise[~np.isfinite(rise)] = 1.0
+    values = np.abs(odd(random, vertices))
+    values[np.isnan(values)] = np.inf
+    found = spread(np.ascontiguousarray(corners), rise, values, 1e-6)
+    np.testing.assert_array_equal(found, spread_in_numpy(corners, rise, values, 1 - 1e-6))
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_triangles_have_the_same_gradient(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 50))
+    corners = np.ascontiguousarray(different(random, n, random.integers(0, 80)).T)
+    ends = np.ascontiguousarray(random.integers(0, n, (2, random.integers(0, 80))))
+    d, x = random.uniform(1e-3, 1, n), odd(random, (n, 2))
+    links = Links(corners.reshape(3, -1), d, ends, d[ends].mean(axis=0))
+    found, plain = gradient(x, links, 7.0), gradient_in_numpy(x, links, 7.0)
+    finite = np.isfinite(plain) & np.isfinite(found)  # where both have no number it may be another one
+    np.testing.assert_array_equal(found[finite], plain[finite])
+    np.testing.assert_array_equal(np.isfinite(found), np.isfinite(plain))
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_any_triangles_are_put_in_the_same_order(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 40))
+    triangles = different(random, n, random.integers(1, 60))
+    for found, plain in zip(in_order(triangles, n), in_order_in_numpy(triangles, n), strict=True):
+        np.testing.assert_array_equal(found, plain)
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_triangles_that_are_no_triangulation_are_left_alone_or_flipped(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(4, 40))
+    triangles = different(random, n, random.integers(1, 60))
+    facets = np.sort(random.integers(0, n, (int(random.integers(1, 10)), 2)), axis=1)
+    found = legalised(triangles, odd(random, (n, 2)), facets)
+    assert found is None or all(((part >= 0) & (part < n)).all() for part in found)
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_any_chords_are_found_alike(seed):
+    random = np.random.default_rng(seed)
+    count = int(random.integers(1, 200))
+    start = random.normal(size=(count, 2)) * 10.0 ** random.integers(-9, 9)
+    start = np.where(random.random((count, 1)) < 0.3, np.round(start), start)
+    end = np.where(random.random((count, 1)) < 0.8, np.roll(start, -1, axis=0), random.permutation(start))
+    runs = ChordRuns.of(start, end)
+    points = np.vstack([start, (start + end) / 2, 3 * np.abs(start).max() * random.normal(size=(100, 2))])
+    np.testing.assert_array_equal(nearest_chord(runs, points), nearest_in_numpy(runs, points))
