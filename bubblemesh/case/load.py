@@ -15,7 +15,7 @@ from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.key_homes import home_of_no_option
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
-from bubblemesh.case.parameters import literal, resolved
+from bubblemesh.case.parameters import literal, no_use, resolved
 from bubblemesh.case.sweep import ALONE, SweepError, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
@@ -95,7 +95,14 @@ def _loaded(
         data["name"] = "mesh" if str(path) == "-" else literal(path.stem)
     if variant is not None and isinstance(data["name"], str):
         data["name"] += variant.label
-    return _checked(data, places, root, begun)
+    options = [change for change in changes if change.key is None]
+    useless = [(change, problem) for change in options if (problem := _no_use(change.path, data))]
+    return _checked(data, places, root, begun, [f"{change.source}: {problem}" for change, problem in useless])
+
+
+def _no_use(path: Sequence[str | int], data: dict[str, Any]) -> str | None:
+    """What is wrong with a value for a key of a case that nothing depends on; None if something may."""
+    return no_use(str(path[1]), data) if path[0] == "parameters" and len(path) > 1 else None
 
 
 def case_variants(
@@ -114,6 +121,9 @@ def case_variants(
     root = _root_of(path, untrusted)
     data, places = _in_time(path, changes, root, lambda begun: _read(path, text, changes, root))
     variants = variants_of(data.get("sweep"), places)
+    for key, _ in variants[0].values:
+        if problem := _no_use(path_of(key), data):
+            raise CaseError(f"{places(['sweep', key])}: sweep.{key}: {problem}")
     for key, _ in variants[0].values:
         for change in places.changes:
             if change.covers(path_of(key)) or change.leads_through(path_of(key)):
@@ -214,8 +224,11 @@ class _Places:
         return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
 
 
-def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float) -> Case:
-    """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry."""
+def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float, told: Sequence[str] = ()) -> Case:
+    """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry.
+
+    Its warnings are those that have been ``told``, and others that are found.
+    """
     parameters = data.get("parameters")
     found = resolved(parameters if isinstance(parameters, dict) else {})
     if isinstance(parameters, dict):
@@ -233,7 +246,7 @@ def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: fl
     case, warnings = _with_method(case, places)
     late = [*_paths(data["spacing"], "spacing"), *_paths(data["domain"], "domain")]
     places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
-    return case.loaded(Origin(places_of, perf_counter() - begun, root), warnings)
+    return case.loaded(Origin(places_of, perf_counter() - begun, root), (*told, *warnings))
 
 
 def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:

@@ -7,7 +7,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
 from bubblemesh.errors import CaseError
-from bubblemesh.messages import unknown
+from bubblemesh.messages import MOST_NAMES, closest, unknown
 from bubblemesh.spacing.expression import (
     Parameters,
     UnknownNameError,
@@ -17,6 +17,7 @@ from bubblemesh.spacing.expression import (
     normal,
 )
 
+WORD = re.compile(r"\w+")
 BRACES = re.compile(r"\{\{|\}\}|\{([^{}]*)\}|[{}]")
 
 
@@ -77,6 +78,47 @@ def _numbers(given: Mapping[str, Any]) -> Parameters:
     """Parameters that are numbers, by names that expressions can have."""
     numbers = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
     return Parameters({normal(name): value for name, value in numbers.items() if _is_usable(name)})
+
+
+def used_names(data: Mapping[str, Any]) -> set[str]:
+    """All words in the texts of a case's data, and in those of the parameters that are among these words.
+
+    A parameter that is not among them has no effect. A word may stand for something else, such as a label.
+    """
+    parameters = data.get("parameters")
+    own = {normal(name): value for name, value in parameters.items()} if isinstance(parameters, dict) else {}
+    words, ahead = set[str](), _words({key: value for key, value in data.items() if key != "parameters"})
+    while ahead:
+        words |= ahead
+        ahead = _words([own[word] for word in ahead & own.keys()]) - words
+    return words
+
+
+def _words(data: Any) -> set[str]:
+    """Words of all texts that are values in mappings and lists."""
+    words, stack = set[str](), [data]
+    while stack:
+        match stack.pop():
+            case str() as text:
+                words.update(WORD.findall(normal(text)))
+            case dict() as entries:
+                stack.extend(entries.values())
+            case list() as entries:
+                stack.extend(entries)
+    return words
+
+
+def no_use(name: str, data: Mapping[str, Any]) -> str | None:
+    """What is wrong with a value for a parameter that no key of a case's ``data`` uses; None if one does."""
+    used = used_names(data)
+    if normal(name) in used:
+        return None
+    given = data.get("parameters")
+    known = [str(one) for one in given if normal(str(one)) in used] if isinstance(given, dict) else []
+    close = closest(name, known)
+    hint = f"did you mean {close!r}?" if close else "name it in an expression, or in braces in a text"
+    others = "" if close or not known else f" (those that are used: {', '.join(known[:MOST_NAMES])})"
+    return f"no key uses a parameter {name!r}{others}: {hint}"
 
 
 def _is_usable(name: str) -> bool:

@@ -22,10 +22,11 @@ STEPS = 256
 
 @dataclass(frozen=True)
 class Scene:
-    """A mesh with its colourings, by radius ratio and by edge length over wanted spacing."""
+    """A mesh with its colourings: radius ratio, edge length, and edge length over wanted spacing."""
 
     mesh: Mesh
     quality: Colouring
+    size: Colouring
     ratio: Colouring
     worst: Integers  # (w,) the triangles of least quality, the worst first
 
@@ -34,10 +35,12 @@ class Scene:
         """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed."""
         data = MeshData(fields)
         quality = colouring_of(mesh, data, "quality")
+        size = colouring_of(mesh, data, "size")
         ratio = colouring_of(mesh, data, "spacing")
         assert quality is not None
+        assert size is not None
         assert ratio is not None
-        return cls(mesh, quality, ratio, np.argsort(quality.values, kind="stable")[:most_worst])
+        return cls(mesh, quality, size, ratio, np.argsort(quality.values, kind="stable")[:most_worst])
 
     @property
     def corners(self) -> Integers:
@@ -55,6 +58,7 @@ class Scene:
             array_block("points", fixed_point(mesh.points - origin, 0, extent)),
             array_block("triangles", relative(self.corners)),
             array_block("quality", fixed_point(self.quality.values, 0, 1, np.uint16)),
+            array_block("size", fixed_point(np.asarray(self.size.norm(self.size.values)), 0, 1, np.uint8)),
             array_block("ratio", fixed_point(self.ratio.values, 0, largest, np.uint16)),
             array_block("region", mesh.triangle_regions.astype(np.uint16)),
             array_block("facets", mesh.facets[order, :2].astype(np.uint32)),
@@ -68,9 +72,10 @@ class Scene:
             "origin": origin,
             "extent": extent,
             "largestRatio": largest_ratio,
-            "limits": {"quality": self.quality.limits, "ratio": self.ratio.limits},
+            "limits": {"quality": self.quality.limits, "size": (0, 1), "ratio": self.ratio.limits},
             "tables": {
                 "quality": _table(self.quality),
+                "size": _table(self.size),
                 "ratio": _table(self.ratio),
                 "region": "".join(color[1:] for color in REGION_COLOURS),
             },

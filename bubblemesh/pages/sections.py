@@ -15,21 +15,30 @@ from bubblemesh.messages import counted, duration, place
 from bubblemesh.pages.charts import Line, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole
 from bubblemesh.pages.scene import Scene
+from bubblemesh.pictures.colouring import standard_color
 from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
 
 DASHES = ("", "9 4", "2 3", "9 3 2 3")
-COLOURINGS = {"quality": "Quality q", "ratio": "Edge length l/d", "region": "Region", "none": "None"}
+COLOURINGS = {
+    "quality": "Quality q",
+    "size": "Edge length l",
+    "ratio": "Edge length l/d",
+    "region": "Region",
+    "none": "None",
+}
 
 
 def colourings(mesh: Mesh) -> Markup:
     """Choices of what the colour of the triangles shows."""
     names = [name for name in COLOURINGS if name != "region" or len(mesh.regions) > 1]
-    return html(*(tag("option", COLOURINGS[name], value=name) for name in names))
+    first = standard_color(len(mesh.triangles))
+    return html(*(tag("option", COLOURINGS[name], value=name, selected=name == first) for name in names))
 
 
 def scales(scene: Scene) -> Markup:
     """Legend of each colouring."""
     low, high = scene.quality.limits
+    smallest, largest = scene.size.limits
     below, above = scene.ratio.limits
     regions = []
     for k, name in enumerate(scene.mesh.regions):
@@ -37,11 +46,13 @@ def scales(scene: Scene) -> Markup:
         regions.append(tag("li", tag("svg", sample, aria_hidden="true"), " ", name))
     legends = {
         "quality": _scale("Quality q", f"{low:g} or less", f"{high:g}, equilateral"),
+        "size": _scale("Edge length l", f"{smallest:.3g} or less", f"{largest:.3g} or more"),
         "ratio": _scale("Edge length over wanted spacing", f"{below:.3g} or less", f"{above:.3g} or more"),
         "region": html(tag("h3", "Regions"), tag("ul", html(*regions), class_="legend")),
         "none": tag("h3", "Triangles without colour"),
     }
-    return html(*(tag("div", legends[name], data_legend=name, hidden=name != "quality") for name in legends))
+    first = standard_color(len(scene.corners))
+    return html(*(tag("div", legends[name], data_legend=name, hidden=name != first) for name in legends))
 
 
 def _scale(title: str, low: str, high: str) -> Markup:

@@ -17,6 +17,7 @@ from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, radius_ratio
 from bubblemesh.messages import meant
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 
+MANY = 10_000  # triangles that are too small to see each
 OUTER = 0.01  # share of the triangles beyond either end of a scale
 # The one scale of quality, in pictures and pages: good triangles are pale, so that the bad ones are what one sees, in
 # order of lightness, so that colour-blind readers tell them as well.
@@ -50,6 +51,11 @@ class Colouring:
     def norm(self) -> Normalize:
         """The map from values to shares of the colour map."""
         return (LogNorm if self.logarithmic else Normalize)(*self.limits)
+
+
+def standard_color(count: int) -> str:
+    """What the colours of so many triangles show unless something else is asked for: sizes where each is a speckle."""
+    return "quality" if count < MANY else "size"
 
 
 def colouring_of(

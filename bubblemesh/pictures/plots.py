@@ -23,7 +23,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.messages import coordinate
-from bubblemesh.pictures.colouring import Colouring, MeshData, add_colour_bar, colouring_of
+from bubblemesh.pictures.colouring import MANY, Colouring, MeshData, add_colour_bar, colouring_of, standard_color
 from bubblemesh.pictures.outlines import add_legend, add_outlines
 from bubblemesh.pictures.styles import BARE, INK, SOFT, PlotOptionError, PlotOptions, View
 
@@ -36,7 +36,6 @@ MARGIN, NARROW_MARGIN = 0.12, 0.03  # inches
 MOST_PIXELS = 30_000
 TALL, TALL_IN_COLUMN = 1 / 1.6, 1.6  # height over width
 COLOURS = 256
-MANY = 10_000  # triangles that are too small to see each
 TICKS = 5  # numbers along the longer side, at most
 FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
@@ -93,7 +92,7 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
     """Draw all parts of a picture, on which a unit of length takes so many inches, with the scale beside or below."""
     style, box = options.look, box_of(mesh, options.view)
     shown = _in_view(mesh, options.view)
-    color = options.color or ("quality" if shown.sum() < MANY else "size")
+    color = options.color or standard_color(int(shown.sum()))
     colouring = colouring_of(mesh, data, color, options.colormap, options.limits)
     edge = inches_per_unit * _typical_edge(mesh, shown)
     triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)

@@ -82,7 +82,7 @@ def test_a_run_tells_of_files_that_are_on_the_disk(out, here, steps, monkeypatch
 def test_a_case_file_that_is_said_to_be_written_is_on_the_disk(here, steps, monkeypatch):
     monkeypatch.setattr(console, "tell", lambda text: steps.append(("told", ".")))
     assert command("init", "new.yaml")[0] == 0
-    assert steps == [("sync", "new.yaml"), ("sync", "."), ("told", ".")]
+    assert steps == [("sync", "new.yaml"), ("sync", "."), ("told", "."), ("told", ".")]
 
 
 @pytest.mark.parametrize("at", ["a.msh", "out"])

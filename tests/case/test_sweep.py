@@ -126,6 +126,55 @@ def test_a_wrong_sweep_is_told_with_its_line(sweep, message, case):
         case_variants(case(sweep))
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("parameters: {size: 0.2}\nspacing: size\nsweep: {parameters.sise: [0.1]}", "'sise': did you mean 'size'?"),
+        (
+            "parameters: {h: 0.2}\nspacing: h\nsweep: {parameters.radius: [0.1]}",
+            "'radius' (those that are used: h): name it",
+        ),
+        (
+            "parameters: {h: 0.2, r: 1, d: 2*r}\nspacing: h\nsweep: {parameters.r: [1, 2]}",
+            "'r' (those that are used: h): name it",
+        ),
+        ("spacing: 0.1\nsweep: {parameters.h: [0.1]}", "'h': name it in an expression, or in braces in a text"),
+    ],
+)
+def test_a_swept_parameter_that_no_key_uses_is_an_error(text, message, tmp_path):
+    path = tmp_path / "plate.yaml"
+    path.write_text(f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\n{text}\n")
+    line = text.count("\n") + 2
+    name = re.search(r"parameters\.\w+", text)[0]
+    with pytest.raises(
+        CaseError, match=re.escape(f"plate.yaml:{line}: sweep.{name}: no key uses a parameter {message}")
+    ):
+        case_variants(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "parameters: {r: 1, d: 2*r, h: d/10}\nspacing: h\nsweep: {parameters.r: [1, 2]}",
+        "spacing: h\nsweep: {parameters.h: [0.1, 0.2]}",
+        "spacing: 1\nsweep: {parameters.h: [0.1, 0.2], spacing: [h, 2*h]}",
+        "name: part-{n}\nspacing: 1\nsweep: {parameters.n: [1, 2]}",
+    ],
+)
+def test_a_swept_parameter_may_be_used_anywhere(text, tmp_path):
+    path = tmp_path / "plate.yaml"
+    path.write_text(f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\n{text}\n")
+    assert len(case_variants(path)) in (2, 4)
+
+
+def test_an_option_for_a_parameter_that_no_key_uses_is_warned_of(case):
+    path = case("", text="parameters: {h: 0.2}\n" + SMALL.replace("spacing: 0.4", "spacing: h"))
+    path.write_text(path.read_text().replace("sweep: \n", ""))
+    assert load_case(path, overrides=["parameters.h=0.3"]).warnings == load_case(path).warnings
+    (told,) = set(load_case(path, overrides=["parameters.hh=0.3"]).warnings) - set(load_case(path).warnings)
+    assert told == "--set parameters.hh: no key uses a parameter 'hh': did you mean 'h'?"
+
+
 def test_a_wrong_value_is_told_with_the_line_of_its_key(case):
     path = case("\n  packing.w2: [0.7,\n    -1]\n  packing.w1: [2]")
     good, bad = case_variants(path)

@@ -8,14 +8,14 @@ import sys
 import pytest
 from batches import SMALL, lines_of
 from paths import ROOT
+from site_pages import followed
 
 from bubblemesh.batch.cluster import PATIENCE, SILENCE
 from bubblemesh.batch.row import COLUMNS, KINDS
 
-PAGE = (ROOT / "docs/batch.md").read_text()
+DOCS = ROOT / "docs"
+PAGE = (DOCS / "batch.md").read_text()
 SHELL = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
-COMMANDS = re.findall(r"^bubblemesh batch .*?(?=\s+#|$)", "\n".join(SHELL), flags=re.MULTILINE)
-SINGLE = [command for command in COMMANDS if not re.search(r"--shard|--cluster", command)]
 # What a line of `parallel COMMAND ::: WORD...` does.
 PARALLEL = """#!/bin/bash
 command=()
@@ -36,7 +36,6 @@ def here(tmp_path):
     quick = "method: accelerated\nschedule: {rounds: 1, iterations: 5}\noutput: {formats: [msh]}\n"
     for name, text in {
         "cases/plate.yaml": block("yaml") + quick,
-        "extra.yaml": SMALL,
         "cases/plate-b.yaml": SMALL,
     }.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -63,17 +62,12 @@ def shell(script, folder, **environment):
 
 
 @pytest.mark.long
-def test_the_lines_shown_work_one_after_the_other_and_the_rows_are_read(here):
-    assert len(SINGLE) == 5
-    for command in SINGLE:
-        shell(command, here)
-    assert len(lines_of(here / "out/summary.jsonl")) == 7
-    assert {line["case"] for line in lines_of(here / "summary.jsonl")} == {"plate-b", "extra"}
-    names = {path.stem for path in (here / "out").glob("*.msh")}
-    assert names == {"plate-b", *(f"plate-h={h}-seed={seed}" for h in (0.2, 0.3) for seed in (1, 2, 3))}
-    script = ["bash", "-c", f"{sys.executable} - <<'END'\n{block('python')}END"]
-    printed = subprocess.run(script, cwd=here, capture_output=True, text=True, check=True).stdout.strip()
-    assert printed in names
+def test_the_lines_shown_mesh_all_cases_and_the_rows_are_read(tmp_path):
+    followed(DOCS / "batch.md", tmp_path)
+    names = {"beam", *(f"plate-h={h}-seed={seed}" for h in (0.2, 0.3) for seed in (1, 2, 3))}
+    for folder in ("out", "all"):
+        assert {line["case"] for line in lines_of(tmp_path / folder / "summary.jsonl")} == names
+    assert {path.stem for path in (tmp_path / "out").glob("*.msh")} == names
 
 
 @pytest.mark.long

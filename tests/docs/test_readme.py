@@ -11,7 +11,6 @@ from paths import ROOT
 from bubblemesh.case import load_case
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COARSE = "--set parameters.h=0.2 --set schedule.iterations=30 --set schedule.rounds=2"
 MOST_WORDS = 900
 
 
@@ -54,19 +53,6 @@ def test_the_python_block_runs_in_an_empty_folder(tmp_path):
     printed = subprocess.run([sys.executable, "-c", block], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert re.search(r"\(\d+, 2\) \(\d+, 3\) 0\.9\d\d", printed.stdout)
     assert {path.name for path in tmp_path.iterdir()} >= {"plate.png", "plate.vtu"}
-
-
-@pytest.mark.long
-def test_the_commands_shown_work_one_after_the_other(tmp_path):
-    (tmp_path / "plate.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
-    commands = re.findall(r"^bubblemesh (.*?)(?:\s+#.*)?$", "\n".join(blocks("sh")), flags=re.MULTILINE)
-    assert len(commands) == 4
-    for command in commands:
-        coarse = COARSE if command.startswith("run") and "parameters.h" not in command else ""
-        line = f"{sys.executable} -m bubblemesh {command} {coarse}"
-        subprocess.run(["bash", "-c", line], cwd=tmp_path, check=True, capture_output=True, timeout=120)
-    assert (tmp_path / "out/plate.inp").exists()
-    assert (tmp_path / "plate.png").exists()
 
 
 def test_the_paper_is_named_wherever_pages_speak_of_it():

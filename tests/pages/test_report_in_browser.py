@@ -9,7 +9,7 @@ import pytest
 from report_pages import NASTY, page_of
 
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.pictures.colouring import QUALITY
+from bubblemesh.pictures.colouring import QUALITY, MeshData, colouring_of
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +108,11 @@ def test_colours_are_those_of_the_scale_and_can_be_chosen(opened, result):
     for t, color in zip(sample, pixels(opened, centres), strict=True):
         by_region.setdefault(int(mesh.triangle_regions[t]), set()).add(tuple(color))
     assert [len(colors) for colors in by_region.values()] == [1, 1]
+    choose(opened, "size")
+    size = colouring_of(mesh, MeshData(), "size")
+    wanted = (size.colormap(size.norm(size.values[sample]))[:, :3] * 255).round()
+    assert np.abs(np.array(pixels(opened, centres)) - wanted).max() <= 4
+    choose(opened, "region")
     assert by_region[0] != by_region[1]
     choose(opened, "none")
     assert len({tuple(color) for color in pixels(opened, centres)}) == 1
@@ -410,6 +415,8 @@ def test_a_mesh_of_very_many_triangles_opens_scrolls_and_shows_its_edges_from_ne
     path.write_text(page_of_square(200, result), encoding="utf-8")
     assert path.stat().st_size < 3e6
     browser.open(path)
+    assert browser.js("return document.getElementById('colouring').value") == "size"
+    assert not browser.js("return document.querySelector('[data-legend=size]').hidden")
     assert drawn(browser) + int(browser.find("#mesh").get_attribute("data-hidden")) == 80_000
     assert image(edges=True) == image(edges=False)
     for _ in range(5):

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from bubblemesh.cli import app
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.pages.scene import fixed_point, relative
+from bubblemesh.pictures.colouring import MeshData, colouring_of
 
 
 def integers(page, name):
@@ -37,6 +38,8 @@ def test_the_page_holds_the_mesh(page, result):
     assert np.array_equal(np.stack([first, first + steps[1], first + steps[2]], axis=1), mesh.triangles)
     q = radius_ratios(mesh.points, mesh.triangles)
     assert np.abs(integers(page, "quality") / (2**16 - 1) - q).max() < 1e-5
+    size = colouring_of(mesh, MeshData(), "size")
+    assert np.abs(integers(page, "size") / (2**8 - 1) - size.norm(size.values).clip(0, 1)).max() < 1 / 2**8
     assert np.array_equal(integers(page, "region"), mesh.triangle_regions)
     facets = integers(page, "facets").reshape(2, -1).T
     for k, label in enumerate(head["labels"]):
@@ -97,7 +100,7 @@ def test_names_with_markup_are_text_in_every_part_of_the_page(result):
     parameters = {**result.report["parameters"], "name": NASTY[0]}
     page = page_of(result, mesh, case=NASTY[0], warnings=[NASTY[0], NASTY[4]], parameters=parameters, method=NASTY[1])
     elements = Elements(page)
-    assert len(elements.named("script")) == 8
+    assert len(elements.named("script")) == 9
     assert not [e for e in elements.found if any(key.startswith("on") for key in e[1])]
     assert elements.named("title")[0][2].strip() == f"{NASTY[0]} - bubblemesh report"
     assert elements.named("h1")[0][2].strip() == NASTY[0]

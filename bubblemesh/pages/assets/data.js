@@ -38,8 +38,8 @@ function scaled(values, low, high, largest) {
 }
 
 async function readMesh() {
-  const [points, columns, quality, ratio, region, facets] = await Promise.all(
-    ["points", "triangles", "quality", "ratio", "region", "facets"].map(unsignedIntegers),
+  const [points, columns, quality, size, ratio, region, facets] = await Promise.all(
+    ["points", "triangles", "quality", "size", "ratio", "region", "facets"].map(unsignedIntegers),
   );
   const nodes = points.length / 2;
   // Coordinates are counted from the lower left corner: far from the origin they would lose digits on the screen.
@@ -51,6 +51,7 @@ async function readMesh() {
     y: along.subarray(nodes),
     corners: absolute(columns),
     quality: scaled(quality, 0, 1, 2 ** 16 - 1),
+    size: scaled(size, 0, 1, 2 ** 8 - 1), // share of the scale of colours, which may be logarithmic
     ratio: scaled(ratio, 0, head.largestRatio, 2 ** 16 - 1),
     region,
     facets,
