@@ -15,6 +15,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 STEEPEST_GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 ROUNDS = 60
+NEARLY = 2.0  # larger than they should be by a factor above this, cells are split
 DEEPEST_FALL = 0.5  # of a source's size, outside
 LOWERED = 1e-3  # relative change of the spacing that counts
 
@@ -115,6 +116,8 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
     grid, inside = samples.grid, samples.inside
     mine = values[grid.vertices.corners]
     largest = np.where(inside, LARGEST_IN_SPACINGS * mine.min(axis=1), np.inf)
+    if (grid.sides <= NEARLY * largest).all():
+        largest = grid.sides.copy()
     steep = np.flatnonzero(inside & too_steep(samples, growth).any(axis=1))
     kept = (values >= given * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)
     kept |= (samples.d[steep, 0] < mine[steep].mean(axis=1)) & domain.contains(grid.centers[steep])
