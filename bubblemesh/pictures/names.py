@@ -41,7 +41,7 @@ def inmost(mesh: Mesh, region: int) -> Floats:
     pairs, counts = unique_edges(mine)
     middles = mesh.points[mine].mean(axis=1)
     lines = np.concatenate([pairs[counts == 1], mesh.facets[:, :2]])
-    away, _ = KDTree(mesh.points[lines].mean(axis=1)).query(middles)
+    away = np.asarray(KDTree(mesh.points[lines].mean(axis=1)).query(middles)[0])
     far = middles[away >= NEARLY * away.max()]
     found: Floats = far[np.hypot(*(far - middles.mean(axis=0)).T).argmin()]
     return found
