@@ -16,6 +16,8 @@ SCRIPTS = Path(__file__).parent / "scripts"
 SECONDS = 300
 BORE = 2 * np.pi * 0.4
 RIM = 2 * np.pi
+CONDUCTIVITY = 0.78086  # of a square cell of side 1 with a bore of radius 0.2, effective
+CLOSE = 2e-3
 
 
 class NotInstalledError(Exception):
@@ -38,7 +40,15 @@ class Solver:
     name: str
     run: Callable[[Path, int], Found]
     curved: bool = True  # whether it takes triangles of second order
-    periodic: str = ""  # how it is told of periodic sides, as the page on solvers shows
+    periodic: "Periodic | None" = None
+
+
+@dataclass(frozen=True)
+class Periodic:
+    """How a solver is told of periodic sides; ``run`` gives the conductivity of the cell in a folder's ``out``."""
+
+    way: str
+    run: Callable[[Path], float]
 
 
 @cache
@@ -125,14 +135,38 @@ def calculix(folder: Path, order: int) -> Found:
     return Found(float(mean), (sets["rim"], sets["bore"]), (cells["outside"], cells["inside"]))
 
 
-PAIRS, LABELS = "by pairs of nodes", "by labels"
+def conductivity(text: str) -> float:
+    """What the scripts of the periodic cell print."""
+    return float(re.findall(r"^conductivity (\S+)", text, flags=re.M)[-1])
+
+
+def cell_in_python(script: str, *modules: str) -> Callable[[Path], float]:
+    """Run a script of this folder on the periodic cell, in a Python that has the modules."""
+
+    def run(folder: Path) -> float:
+        shutil.copy(SCRIPTS / script, folder)
+        return conductivity(printed([python_with(*modules), script], folder))
+
+    return run
+
+
+def freefem_cell(folder: Path) -> float:
+    """FreeFEM, which is told the labels of sides that belong together."""
+    shutil.copy(SCRIPTS / "cell.edp", folder)
+    return conductivity(printed([program("FreeFem++-nw", "FreeFem++"), "-nw", "-v", "0", "cell.edp"], folder))
+
+
+PAIRS = "by pairs of nodes"
+SKFEM_CELL = Periodic(PAIRS, cell_in_python("cell_scikit_fem.py", "skfem", "bubblemesh"))
+MFEM_CELL = Periodic(PAIRS, cell_in_python("cell_mfem.py", "mfem.ser"))
+FREEFEM_CELL = Periodic("by labels", freefem_cell)
 SOLVERS: Mapping[str, Solver] = {
-    "scikit-fem": Solver("scikit-fem", in_python("scikit_fem.py", "skfem"), periodic=PAIRS),
+    "scikit-fem": Solver("scikit-fem", in_python("scikit_fem.py", "skfem"), periodic=SKFEM_CELL),
     "fenicsx": Solver("FEniCSx", in_python("fenicsx.py", "dolfinx", "petsc4py")),
-    "mfem": Solver("MFEM", in_python("mfem_poisson.py", "mfem.ser"), periodic=PAIRS),
+    "mfem": Solver("MFEM", in_python("mfem_poisson.py", "mfem.ser"), periodic=MFEM_CELL),
     "ngsolve": Solver("NGSolve", in_python("ngsolve_poisson.py", "ngsolve", "netgen.read_gmsh"), curved=False),
     "sfepy": Solver("SfePy", in_python("sfepy_poisson.py", "sfepy"), curved=False),
-    "freefem": Solver("FreeFEM", freefem, curved=False, periodic=LABELS),
+    "freefem": Solver("FreeFEM", freefem, curved=False, periodic=FREEFEM_CELL),
     "getdp": Solver("GetDP", getdp),
     "calculix": Solver("CalculiX", calculix),
 }

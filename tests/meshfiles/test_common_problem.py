@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.solvers.__main__ import EXACT, solved
+from benchmarks.solvers.__main__ import EXACT, periodic_sides, solved
 from benchmarks.solvers.programs import SOLVERS, NotInstalledError
 
 pytestmark = pytest.mark.solver
@@ -19,6 +19,14 @@ def test_the_mean_on_the_bore(name, order):
     assert (labels, regions) == (True, True)
     # The polygon of the bore is shorter than its circle, which curved triangles follow.
     assert found.mean == pytest.approx(EXACT, rel=2e-5 if order == 2 and solver.curved else 4e-3)
+
+
+@pytest.mark.parametrize("name", [name for name, solver in SOLVERS.items() if solver.periodic])
+def test_periodic_sides_are_joined(name):
+    try:
+        assert periodic_sides(name, SOLVERS[name]) == SOLVERS[name].periodic.way
+    except NotInstalledError as missing:
+        pytest.skip(f"{missing} is not installed, so that its periodic sides are not tried")
 
 
 def test_every_solver_is_a_target():

@@ -15,6 +15,7 @@ import skfem
 from paths import ROOT
 
 import bubblemesh
+from benchmarks.solvers.programs import CONDUCTIVITY, SCRIPTS
 from bubblemesh.geometry import rings
 from bubblemesh.meshfiles.writing import write_files
 
@@ -428,8 +429,6 @@ def test_openfoam_finds_a_sound_plane_mesh(tmp_path):
 
 # Periodic sides: the effective conductivity of a perforated cell, the same in all programs that can tell it
 
-CONDUCTIVITY = 0.78086
-
 SCIKIT_FEM_CELL = """
 from skfem import Basis, BilinearForm, ElementTriP1, Functional, LinearForm, condense, solve
 from skfem.helpers import dot, grad
@@ -440,31 +439,6 @@ stiffness = spread.T @ BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assem
 load = spread.T @ LinearForm(lambda v, w: -grad(v)[0]).assemble(basis)
 u = spread @ solve(*condense(stiffness.tocsr(), load, D=np.zeros(1, int)))
 print("conductivity", Functional(lambda w: 1 + w["u"].grad[0]).assemble(basis, u=basis.interpolate(u)))
-"""
-
-MFEM_CELL = """
-import mfem.ser as mfem
-
-mesh = mfem.Mesh("out/cell.msh")
-kind = mfem.H1_FECollection(1, 2)
-space = mfem.FiniteElementSpace(mesh, kind)
-stiffness, load, area = mfem.BilinearForm(space), mfem.LinearForm(space), mfem.LinearForm(space)
-one, small, pull = mfem.ConstantCoefficient(1.0), mfem.ConstantCoefficient(1e-10), mfem.Vector([-1.0, 0.0])
-pull = mfem.VectorConstantCoefficient(pull)
-stiffness.AddDomainIntegrator(mfem.DiffusionIntegrator())
-stiffness.AddDomainIntegrator(mfem.MassIntegrator(small))
-load.AddDomainIntegrator(mfem.DomainLFGradIntegrator(pull))
-area.AddDomainIntegrator(mfem.DomainLFIntegrator(one))
-for form in (stiffness, load, area):
-    form.Assemble()
-u, ones = mfem.GridFunction(space), mfem.GridFunction(space)
-u.Assign(0.0)
-ones.Assign(1.0)
-A, X, B, none = mfem.SparseMatrix(), mfem.Vector(), mfem.Vector(), mfem.intArray()
-stiffness.FormLinearSystem(none, u, load, A, X, B)
-mfem.PCG(A, mfem.GSSmoother(A), B, X, 0, 2000, 1e-24, 0.0)
-stiffness.RecoverFEMSolution(X, load, u)
-print("conductivity", area(ones) - load(u))
 """
 
 
@@ -491,7 +465,7 @@ def test_freefem_joins_periodic_sides_by_their_labels(tmp_path):
 def test_mfem_joins_periodic_sides_by_itself(tmp_path):
     python = mfem_python()
     meshed(tmp_path, "cell.yaml", "-o", "out", "--for", "mfem")
-    assert conductivity(run([python, "-c", MFEM_CELL], tmp_path)) == pytest.approx(CONDUCTIVITY, rel=2e-3)
+    assert conductivity(run([python, SCRIPTS / "cell_mfem.py"], tmp_path)) == pytest.approx(CONDUCTIVITY, rel=2e-3)
 
 
 def test_openfoam_joins_periodic_sides_as_cyclic_patches(tmp_path):
