@@ -151,6 +151,11 @@ def adapt(
     on_round : callable
         Is told of each round as it ends.
 
+    Warns
+    -----
+    MeshWarning
+        Of what was chosen of the file, such as the last of several times.
+
     Returns
     -------
     Result
@@ -163,6 +168,8 @@ def adapt(
     """
     if isinstance(solution, Path | str):
         read = read_nodal_field(Path(solution), field)
+        for note in read.notes:
+            warnings.warn(f"{solution}: {note}", MeshWarning, stacklevel=2)
         solution = Solution.of(read.points, read.triangles, read.values, read.name)
     elif field is not None:
         raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")

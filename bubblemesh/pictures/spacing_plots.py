@@ -12,6 +12,7 @@ from matplotlib.tri import Triangulation
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.pictures.colouring import FIELD, WIDE, Colouring, add_colour_bar
+from bubblemesh.pictures.names import add_names
 from bubblemesh.pictures.plots import box_of, is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
@@ -30,6 +31,7 @@ def draw_spacing(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme],
 def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], title: str | None = None) -> Figure:
     """Filled colour map of a spacing (n,) at the nodes of a mesh that is fine enough to show it, with the boundary.
 
+    Labels, regions and points have their names.
     The extremes, the least and the largest value with their places (x, y), are marked if they differ.
     """
     options = PlotOptions(color="label" if mesh.labels else "none", edges=False, title=title)
@@ -46,6 +48,7 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
     add_colour_bar(axes, colours, colouring, options.look, aside=is_tall(box_of(mesh), options))
     bar: Any = colours.colorbar
     bar.set_label("spacing d", color=INK)
+    add_names(axes, mesh)
     for (value, place), marker, what in zip(extremes, "vo", ("least", "largest"), strict=True):
         if not uniform:
             _mark(axes, place, marker, f"{what} {value:.4g}")

@@ -1,9 +1,6 @@
 """Meshes that follow a solution: the loop with a solver, what is kept, what is refused, and the page that shows it."""
 
 import json
-import re
-import subprocess
-import sys
 
 import meshio
 import numpy as np
@@ -12,6 +9,8 @@ from commands import within
 from invariants import check_mesh
 from paths import ROOT
 from scipy.spatial import KDTree
+from site_pages import followed
+from solver_files import vtu
 
 import bubblemesh
 from benchmarks import adaptivity
@@ -19,7 +18,8 @@ from benchmarks.adaptivity import CASE, adaptive, order, singular, uniform
 from bubblemesh.adaptivity.sizes import smooth_sizes
 from bubblemesh.errors import CaseError, LimitError
 
-PAGE = (ROOT / "docs" / "adaptivity.md").read_text()
+PATH = ROOT / "docs" / "adaptivity.md"
+PAGE = PATH.read_text()
 PLATE = """
 name: plate
 domain: {outer: {rectangle: [0, 0, 2, 1], label: wall}, holes: [{circle: {center: [1, 0.5], radius: 0.2}, label: hole}]}
@@ -95,6 +95,20 @@ def test_a_wanted_error_is_met_after_a_few_loops():
     assert figures["relative_error"] < 0.044
     assert figures["start"] == "present nodes"
     assert figures["expected_relative_error"] == pytest.approx(0.04, rel=0.1)
+
+
+@pytest.mark.long
+def test_notes_on_the_file_are_warnings(plate, tmp_path):
+    u = np.exp(plate.points[:, 0])
+    for factor, name in ((1, "early"), (2, "late")):
+        vtu(tmp_path / f"{name}.vtu", plate.points, plate.triangles, {"u": factor * u})
+    entries = [f'<DataSet timestep="{time}" file="{name}.vtu"/>' for time, name in ((0, "early"), (1.5, "late"))]
+    text = f'<VTKFile type="Collection"><Collection>{"".join(entries)}</Collection></VTKFile>'
+    (tmp_path / "a.pvd").write_text(text)
+    with pytest.warns(bubblemesh.MeshWarning, match=r"a\.pvd: holds 2 times: the last one, 1\.5, is read") as told:
+        result = bubblemesh.adapt(case_of(PLATE), tmp_path / "a.pvd")
+    assert told[0].filename == __file__
+    assert result.report["adaptation"]["field"] == "u"
 
 
 # The new mesh
@@ -276,28 +290,11 @@ def test_a_solution_that_is_not_there_is_a_file_error(folder):
 
 
 @pytest.mark.long
-def test_the_blocks_of_the_page_run(tmp_path):
-    (block,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
-    run = subprocess.run([sys.executable, "-W", "error", "-c", block], cwd=tmp_path, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    errors = [float(line.split()[1]) for line in run.stdout.splitlines()]
+def test_the_page_runs_and_its_errors_fall(tmp_path):
+    ((_, printed),) = followed(PATH, tmp_path)
+    errors = [float(line.split()[-1]) for line in printed.splitlines()]
     assert errors == sorted(errors, reverse=True)
     assert len(errors) == 3
-
-
-@pytest.mark.long
-def test_the_commands_of_the_page_run(tmp_path):
-    (block,) = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
-    (tmp_path / "l-shape.yaml").write_text(CASE)
-    (tmp_path / "solve.py").write_text(
-        "import sys, meshio\n"
-        "mesh = meshio.read(sys.argv[1])\n"
-        "x, y, _ = mesh.points.T\n"
-        "meshio.Mesh(mesh.points, mesh.cells, point_data={'u': (x**2 + y**2) ** (1 / 3)}).write(sys.argv[2])\n"
-    )
-    lines = block.replace("bubblemesh ", f"{sys.executable} -m bubblemesh ")
-    lines = re.sub(r"^python ", f"{sys.executable} ", lines, flags=re.M)
-    subprocess.run(["bash", "-ec", lines], cwd=tmp_path, check=True, capture_output=True, timeout=120)
     assert json.loads((tmp_path / "second" / "l-shape.report.json").read_text())["adaptation"]["field"] == "u"
 
 

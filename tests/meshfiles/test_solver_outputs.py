@@ -1,8 +1,9 @@
 """Solutions as solvers write them: each file gives the same nodes, triangles and values."""
 
+import meshio
 import numpy as np
 import pytest
-from solver_files import apart, dolfinx_xdmf, frd, freefem_msh, medit, vtu
+from solver_files import apart, dolfinx_xdmf, frd, freefem_msh, medit, vtk_binary, vtu
 from test_output import holed_square
 
 from bubblemesh.errors import CaseError, FileError
@@ -220,6 +221,37 @@ def test_meshes_of_freefem_share_the_ending_of_gmsh(tmp_path):
     np.testing.assert_array_equal(read.mesh.triangles, TRIANGLES)
     np.testing.assert_array_equal(read.mesh.facets, MESH.facets)
     assert (read.mesh.labels, read.mesh.regions) == (("label 1",), ("region 3",))
+
+
+def test_binary_vtk_of_freefem_with_its_table_of_colours(tmp_path):
+    assert_same(read_nodal_field(vtk_binary(tmp_path / "a.vtk", POINTS, TRIANGLES, U), None), "u")
+
+
+@pytest.mark.parametrize("version", ["vtk42", "vtk51"])
+def test_binary_vtk_of_other_programs(version, tmp_path):
+    blocks = [("line", MESH.facets[:, :2]), ("triangle", TRIANGLES)]
+    data = {"u": U, "v": np.column_stack([U, U, 0 * U])}
+    mesh = meshio.Mesh(np.column_stack([POINTS, 0 * U]), blocks, data, {"c": [np.ones(len(b)) for _, b in blocks]})
+    meshio.write(tmp_path / "a.vtk", mesh, file_format=version, binary=True)
+    assert_same(read_nodal_field(tmp_path / "a.vtk", "u"), "u")
+
+
+def test_binary_vtk_that_ends_too_early_or_holds_nonsense(tmp_path):
+    content = vtk_binary(tmp_path / "a.vtk", POINTS, TRIANGLES, U).read_bytes()
+    short = [content[: len(content) * k // 40] for k in range(4, 39)]
+    wrong = [
+        content.replace(b"CELLS", b"CELLS -"),
+        content.replace(b"double", b"doubel"),
+        content.replace(b"FIELD", b"F"),
+    ]
+    huge = [
+        content.replace(b"POINTS ", b"POINTS 9999999999999"),
+        content.replace(b"Data 1", b"Data 99999999999999999999"),
+    ]
+    for text in (*short, *wrong, *huge):
+        (tmp_path / "b.vtk").write_bytes(text)
+        with pytest.raises((FileError, CaseError), match=r"b\.vtk: "):
+            read_nodal_field(tmp_path / "b.vtk", None)
 
 
 # Nodes of each cell

@@ -56,6 +56,27 @@ def test_the_mesh_of_a_picture_is_never_large_and_never_coarse(spacing):
     assert mesh.labels == ("s", "e", "n", "w", "hole-1")
 
 
+def test_regions_lines_and_points_have_their_names():
+    problem = problem_of("""
+domain:
+  outer: {rectangle: [0, 0, 4, 2], label: wall}
+  region: matrix
+  regions:
+    - {name: fibre, ring: {circle: {center: [1, 1.2], radius: 0.3}}}
+    - {name: x$y, ring: {rectangle: [0, 0, 4, 0.8]}}
+  lines: [{path: [[3, 1.1], [3.5, 1.5]], label: crack}]
+  points: [{at: [0.5, 1.8], label: well}]
+spacing: 0.12
+""")
+    (axes, *_) = figure_of(problem).axes
+    places = {text.get_text(): text.xy for text in axes.texts if text.get_text() in ("matrix", "fibre", "x$y", "well")}
+    assert places["well"] == (0.5, 1.8)
+    assert places["fibre"] == pytest.approx((1, 1.2), abs=0.1)
+    assert 0.2 < places["x$y"][1] < 0.6
+    assert places["matrix"][1] > 1
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["wall", "crack", "fibre-rim", "x$y-rim"]
+
+
 def test_values_and_extremes_are_those_that_the_packing_goes_by():
     problem = problem_of(REFINED)
     mesh, spacing = previewed(problem)

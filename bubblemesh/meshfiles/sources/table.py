@@ -9,6 +9,7 @@ from bubblemesh.meshfiles.sources.source import Source
 
 # Functions of a path, as ``module.name`` within this folder, each loaded when it is used.
 READERS: Mapping[str, str] = {
+    ".vtk": "vtk.read_vtk",
     ".vtu": "vtu.read_vtu",
     ".pvtu": "vtk_lists.read_pvtu",
     ".pvd": "vtk_lists.read_pvd",
