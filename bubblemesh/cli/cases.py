@@ -148,6 +148,8 @@ def batch(
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
     ] = None,
+    formats: FormatsNamed = None,
+    solvers: SolversNamed = None,
     overrides: Overrides = (),
     untrusted: Untrusted = False,
     page: Annotated[
@@ -169,7 +171,9 @@ def batch(
     """Mesh many cases; one that fails is a row of the summary."""
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
+    from bubblemesh.run.destination import OutputOptions
 
+    overrides = [*overrides, *OutputOptions(None, formats or (), solvers or ()).over_cases()]
     options = many.BatchOptions(overrides, output, page, history, many.parse_shard(shard), untrusted, resume)
     workers = many.workers_at(jobs, cluster)
     entries = many.plan_cases(many.case_files(paths), options)

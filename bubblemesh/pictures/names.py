@@ -11,6 +11,7 @@ from bubblemesh.pictures.styles import INK
 
 MOST_REGIONS = 24  # that have their names in a picture
 MOST_POINTS = 12
+NEARLY = 0.8
 ABOVE = 6  # points from a mark to its name
 
 
@@ -32,13 +33,17 @@ def add_names(axes: Axes, mesh: Mesh) -> None:
 
 
 def inmost(mesh: Mesh, region: int) -> Floats:
-    """Centre (2,) of the triangle of a region that is farthest from the region's rim and from all that is labelled."""
+    """Centre (2,) of the triangle of a region that is far from the region's rim and from all that is labelled.
+
+    Of those that are nearly as far as the farthest it is the one nearest to the region's middle.
+    """
     mine = mesh.triangles[mesh.triangle_regions == region, :3]
     pairs, counts = unique_edges(mine)
     middles = mesh.points[mine].mean(axis=1)
     lines = np.concatenate([pairs[counts == 1], mesh.facets[:, :2]])
-    away, _ = KDTree(mesh.points[lines].mean(axis=1)).query(middles)
-    found: Floats = middles[np.argmax(away)]
+    away = np.asarray(KDTree(mesh.points[lines].mean(axis=1)).query(middles)[0])
+    far = middles[away >= NEARLY * away.max()]
+    found: Floats = far[np.hypot(*(far - middles.mean(axis=0)).T).argmin()]
     return found
 
 

@@ -8,7 +8,7 @@ from os.path import isdir, realpath, split
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from bubblemesh.case import Case
+from bubblemesh.case import Case, Override
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshfiles.formats import (
     FORMATS,
@@ -43,6 +43,13 @@ class OutputOptions:
         _require_known(self.solvers, FORMATS_FOR, "--for: unknown solver")
         _require_known(self.named, FORMATS, "--format: unknown format")
         return formats_for(self.solvers) or tuple(dict.fromkeys(self.named))
+
+    def over_cases(self) -> list[Override]:
+        """What sets the formats over those of many cases; nothing if the options ask for none. Errors as `formats`."""
+        if not self.formats:
+            return []
+        source = "--for" if self.solvers else "--format"
+        return [Override(("output", "for"), None, source), Override(("output", "formats"), [*self.formats], source)]
 
     def require_only(self, chosen: FormatName) -> None:
         """Check that a single file in the chosen format is for each solver and format named; else it is a CaseError."""

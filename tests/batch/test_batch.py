@@ -43,6 +43,34 @@ def test_all_results_and_the_summary_go_to_the_folder(here):
     assert names(here) == ["cases", "out.v2"]
 
 
+@pytest.mark.parametrize(
+    ("options", "endings"),
+    [
+        (("--for", "freefem", "--for", "calculix"), (".inp", ".mesh")),
+        (("--format", "vtk"), (".vtk",)),
+        (("--for", "su2", "--set", "output.order=1"), (".su2",)),
+    ],
+)
+def test_solvers_and_formats_are_chosen_over_all_cases(options, endings, here):
+    write(here, a=SMALL, b=SMALL.replace("formats: [msh]", "for: getdp"))
+    done = CliRunner().invoke(app, ["batch", ".", "-o", "out", "-j", "1", "-q", *options])
+    assert done.exit_code == 0, done.stderr
+    found = {Path(name).suffix for name in names("out")} - {".json", ".csv", ".jsonl"}
+    assert found == set(endings)
+    assert all(f"{case}{ending}" in names("out") for case in "ab" for ending in endings)
+
+
+def test_unknown_solvers_and_two_ways_to_choose_are_refused_before_the_batch(here):
+    write(here, a=SMALL)
+    for options, message in (
+        (("--for", "fenics"), "--for: unknown solver"),
+        (("--for", "su2", "--format", "vtk"), "--format and --for exclude each other"),
+    ):
+        done = CliRunner().invoke(app, ["batch", ".", "-o", "out", *options])
+        assert (done.exit_code, message in done.stderr) == (2, True)
+    assert not Path("out").exists()
+
+
 def test_without_a_folder_the_results_go_where_each_case_says(here):
     write(here, cases__a=SMALL.replace("formats", "directory: own, formats"), b=SMALL)
     rows = rows_of("cases", "b.yaml")
