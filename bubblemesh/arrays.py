@@ -1,4 +1,4 @@
-"""Names for the array types in signatures, and what NumPy lacks: rows of records, ranks, groups, a Hilbert order."""
+"""Names for the array types in signatures, and what NumPy lacks: rows of records, ranks, groups."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
@@ -13,7 +13,6 @@ Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same
 
 LARGEST_NUMBER = 1e70  # of coordinates and lengths: their fourth powers, which predicates take, must stay finite
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)  # places of the two-point Gauss rule on [0, 1], of equal weights
-HILBERT_BITS = 20  # per coordinate: cells of a millionth of the extent
 
 
 def members(counts: Integers) -> tuple[Integers, Integers]:
@@ -55,36 +54,3 @@ def each_once(numbers: Integers) -> Integers:
     """The different ones (k,) of numbers (n,), ascending: much faster than NumPy's ``unique``, which hashes them."""
     ascending = np.sort(numbers)
     return ascending[np.append(True, ascending[1:] != ascending[:-1])[: len(ascending)]]
-
-
-def along_hilbert_curve(points: Floats) -> Integers:
-    """Numbers (n,) of the points (n, 2) in the order in which a Hilbert curve over their bounding box meets them."""
-    if len(points) == 0:
-        return np.zeros(0, np.int64)
-    low = points.min(axis=0)
-    extent = max(float((points - low).max()), np.finfo(float).tiny)
-    cells = ((points - low) / extent * (2**HILBERT_BITS - 1)).astype(np.int64)
-    return np.argsort(hilbert_index(cells, HILBERT_BITS), kind="stable")
-
-
-def hilbert_index(cells: Integers, bits: int) -> Integers:
-    """Positions (n,) of the grid cells (n, 2), of 2**bits rows and columns, on the Hilbert curve.
-
-    From H. S. Warren, "Hacker's Delight", 2nd edition (2012), chapter 16.
-    """
-    x, y = np.array(cells.T, np.int64, order="C")
-    index = np.zeros(len(cells), np.int64)
-    for bit in range(bits - 1, -1, -1):
-        right, upper = (x >> bit) & 1, (y >> bit) & 1
-        index <<= 2
-        index |= (3 * right) ^ upper
-        # The lower quarters are transposed, and the one on the right is turned about as well.
-        lower = upper - 1  # all bits, or none
-        below = (1 << bit) - 1
-        turned = lower & -right & below
-        x = (x & below) ^ turned
-        y = (y & below) ^ turned
-        exchanged = (x ^ y) & lower
-        x ^= exchanged
-        y ^= exchanged
-    return index

@@ -126,7 +126,7 @@ class _Problem:
 
 
 def _told(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
-    """Those of a group that are told of, with words on the others: of a name the first, of a list no more than some."""
+    """Problems of a group that are told of, with words on the others: the first of a name, some of a list."""
     first, *others = group
     if others and first.unknown is not None:
         keys = list(dict.fromkeys(".".join(map(str, one.path)) for one in others))

@@ -144,7 +144,7 @@ def home_of_no_option(key: str, path: Sequence[str], model: Model) -> str | None
 
 
 def nearest(places: Sequence[Home], path: Path) -> list[Home]:
-    """Those of the places to which the fewest steps lead from a mapping."""
+    """Places, of several ones, to which the fewest steps lead from a mapping."""
     least = min(place.distance(path) for place in places)
     return [place for place in places if place.distance(path) == least]
 
@@ -174,7 +174,7 @@ def path_of(loc: Sequence[str | int]) -> Path:
 
 
 def strange_keys(keys: Iterable[str], loc: Sequence[str | int], model: Model) -> list[str]:
-    """Those of the keys that no kind of mapping at a location has."""
+    """Keys, of several ones, that no kind of mapping at a location has."""
     path, table = path_of(loc), homes(model)
     return [key for key in keys if all(place.path != path for place in table.get(key, ()))]
 

@@ -57,7 +57,7 @@ class BoundForce:
 
     @property
     def pull(self) -> Pull:
-        """The same for compiled kernels."""
+        """Forces between the pairs, as compiled kernels take them."""
         return Pull(self.neighbours.pairs, self.neighbours.contact, self.strength, CUTOFF)
 
     def __call__(self, x: Floats) -> Floats:

@@ -7,8 +7,9 @@ import numpy as np
 from annotated_types import Gt
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Floats, along_hilbert_curve
+from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
@@ -101,10 +101,21 @@ def reconnect(net: Net, bubbles: Bubbles) -> Net:
 
 def _moved_inside(net: Net, bubbles: Bubbles) -> Net:
     """Net of the bubbles of another one whose places on the boundary are the same, by flips if these will do."""
-    found = legalised(net.triangles, bubbles.x, net.facets) if (net.valence > 0).all() else None
+    found = _flipped(net, bubbles.x) if (net.valence > 0).all() else None
     if found is None:
         return _triangulated_anew(net, bubbles)
     return replace(net, bubbles=bubbles, triangles=found[0], edges=found[1])
+
+
+def _flipped(net: Net, x: Floats) -> tuple[Integers, Integers] | None:
+    """Triangles and edges of a net for its bubbles at x (n, 2), where flips lead to them; None elsewhere.
+
+    The net's bubbles may have moved since its triangles were made: on the way by where they are fewer are inverted.
+    """
+    found = legalised(net.triangles, x, net.facets)
+    if found is None and (halfway := legalised(net.triangles, net.bubbles.x, net.facets)) is not None:
+        return legalised(halfway[0], x, net.facets)
+    return found
 
 
 def _triangulated_anew(net: Net, bubbles: Bubbles) -> Net:

@@ -19,7 +19,7 @@ TESTS = [
     "kernels/test_relaxing.py",
     "kernels/test_shapes.py",
 ]
-TESTS += ["kernels/test_spreading.py", "geometry/distance/test_nearest_chord.py"]
+TESTS += ["kernels/test_hilbert.py", "kernels/test_spreading.py", "geometry/distance/test_nearest_chord.py"]
 CODE = """
 import sys
 import bubblemesh.kernels.library as kernels

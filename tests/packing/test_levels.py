@@ -3,10 +3,10 @@ import pytest
 from examples import BARE
 from lattices import hexagon, packed_hexagon, uniform
 
-from bubblemesh.arrays import along_hilbert_curve
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion

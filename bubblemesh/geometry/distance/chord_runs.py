@@ -5,8 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, along_hilbert_curve, members
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.geometry.curves import shares_before
+from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.nearest import RunTree
 
 LENGTH = 16  # chords of a run

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, along_hilbert_curve, concatenated
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
+from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.nearest import nearest_chords
 

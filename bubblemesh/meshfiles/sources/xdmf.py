@@ -178,7 +178,7 @@ def _pointed(root: Element, path: str) -> Element | None:
 
 
 def _chosen(elements: Sequence[Element], conditions: str) -> list[Element]:
-    """Those of elements that meet all conditions, from the left to the right."""
+    """Elements, of several ones, that meet all conditions, from the left to the right."""
     chosen = list(elements)
     for key, value, number in CONDITION.findall(conditions):
         chosen = [each for each in chosen if each.get(key) == value] if key else chosen[int(number) - 1 : int(number)]

@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
-from bubblemesh.arrays import Booleans, Floats, along_hilbert_curve
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
 from bubblemesh.packing.methods import Method

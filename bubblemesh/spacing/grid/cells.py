@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, hilbert_index
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.hilbert import hilbert_index
 from bubblemesh.spacing.grid.quadtree import CORNERS, GRID_LEVELS, Quadtree
 from bubblemesh.spacing.spacing import Spacing
 

@@ -11,8 +11,8 @@ from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
-TOLERANCE = 2e-3  # relative error of what is interpolated
-SMALLEST_IN_SPACINGS = 0.25  # spacings: side of a cell that is not split any more
+TOLERANCE = 4e-3  # relative error of what is interpolated
+SMALLEST_IN_SPACINGS = 0.5  # spacings: side of a cell that is not split any more
 ROUGH = 0.03  # the same at sharp bends, in the smallest cells
 PLACES = np.array([[x, y] for y in (-0.5, 0.0, 0.5) for x in (-0.5, 0.0, 0.5)])  # of samples, from a cell's centre
 CORNERS = np.array([0, 2, 6, 8])  # those of the samples that are corners

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, along_hilbert_curve
+from bubblemesh.arrays import Floats
 from bubblemesh.geometry.distance.distances import Distance
+from bubblemesh.kernels.hilbert import along_hilbert_curve
 
 NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
 TOGETHER = 32  # points that are asked together which terms are in question
