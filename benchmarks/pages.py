@@ -24,7 +24,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import mesh_figures, radius_ratios
 from bubblemesh.pages.index import index_page
 from bubblemesh.pages.report import report_page
-from bubblemesh.pictures.plots import PlotOptions, draw_mesh
+from bubblemesh.pictures.plots import PlotOptions, draw_mesh, small_png
 from bubblemesh.run.pipeline import Result, mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
@@ -117,8 +117,9 @@ def figures() -> None:
     composite, plate = results["gallery/composite"], results["quickstart"]
     draw_mesh(plate.mesh, FIGURES / "plot-paper.png", PlotOptions(style="paper", dpi=150))
     lighten(FIGURES / "plot-paper.png")
-    draw_mesh(composite.mesh, FIGURES / "plot-material.png", PlotOptions(color="material", dpi=100))
-    lighten(FIGURES / "plot-material.png")
+    # Fewer pixels, not fewer colours: these tell the materials.
+    picture = small_png(composite.mesh, PlotOptions(color="material", dpi=75))
+    (FIGURES / "plot-material.png").write_bytes(picture)
     with tempfile.TemporaryDirectory() as folder:
         report, index = Path(folder, "report.html"), Path(folder, "index.html")
         report.write_text(_page(composite), encoding="utf-8")
