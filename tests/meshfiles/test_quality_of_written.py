@@ -12,7 +12,7 @@ from test_output import fields_of
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.writing import write_stream
 
-NODES_ONLY = {"nodes.csv", "nodes.npz"}
+NODES_ONLY = ("nodes.csv", "nodes.npz")
 FORMS = [(form, order) for form, known in FORMATS.items() for order in known.orders if form not in NODES_ONLY]
 
 
