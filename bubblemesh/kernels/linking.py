@@ -50,6 +50,6 @@ def _linked(
     """Triangles and edges in order, after flips if these are wanted; None where they are undecided."""
     result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
     count, outcome = np.zeros((2, 1), np.int64)
-    given = flips, np.ascontiguousarray(x), len(facets), np.ascontiguousarray(facets)
+    given = flips, np.ascontiguousarray(x, np.float64), len(facets), np.ascontiguousarray(facets)
     compiled.call("link_triangles", n, len(result), result, *given, edges, count, outcome)
     return None if outcome[0] else (result, edges[: count[0]].copy())

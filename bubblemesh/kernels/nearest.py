@@ -34,7 +34,7 @@ class RunTree(NamedTuple):
             boxes[leaves : 2 * leaves, :2] = pairs[..., :2].min(axis=1)
             boxes[leaves : 2 * leaves, 2:] = pairs[..., 2:].max(axis=1)
         flat = np.ascontiguousarray
-        return cls(boxes, flat(points), flat(rectangles), flat(first), flat(counts))
+        return cls(boxes, flat(points, float), flat(rectangles, float), flat(first), flat(counts))
 
 
 def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: float) -> Integers:
@@ -48,7 +48,7 @@ def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: floa
     compiled.call(
         "nearest_chords",
         len(points),
-        np.ascontiguousarray(points),
+        np.ascontiguousarray(points, np.float64),
         runs,
         len(tree.boxes) // 2,
         length,

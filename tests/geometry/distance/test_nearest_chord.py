@@ -95,6 +95,12 @@ def test_no_chord_is_nearer(start, end, scale):
     assert_allclose(shapely.distance(lines[found], shapely.points(points)), least, rtol=1e-12, atol=3e-15)
 
 
+def test_whole_numbers_are_coordinates_too():
+    start, end = CHORDS["square"]
+    points = np.array([[0, -2], [3, 0], [0, 2], [-3, 0]])
+    assert nearest_chord(ChordRuns.of(start, end), points).tolist() == [0, 1, 2, 3]
+
+
 def test_no_site_is_nearer():
     sites, points = RANDOM.uniform(-1, 1, (3000, 2)), RANDOM.uniform(-1, 1, (20_000, 2))
     assert_array_equal(nearest_chord(ChordRuns.of(sites, sites), points), cKDTree(sites).query(points)[1])
