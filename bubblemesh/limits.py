@@ -5,6 +5,7 @@ import errno
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from math import inf
 from pathlib import Path
 from threading import Event, Lock, Thread, get_ident, local
@@ -72,7 +73,7 @@ class Watchdog:
                 # One that is on its way arrives here at the latest: Python looks for it when a loop begins anew.
                 # To take it back would leave Python looking for ever, with which its profiler hangs.
                 for _ in range(2):
-                    pass
+                    _keep_from_standard_error()
         self._ended.set()
 
     def error(self) -> LimitError:
@@ -98,6 +99,7 @@ class Watchdog:
             wait = IMPORT_POLL if _importing(self._thread) else AGAIN
             with self._lock:
                 if self._armed and wait == AGAIN:
+                    _keep_from_standard_error()
                     _raise_in(self._thread, Late)
 
 
@@ -248,6 +250,18 @@ def _watchdog() -> Watchdog | None:
 def _raise_in(thread: int, exception: type[BaseException]) -> None:
     """Raise an exception in a thread as soon as it runs Python again."""
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(exception))
+
+
+@cache
+def _keep_from_standard_error() -> None:
+    """Let Python be silent where it must ignore a `Late`, as in a destructor; it is raised anew."""
+    tell = sys.unraisablehook
+
+    def tell_others(ignored: "sys.UnraisableHookArgs") -> None:
+        if ignored.exc_type is not Late:
+            tell(ignored)
+
+    sys.unraisablehook = tell_others
 
 
 def _importing(thread: int) -> bool:

@@ -109,7 +109,7 @@ def test_nothing_is_raised_after_the_end(strict):
     outcomes = set()
     for attempt in range(150):
         try:
-            in_time(partial(spin, seconds=0.001 + 2e-5 * attempt), 0.002)
+            in_time(partial(spin, seconds=0.001 + 1e-4 * attempt), 0.004)
             outcomes.add("done")
         except LimitError:
             outcomes.add("late")
@@ -141,6 +141,39 @@ def test_an_exception_that_is_swallowed_is_raised_anew(strict, monkeypatch):
     with pytest.raises(LimitError):
         in_time(run, 0.02)
     assert swallowed == [1]
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """What Python had to ignore, as long as nothing keeps it from telling so."""
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    limits._keep_from_standard_error.cache_clear()
+    yield told
+    limits._keep_from_standard_error.cache_clear()
+
+
+def test_an_exception_that_python_ignores_is_raised_anew_and_not_told(strict, told, monkeypatch):
+    class Slow:
+        def __del__(self):
+            spin()  # ended by an exception that Python cannot raise from here
+
+    monkeypatch.setattr(limits, "AGAIN", 0.3)
+
+    def run():
+        Slow()
+        spin()
+
+    with pytest.raises(LimitError):
+        in_time(run, 0.02)
+    assert not told
+    Broken()
+    assert [one.exc_type for one in told] == [ZeroDivisionError]
+
+
+class Broken:
+    def __del__(self):
+        1 / 0  # noqa: B018
 
 
 def test_a_module_is_loaded_to_its_end(strict, tmp_path, monkeypatch):
