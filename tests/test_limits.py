@@ -401,7 +401,7 @@ def test_a_ring_of_very_many_points_is_read_soon():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("spacing", "seconds"), [(0.004, 5), (0.003, 12)])
+@pytest.mark.parametrize(("spacing", "seconds"), [(0.003, 5), (0.002, 12)])
 def test_a_packing_that_is_slow_leaves_time_for_the_rest(spacing, seconds, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(FINE.replace("0.001", str(spacing)))
