@@ -144,20 +144,20 @@ def test_an_exception_that_is_swallowed_is_raised_anew(strict, monkeypatch):
 
 
 @pytest.fixture
-def told(monkeypatch):
-    """What Python had to ignore, as long as nothing keeps it from telling so."""
-    told = []
-    monkeypatch.setattr(sys, "unraisablehook", told.append)
+def _nothing_kept_from_standard_error():
     limits._keep_from_standard_error.cache_clear()
-    yield told
+    yield
     limits._keep_from_standard_error.cache_clear()
 
 
-def test_an_exception_that_python_ignores_is_raised_anew_and_not_told(strict, told, monkeypatch):
+@pytest.mark.usefixtures("_nothing_kept_from_standard_error")
+def test_an_exception_that_python_ignores_is_raised_anew_and_not_told(strict, monkeypatch):
     class Slow:
         def __del__(self):
             spin()  # ended by an exception that Python cannot raise from here
 
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
     monkeypatch.setattr(limits, "AGAIN", 0.3)
 
     def run():
