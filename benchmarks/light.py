@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 MOST_BYTES = 60_000
-COLOURS = (128, 64, 32)
+COLOURS = (128, 64)
 WIDTHS = (1200, 960, 800, 700, 600, 520, 440, 360)  # pixels
 NUMBER = re.compile(r"-?\d+\.\d{2,}")
 SPACE = re.compile(r"\s*\n\s*")
