@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -79,22 +80,21 @@ class Boundary:
     ) -> "Boundary":
         """The boundary with pieces along paths, which have these ring numbers and the region ``right`` beside them."""
         members: dict[type, list[WholeCurve]] = {}
+        kinds: dict[type, int] = {}
         sections: dict[int, Section] = {}  # by row
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
         rows: list[tuple[int, ...]] = []
         for path, ring in zip(paths, rings, strict=True):
-            ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices]
-            for k, side in enumerate(path.sides):
-                curve = side.curve
+            ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices] or [-1, -1]
+            for (start, end), (curve, label) in zip(pairwise(ends), path.sides, strict=True):
                 if isinstance(curve, Section):
                     sections[len(rows)] = curve
                     curve = curve.curve
+                kind = kinds.setdefault(type(curve), len(self.families) + len(kinds))
                 group = members.setdefault(type(curve), [])
-                label = labels.setdefault(side.label or path.label, len(labels))
-                kind = len(self.families) + list(members).index(type(curve))
-                start, end = (ends[k], ends[k + 1]) if ends else (-1, -1)
-                rows.append((kind, len(group), 0, 0, start, end, label, ring, 0, right))
+                number = labels.setdefault(label or path.label, len(labels))
+                rows.append((kind, len(group), 0, 0, start, end, number, ring, 0, right))
                 group.append(curve)
         for point in points:
             corners.setdefault(point, len(corners))

@@ -136,8 +136,7 @@ def family(members: Sequence[WholeCurve]) -> curves.Family:
     return kind(*(np.array(column, float) for column in columns))
 
 
-@dataclass(frozen=True)
-class Side:
+class Side(NamedTuple):
     """One smooth side of a ring; ``label`` is None where the case gives none."""
 
     curve: Curve
@@ -181,16 +180,16 @@ class Ring:
 
     def reversed(self) -> "Ring":
         """The ring run the other way."""
-        sides = tuple(replace(side, curve=side.curve.reversed()) for side in reversed(self.sides))
+        sides = tuple(side._replace(curve=side.curve.reversed()) for side in reversed(self.sides))
         return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
 
     def labelled(self, label: str | None) -> "Ring":
         """The ring with all its sides called ``label``, if that is given."""
-        return self if label is None else replace(self, sides=tuple(replace(side, label=label) for side in self.sides))
+        return self if label is None else replace(self, sides=tuple(side._replace(label=label) for side in self.sides))
 
     def renamed(self, old: str, new: str) -> "Ring":
         """The ring with the sides that are called ``old`` called ``new``."""
-        return replace(self, sides=tuple(replace(s, label=new) if s.label == old else s for s in self.sides))
+        return replace(self, sides=tuple(s._replace(label=new) if s.label == old else s for s in self.sides))
 
     def moved(self, by: Similarity) -> "Ring":
         """The ring where a similarity takes it, its labels with their sides."""
@@ -249,7 +248,7 @@ class OpenPath:
         """The line with all its sides called ``label``, if that is given."""
         if label is None:
             return self
-        return replace(self, sides=tuple(replace(side, label=label) for side in self.sides), label=label)
+        return replace(self, sides=tuple(side._replace(label=label) for side in self.sides), label=label)
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
@@ -272,4 +271,4 @@ class InnerPoint:
 
 
 def _moved(sides: Sequence[Side], by: Similarity) -> tuple[Side, ...]:
-    return tuple(replace(side, curve=side.curve.moved(by)) for side in sides)
+    return tuple(side._replace(curve=side.curve.moved(by)) for side in sides)

@@ -85,10 +85,13 @@ def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = No
     its centre, or fewer than three points remain.
     """
     first = as_point(start)
-    tolerance = 1e-13 * float(np.ptp([first, *(end_of(piece) for piece in pieces)], axis=0).max())
-    if not _same(end_of(pieces[-1]) if pieces else first, first, tolerance):
-        pieces = [*pieces, LineTo(first, label)]
-    sides, vertices, notes = _sides(first, pieces, tolerance, first, label)
+    ends = [end_of(piece) for piece in pieces]
+    tolerance = 1e-13 * float(np.ptp(np.array([first, *ends]), axis=0).max())
+    if ends and _same(ends[-1], first, tolerance):
+        ends[-1] = first
+    else:
+        pieces, ends = [*pieces, LineTo(first, label)], [*ends, first]
+    sides, vertices, notes = _sides(first, pieces, ends, tolerance, label)
     vertices.pop()
     if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
         raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
@@ -100,28 +103,24 @@ def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> Op
 
     GeometryError if an arc's ends are not equally far from its centre, or the line has no length.
     """
-    sides, vertices, notes = _sides(as_point(start), pieces)
+    sides, vertices, notes = _sides(as_point(start), pieces, [end_of(piece) for piece in pieces])
     if not sides:
         raise GeometryError(f"the line at {place(vertices[0])} has no length: give it two different points")
     return OpenPath(tuple(sides), tuple(vertices), label, notes)
 
 
 def _sides(
-    start: Point,
-    pieces: Sequence[Piece],
-    tolerance: float = 0.0,
-    last: Point | None = None,
-    label: str | None = None,
+    start: Point, pieces: Sequence[Piece], ends: Sequence[Point], tolerance: float = 0.0, label: str | None = None
 ) -> tuple[list[Side], list[Point], tuple[str, ...]]:
-    """Sides along the pieces, the start and all ends of them, and notes on what was merged or mended.
-
-    ``last`` is exactly where the last piece ends, if it is given.
-    """
+    """Sides along the pieces with their ends, the start and all ends, and notes on what was merged or mended."""
+    points = [start, *ends]
+    if all(isinstance(piece, LineTo) for piece in pieces) and not _has_doubles(points, tolerance):
+        # As most rings of files, some of which have very many points.
+        lines = map(Line, points, ends)
+        return [Side(line, piece.label or label) for line, piece in zip(lines, pieces, strict=True)], points, ()
     sides, vertices, notes, doubles = list[Side](), [start], list[str](), list[Point]()
-    for number, piece in enumerate(pieces, start=1):
-        here, end = vertices[-1], end_of(piece)
-        if last is not None and number == len(pieces):
-            end = last
+    for piece, end in zip(pieces, ends, strict=True):
+        here = vertices[-1]
         if isinstance(piece, LineTo) and _same(here, end, tolerance):
             doubles.append(end)
             continue
@@ -130,6 +129,11 @@ def _sides(
         vertices.append(end)
         notes += mended
     return sides, vertices, (*_merged(doubles), *notes)
+
+
+def _has_doubles(points: Sequence[Point], tolerance: float) -> bool:
+    """Whether two points in a row are the same."""
+    return bool((np.abs(np.diff(np.array(points), axis=0)).max(axis=1) <= tolerance).any())
 
 
 def _merged(doubles: Sequence[Point]) -> list[str]:

@@ -152,7 +152,7 @@ def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
 
 def _plain(ring: Ring) -> Ring:
     """The ring without labels and notes, which its region has."""
-    return replace(ring, sides=tuple(replace(side, label=None) for side in ring.sides), notes=(), changes=())
+    return replace(ring, sides=tuple(side._replace(label=None) for side in ring.sides), notes=(), changes=())
 
 
 def _region(area: Area, name: str, key: Key) -> Region:

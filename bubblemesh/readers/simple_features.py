@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,8 @@ def _plane(value: Any, depth: int, path: tuple[int, ...], name: str, notes: dict
     if depth > 0:
         if not isinstance(value, list):
             raise CaseError(f"{name}: no list of positions at coordinates{list(path)} (found {shown(repr(value))})")
+        if depth == 1 and _are_pairs(value):
+            return value
         return [_plane(part, depth - 1, (*path, k), name, notes) for k, part in enumerate(value)]
     if not isinstance(value, list) or len(value) < 2 or not all(_is_number(part) for part in value[:2]):
         raise CaseError(
@@ -165,6 +168,13 @@ def _plane(value: Any, depth: int, path: tuple[int, ...], name: str, notes: dict
     if len(value) > 2:
         notes[NO_HEIGHTS] = None
     return value[0], value[1]
+
+
+def _are_pairs(values: list[Any]) -> bool:
+    """Whether values, of which there may be very many, are all lists of two numbers."""
+    if not set(map(type, values)) <= {list} or not set(map(len, values)) <= {2}:
+        return False
+    return set(map(type, chain.from_iterable(values))) <= {int, float}
 
 
 def _is_number(value: Any) -> bool:
