@@ -1,4 +1,4 @@
-"""Steps of the motion of bubbles between which there are edges: its twin is the loop in `packing.relaxation`."""
+"""Forces between pairs of bubbles and steps of their motion: twins are in `packing.forces` and `packing.relaxation`."""
 
 from typing import NamedTuple
 
@@ -15,6 +15,14 @@ class Pull(NamedTuple):
     contact: Floats  # (m,): distance at which a pair is at rest
     strength: Floats  # (n,): factor of the force on each bubble
     cutoff: float  # distance in terms of that, from which on a pair does not act
+
+
+def forces(compiled: Library, x: Floats, pull: Pull) -> Floats:
+    """Forces (n, 2) on bubbles at x (n, 2)."""
+    result, (pairs, contact, strength, cutoff) = np.empty_like(x, order="C"), pull
+    numbers = len(x), len(pairs), np.ascontiguousarray(pairs), contact, strength, cutoff
+    compiled.call("pair_forces", *numbers, np.ascontiguousarray(x), result)
+    return result
 
 
 def relaxed(

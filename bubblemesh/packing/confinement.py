@@ -13,13 +13,14 @@ from bubblemesh.packing.motion import Force
 
 @dataclass
 class Sliding:
-    """The boundary pieces under the sliding bubbles, with their present arc lengths (b,) and tangents (b, 2)."""
+    """The boundary pieces under the sliding bubbles, with their present arc lengths (b,), places and tangents (b, 2)."""
 
     boundary: Boundary
     bubbles: Bubbles  # at the start of the motion
 
     def __post_init__(self) -> None:
         self.s = self.bubbles.s
+        self.here = self.boundary.points(self.bubbles.piece, self.s)
         self.tangents = self.boundary.tangents(self.bubbles.piece, self.s)
 
     def project(self, vectors: Floats) -> Floats:
@@ -37,11 +38,10 @@ class Sliding:
         """Positions and velocities (n, 2) after a step, with the sliding bubbles projected back on their curves."""
         slide, piece = self.bubbles.sliding, self.bubbles.piece
         if len(piece):
-            here = self.boundary.points(piece, self.s)
-            ahead = np.einsum("ij,ij->i", x[slide] - here, self.tangents)
+            ahead = np.einsum("ij,ij->i", x[slide] - self.here, self.tangents)
             self.s = self.boundary.wrapped(piece, self.s + ahead)
             self.tangents = self.boundary.tangents(piece, self.s)
-            x[slide] = self.boundary.points(piece, self.s)
+            self.here = x[slide] = self.boundary.points(piece, self.s)
         return x, self.project(v)
 
     def bubbles_at(self, x: Floats, d: Floats) -> Bubbles:

@@ -9,7 +9,8 @@ from annotated_types import Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.relaxing import Pull
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.relaxing import Pull, forces
 from bubblemesh.packing.neighbours import Neighbours
 
 CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
@@ -55,13 +56,17 @@ class BoundForce:
         """First and second members (2, m) of the pairs."""
         return np.ascontiguousarray(self.neighbours.pairs.T)
 
-    @property
+    @cached_property
     def pull(self) -> Pull:
         """Forces between the pairs, as compiled kernels take them."""
         return Pull(self.neighbours.pairs, self.neighbours.contact, self.strength, CUTOFF)
 
     def __call__(self, x: Floats) -> Floats:
         """Forces (n, 2) on bubbles at x (n, 2)."""
+        compiled = library()
+        return self._in_numpy(x) if compiled is None else forces(compiled, x, self.pull)
+
+    def _in_numpy(self, x: Floats) -> Floats:
         i, j = self.ends
         # Column by column, which NumPy does several times faster than row by row.
         dx, dy = (column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T))

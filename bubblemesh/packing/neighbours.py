@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.pairs import near_pairs
 
 CLASSES_PER_OCTAVE = 2
 
@@ -42,6 +44,15 @@ class Neighbours:
 def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
 
+    The first member of each pair has the lower number; the pairs ascend.
+    """
+    compiled = library()
+    return _pairs_by_classes(x, d, reach) if compiled is None else near_pairs(compiled, x, d, reach)
+
+
+def _pairs_by_classes(x: Floats, d: Floats, reach: float) -> Integers:
+    """Pairs as of `pairs_within`, by searches in NumPy and SciPy.
+
     Points are sorted into classes of like spacing; each class searches itself and every finer one, so that the work
     stays proportional to the pairs however much d varies.
     """
@@ -66,7 +77,8 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
                 found.append(np.column_stack([mine[near["i"]], others[near["j"]]]))
     pairs = np.concatenate(found).astype(np.int64)
     i, j = pairs.T
-    pairs = pairs[np.hypot(*(x[i] - x[j]).T) < reach * (d[i] + d[j]) / 2]
+    (dx, dy), most = (x[i] - x[j]).T, reach * (d[i] + d[j]) / 2
+    pairs = pairs[dx * dx + dy * dy < most * most]
     pairs.sort(axis=1)
     return pairs[np.lexsort(pairs.T[::-1])]
 

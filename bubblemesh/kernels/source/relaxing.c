@@ -1,4 +1,4 @@
-/* Steps of the motion of bubbles between which there are edges; see relaxing.py. */
+/* Forces between bubbles, and steps of their motion; see relaxing.py. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -30,6 +30,18 @@ static void forces(int64_t n, int64_t m, const int64_t *pairs, const double *con
     }
     for (k = 0; k < 2 * n; k++)
         force[k] = strength[k / 2] * (apart[k] - against[k]);
+}
+
+/* Forces (n, 2) between the pairs (m, 2) of bubbles at x (n, 2). */
+KERNEL int64_t pair_forces(int64_t n, int64_t m, const int64_t *pairs, const double *contact, const double *strength,
+                           double cutoff, const double *x, double *force)
+{
+    double *work = malloc((size_t)(4 * n + 1) * sizeof *work);
+    if (!work)
+        return NO_MEMORY;
+    forces(n, m, pairs, contact, strength, cutoff, x, work, work + 2 * n, force);
+    free(work);
+    return DONE;
 }
 
 /* Moves bubbles at x (n, 2) from rest, but for the first ones, so many steps with viscosities c (steps,); their mean

@@ -1,0 +1,20 @@
+"""Pairs of near points: the twin of the search in `packing.neighbours`."""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import Library
+
+USUAL = 12  # pairs of a point, for which there is room at first
+
+
+def near_pairs(compiled: Library, x: Floats, d: Floats, reach: float) -> Integers:
+    """Pairs (m, 2) in order of points x (n, 2) nearer than ``reach`` times the mean of their spacings d (n,)."""
+    count, room = np.zeros(1, np.int64), USUAL * len(x)
+    places, spacings = np.ascontiguousarray(x, np.float64), np.ascontiguousarray(d, np.float64)
+    while True:
+        pairs = np.empty((room, 2), np.int64)
+        compiled.call("pairs_within", len(x), places, spacings, float(reach), room, pairs, count)
+        if count[0] <= room:
+            return pairs[: count[0]].copy()
+        room = int(count[0])
