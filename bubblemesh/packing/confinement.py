@@ -13,7 +13,7 @@ from bubblemesh.packing.motion import Force
 
 @dataclass
 class Sliding:
-    """The boundary pieces under the sliding bubbles, and where on them these are: arc lengths (b,), places, tangents."""
+    """The boundary pieces under the sliding bubbles, with arc lengths (b,), places and tangents (b, 2) of these."""
 
     boundary: Boundary
     bubbles: Bubbles  # at the start of the motion

@@ -77,8 +77,8 @@ def _pairs_by_classes(x: Floats, d: Floats, reach: float) -> Integers:
                 found.append(np.column_stack([mine[near["i"]], others[near["j"]]]))
     pairs = np.concatenate(found).astype(np.int64)
     i, j = pairs.T
-    (dx, dy), most = (x[i] - x[j]).T, reach * (d[i] + d[j]) / 2
-    pairs = pairs[dx * dx + dy * dy < most * most]
+    squared = np.square(x[i] - x[j]).sum(axis=1)
+    pairs = pairs[squared < np.square(reach * (d[i] + d[j]) / 2)]
     pairs.sort(axis=1)
     return pairs[np.lexsort(pairs.T[::-1])]
 

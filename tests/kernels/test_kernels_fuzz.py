@@ -6,7 +6,9 @@ from twins import needs_compiler
 
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in_numpy
+from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
+from bubblemesh.kernels.pairs import near_pairs
 from bubblemesh.kernels.shapes import Links, gradient, gradient_in_numpy
 from bubblemesh.kernels.spreading import spread, spread_in_numpy
 
@@ -87,3 +89,14 @@ def test_any_chords_are_found_alike(seed):
     runs = ChordRuns.of(start, end)
     points = np.vstack([start, (start + end) / 2, 3 * np.abs(start).max() * random.normal(size=(100, 2))])
     np.testing.assert_array_equal(nearest_chord(runs, points), nearest_in_numpy(runs, points))
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_points_have_the_pairs_of_a_double_loop(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(0, 60))
+    x, d = odd(random, (n, 2)), np.abs(odd(random, n))
+    apart, most = x[:, None] - x, 1.9 * (d[:, None] + d) / 2
+    near = np.triu((apart * apart).sum(axis=2) < most * most, 1)
+    np.testing.assert_array_equal(near_pairs(library(), x, d, 1.9), np.argwhere(near))

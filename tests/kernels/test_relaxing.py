@@ -3,7 +3,7 @@ import pytest
 from twins import needs_compiler
 
 from bubblemesh.kernels import library as kernels
-from bubblemesh.packing import relaxation
+from bubblemesh.packing import forces, relaxation
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
@@ -36,7 +36,24 @@ def test_both_engines_move_bubbles_to_the_same_places_to_the_last_bit(seed, stre
     assert (speeds > 0).all()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_both_engines_have_the_same_forces_to_the_last_bit(seed, monkeypatch):
+    start = bubbles(seed)
+    acting = VanDerWaals().among(Neighbours.of(start.x, start.d, 1.9))
+    moved = start.x + np.random.default_rng(seed).normal(0, 0.02, start.x.shape)
+    moved[7] = moved[5]  # without a direction to part in
+    compiled = acting(moved)
+    monkeypatch.setattr(forces, "library", lambda: None)
+    plain = acting(moved)
+    assert compiled.tobytes() == plain.tobytes()
+    assert np.abs(plain).max() > 1e-3
+
+
 def test_too_little_memory_is_an_error_and_no_crash():
     none = np.zeros(0)
     with pytest.raises(MemoryError):
         kernels.library().call("relax", 1 << 57, 0, none, none, none, 1.5, none, 0, none, 0.5, 0, none, none)
+    with pytest.raises(MemoryError):
+        kernels.library().call("pair_forces", 1 << 57, 0, none, none, none, 1.5, none, none)
+    with pytest.raises(MemoryError):
+        kernels.library().call("pairs_within", 1 << 57, none, none, 1.5, 0, none, none)

@@ -20,6 +20,7 @@ TESTS = [
     "kernels/test_shapes.py",
 ]
 TESTS += ["kernels/test_hilbert.py", "kernels/test_spreading.py", "geometry/distance/test_nearest_chord.py"]
+TESTS += ["packing/test_neighbours.py"]
 CODE = """
 import sys
 import bubblemesh.kernels.library as kernels

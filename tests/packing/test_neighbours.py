@@ -5,8 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lattices import hexagonal
+from twins import needs_compiler
 
 from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, pairs_within
+
+
+@pytest.fixture(params=[pytest.param("compiled", marks=needs_compiler), "numpy"], autouse=True)
+def engine(request, monkeypatch):
+    """Both engines have to pass all tests."""
+    if request.param == "numpy":
+        monkeypatch.setattr("bubblemesh.packing.neighbours.library", lambda: None)
 
 
 def all_pairs_within(x, d, reach):
@@ -57,6 +65,15 @@ def test_pairs_of_any_points_are_those_of_the_double_loop(data):
     x = np.array(data.draw(st.lists(st.tuples(numbers, numbers), min_size=n, max_size=n)))
     d = np.array(data.draw(st.lists(st.sampled_from([0.001, 0.1, 0.5, 1.0]), min_size=n, max_size=n)))
     assert pairs_within(x, d, 1.5).tolist() == all_pairs_within(x, d, 1.5)
+
+
+def test_no_points_have_no_pairs():
+    assert pairs_within(np.zeros((0, 2)), np.zeros(0), 1.9).shape == (0, 2)
+
+
+def test_points_at_one_place_are_all_pairs():
+    x, d = np.tile([[0.3, 0.7]], (100, 1)), np.ones(100)
+    assert pairs_within(x, d, 1.9).tolist() == all_pairs_within(x, d, 1.9)
 
 
 def test_far_points_have_no_pairs():

@@ -6,8 +6,6 @@
 
 enum { LEAF = 8, DEPTH = 64 };
 
-static const double ROUNDING = 1e-12; /* relative, more than of any distance here */
-
 typedef struct {
     double low[2], high[2], coarsest; /* bounds of the points, and their largest spacing */
 } Box;
@@ -80,12 +78,12 @@ static double beyond(double low, double value, double high)
     return most > 0 ? most : 0;
 }
 
-/* Whether a box may hold a neighbour of a point. */
+/* Whether a box may hold a neighbour of a point. None is lost by rounding, which keeps the order of numbers. */
 static int may_hold(const Box *box, const double *at, double d, double reach)
 {
     double dx = beyond(box->low[0], at[0], box->high[0]), dy = beyond(box->low[1], at[1], box->high[1]);
     double most = reach * (d + box->coarsest) / 2;
-    return dx * dx + dy * dy <= most * most * (1 + ROUNDING);
+    return dx * dx + dy * dy < most * most;
 }
 
 static int ascending(const void *one, const void *other)
@@ -140,7 +138,7 @@ KERNEL int64_t pairs_within(int64_t n, const double *x, const double *d, double 
     while (((n - 1) >> depth) >= LEAF) /* parts of this depth may have more points than a leaf */
         depth++;
     tree.order = malloc((size_t)most * sizeof *tree.order);
-    tree.boxes = malloc((size_t)(2 << depth) * sizeof *tree.boxes);
+    tree.boxes = malloc(((size_t)2 << depth) * sizeof *tree.boxes);
     if (!found || !tree.order || !tree.boxes)
         goto end;
     for (i = 0; i < n; i++)
