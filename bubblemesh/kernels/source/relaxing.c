@@ -4,6 +4,8 @@
 
 #include "kernels.h"
 
+static const double BEYOND_ROUNDING = 1 + 1e-12;
+
 static double larger(double a, double b)
 {
     return a > b ? a : b;
@@ -19,7 +21,11 @@ static void forces(int64_t n, int64_t m, const int64_t *pairs, const double *con
     for (k = 0; k < m; k++) {
         int64_t i = 2 * pairs[2 * k], j = 2 * pairs[2 * k + 1];
         double dx = x[i] - x[j], dy = x[i + 1] - x[j + 1];
-        double distance = sqrt(dx * dx + dy * dy), ratio = distance / contact[k], size = 0.0;
+        double squared = dx * dx + dy * dy, most = cutoff * contact[k], distance, ratio, size = 0.0;
+        if (squared > most * most * BEYOND_ROUNDING) /* no force, which would take most of the time here */
+            continue;
+        distance = sqrt(squared);
+        ratio = distance / contact[k];
         if (ratio < cutoff)
             size = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125;
         size = size / larger(distance, 1e-12 * contact[k]);
