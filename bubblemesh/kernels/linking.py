@@ -16,7 +16,7 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     compiled = library()
     if compiled is None:
         return in_order_in_numpy(triangles, n)
-    found = _linked(compiled, triangles, n, 0, NO_PLACES, NO_FACETS)
+    found = _linked(compiled, triangles, n, 0, NO_PLACES, NO_PLACES, NO_FACETS)
     assert found is not None  # only flips may be undecided
     return found
 
@@ -30,26 +30,29 @@ def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     return np.column_stack([a, b, c])[order], np.stack(np.divmod(each_once(sides), n), axis=1)
 
 
-def legalised(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integers, Integers] | None:
+def legalised(triangles: Integers, start: Floats, x: Floats, facets: Integers) -> tuple[Integers, Integers] | None:
     """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
 
-    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Triangles and edges come as from
-    `in_order`; None where rounding would decide, a triangle is inverted, or no kernels are compiled: triangulate anew.
+    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Where nodes would invert
+    triangles they go to x step by step from ``start`` (n, 2), with flips on the way. Triangles and edges come as from
+    `in_order`; None where rounding would decide, a triangle stays inverted, or no kernels are compiled: triangulate
+    anew.
 
     References
     ----------
     C. L. Lawson, "Software for C1 surface interpolation", in: Mathematical Software III (1977).
     """
     compiled = library()
-    return None if compiled is None else _linked(compiled, triangles, len(x), 1, x, facets)
+    return None if compiled is None else _linked(compiled, triangles, len(x), 1, start, x, facets)
 
 
 def _linked(
-    compiled: Library, triangles: Integers, n: int, flips: int, x: Floats, facets: Integers
+    compiled: Library, triangles: Integers, n: int, flips: int, start: Floats, x: Floats, facets: Integers
 ) -> tuple[Integers, Integers] | None:
     """Triangles and edges in order, after flips if these are wanted; None where they are undecided."""
     result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
     count, outcome = np.zeros((2, 1), np.int64)
-    given = flips, np.ascontiguousarray(x, np.float64), len(facets), np.ascontiguousarray(facets)
+    places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
+    given = flips, *places, len(facets), np.ascontiguousarray(facets)
     compiled.call("link_triangles", n, len(result), result, *given, edges, count, outcome)
     return None if outcome[0] else (result, edges[: count[0]].copy())

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
@@ -43,6 +44,16 @@ class Net:
         """Pairs (k, 2) of bubbles that are, in either order, the ends of a facet."""
         n = len(self.bubbles)
         return np.isin(edge_keys(np.sort(pairs, axis=1), n), edge_keys(np.sort(self.facets, axis=1), n))
+
+    def has_facets_of(self, other: "Net") -> bool:
+        """Whether the facets are those of another net, on the same pieces of the boundary."""
+        return np.array_equal(self.facets, other.facets) and np.array_equal(self.facet_piece, other.facet_piece)
+
+    @property
+    def has_simple_rim(self) -> bool:
+        """Whether the facets with the domain on one side neither cross nor touch each other but at their ends."""
+        sides = shapely.linestrings(self.bubbles.x[self.facets[~self.two_sided]])
+        return bool(shapely.is_simple(shapely.multilinestrings(sides)))
 
     def dilated(self, marked: Booleans) -> Booleans:
         """Bubbles (n,) that are marked or next to one that is."""
@@ -83,44 +94,32 @@ class Net:
 def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None) -> Net:
     """Connect bubbles; those outside the boundary edges belong to no triangle.
 
-    If they are those of a net ``before``, with the same ones on the boundary, that may spare most of the work.
+    If they are those of a net ``before``, with the same boundary edges, that may spare most of the work.
     """
-    if before is not None and len(bubbles) == len(before.bubbles) and _same_on_boundary(before.bubbles, bubbles):
-        return _moved_inside(before, bubbles)
+    same_number = before is not None and len(bubbles) == len(before.bubbles)
+    if before is not None and same_number and _same_on_boundary(before.bubbles, bubbles):
+        return reconnect(before, bubbles)
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-    two_sided = domain.boundary.inner[piece]
-    return Net(bubbles, facets, piece, two_sided, *linked(bubbles.x, facets, two_sided))
+    net = Net(bubbles, facets, piece, domain.boundary.inner[piece], np.zeros((0, 3), int), np.zeros((0, 2), int))
+    if before is not None and same_number and net.has_facets_of(before):
+        return reconnect(before, bubbles)
+    return _triangulated(net)
 
 
 def reconnect(net: Net, bubbles: Bubbles) -> Net:
-    """Connect the bubbles of a net anew at other places, within the same facets."""
-    if _same_on_boundary(net.bubbles, bubbles):
-        return _moved_inside(net, bubbles)
-    return _triangulated_anew(net, bubbles)  # flips would not see boundary edges that cross each other on the outside
+    """Connect the bubbles of a net anew at other places, within the same facets: by flips if these will do."""
+    moved = replace(net, bubbles=bubbles)
+    if (net.valence[bubbles.corners :] > 0).all():  # corners, which may be of other parts, stay outside
+        found = legalised(net.triangles, net.bubbles.x, bubbles.x, net.facets)
+        # Flips do not see rims that cross each other on the outside.
+        if found is not None and (_same_on_boundary(net.bubbles, bubbles) or moved.has_simple_rim):
+            return replace(moved, triangles=found[0], edges=found[1])
+    return _triangulated(moved)
 
 
-def _moved_inside(net: Net, bubbles: Bubbles) -> Net:
-    """Net of the bubbles of another one whose places on the boundary are the same, by flips if these will do."""
-    found = _flipped(net, bubbles.x) if (net.valence > 0).all() else None
-    if found is None:
-        return _triangulated_anew(net, bubbles)
-    return replace(net, bubbles=bubbles, triangles=found[0], edges=found[1])
-
-
-def _flipped(net: Net, x: Floats) -> tuple[Integers, Integers] | None:
-    """Triangles and edges of a net for its bubbles at x (n, 2), where flips lead to them; None elsewhere.
-
-    The net's bubbles may have moved since its triangles were made: on the way by where they are fewer are inverted.
-    """
-    found = legalised(net.triangles, x, net.facets)
-    if found is None and (halfway := legalised(net.triangles, net.bubbles.x, net.facets)) is not None:
-        return legalised(halfway[0], x, net.facets)
-    return found
-
-
-def _triangulated_anew(net: Net, bubbles: Bubbles) -> Net:
-    triangles, edges = linked(bubbles.x, net.facets, net.two_sided)
-    return replace(net, bubbles=bubbles, triangles=triangles, edges=edges)
+def _triangulated(net: Net) -> Net:
+    triangles, edges = linked(net.bubbles.x, net.facets, net.two_sided)
+    return replace(net, triangles=triangles, edges=edges)
 
 
 def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:

@@ -75,7 +75,7 @@ def test_triangles_that_are_no_triangulation_are_left_alone_or_flipped(seed):
     n = int(random.integers(4, 40))
     triangles = different(random, n, random.integers(1, 60))
     facets = np.sort(random.integers(0, n, (int(random.integers(1, 10)), 2)), axis=1)
-    found = legalised(triangles, odd(random, (n, 2)), facets)
+    found = legalised(triangles, odd(random, (n, 2)), odd(random, (n, 2)), facets)
     assert found is None or all(((part >= 0) & (part < n)).all() for part in found)
 
 

@@ -46,7 +46,7 @@ def test_flips_lead_to_the_triangulation_made_anew(origin, spared):
         before, after = scattered(seed) + origin, moved(scattered(seed), 0.1, seed + 50) + origin
         triangles, _ = linked(before, SIDES)
         expected = linked(after, SIDES)
-        legal = legalised(triangles, after, SIDES)
+        legal = legalised(triangles, before, after, SIDES)
         if legal is not None:
             found += 1
             flipped += not np.array_equal(legal[0], triangles)
@@ -64,7 +64,7 @@ def test_facets_inside_stay():
     triangles, edges = linked(x, facets, two_sided)
     after = moved(x, 0.05, 1)
     after[4:6] = x[4:6]
-    found = legalised(triangles, after, facets)
+    found = legalised(triangles, x, after, facets)
     assert found is not None
     np.testing.assert_array_equal(found[1], linked(after, facets, two_sided)[1])
     assert [4, 5] in found[1].tolist()
@@ -80,11 +80,29 @@ def test_facets_inside_stay():
     ],
 )
 def test_what_a_node_inverts_is_left_to_the_triangulation(x):
-    triangles, _ = linked(np.array([*SQUARE, [0.5, 0.5]]), SIDES)
-    assert legalised(triangles, np.array(x), SIDES) is None
+    start = np.array([*SQUARE, [0.5, 0.5]])
+    triangles, _ = linked(start, SIDES)
+    assert legalised(triangles, start, np.array(x), SIDES) is None
 
 
 def test_four_nodes_on_a_circle_are_left_to_the_triangulation():
-    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, SIDES) is None
+    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, SQUARE, SIDES) is None
     kite = np.array([[0.0, 0], [1, 0], [1.1, 1.1], [0, 1]])
-    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), kite, SIDES) is not None
+    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, kite, SIDES) is not None
+
+
+def test_nodes_that_invert_triangles_flip_edges_on_their_way():
+    found = inverted = 0
+    for seed in range(20):
+        before, after = scattered(seed), moved(scattered(seed), 0.45, seed + 50)
+        triangles, _ = linked(before, SIDES)
+        (ax, ay), (bx, by), (cx, cy) = (after[triangles[:, k]].T for k in range(3))
+        some = ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay) < 0).any()
+        legal = legalised(triangles, before, after, SIDES)
+        if legal is not None:
+            found += 1
+            inverted += some
+            for mine, theirs in zip(legal, linked(after, SIDES), strict=True):
+                np.testing.assert_array_equal(mine, theirs)
+    assert found >= 10
+    assert inverted >= 8

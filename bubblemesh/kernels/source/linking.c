@@ -7,6 +7,8 @@
 
 enum { UNDECIDED = 1, MOST_FLIPS = 20 };
 
+static const double SHORTEST = 1.0 / 16; /* step of nodes on their way, as a share of it */
+
 /* Of determinants: J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
    Discrete Comput. Geom. 18 (1997), his bounds A. */
 static const double TURN_ERROR = 3.3306690738754716e-16, CIRCLE_ERROR = 1.1102230246251577e-15;
@@ -187,14 +189,22 @@ static void flip(Mesh *mesh, char *fixed, Queue *queue, int64_t side)
     }
 }
 
-/* Lawson's flips, until every edge between two triangles is locally Delaunay, but for fixed sides. */
-static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue)
+static int all_turn_left(const Mesh *mesh, const double *x)
 {
-    int64_t side, left = MOST_FLIPS * mesh->t, k;
     const int64_t *triangles = mesh->triangles;
+    int64_t k;
     for (k = 0; k < mesh->t; k++)
         if (!turns_left(x + 2 * triangles[3 * k], x + 2 * triangles[3 * k + 1], x + 2 * triangles[3 * k + 2]))
-            return UNDECIDED;
+            return 0;
+    return 1;
+}
+
+/* Lawson's flips, until every edge between two triangles is locally Delaunay, but for fixed sides. Where rounding
+   decides, that is the end if all must be sure, else the edge stays. */
+static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue, int sure)
+{
+    int64_t side, left = MOST_FLIPS * mesh->t;
+    const int64_t *triangles = mesh->triangles;
     for (side = 0; side < 3 * mesh->t; side++)
         if (mesh->twin[side] > side && !fixed[side])
             ask(queue, side);
@@ -209,7 +219,7 @@ static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue)
         other = next_side(next_side(mesh->twin[side]));
         inside = in_circle(x + 2 * triangles[side], x + 2 * triangles[ahead], x + 2 * triangles[behind],
                            x + 2 * triangles[other]);
-        if (inside == 0 || (inside > 0 && left-- == 0))
+        if ((inside == 0 && sure) || (inside > 0 && left-- == 0))
             return UNDECIDED;
         if (inside > 0)
             flip(mesh, fixed, queue, side);
@@ -217,15 +227,43 @@ static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue)
     return DONE;
 }
 
+/* Flips while the nodes go from start (n, 2) to x (n, 2), with a halt wherever a longer step would invert a triangle;
+   places (n, 2) are for work. */
+static int64_t flip_on_the_way(Mesh *mesh, const double *start, const double *x, double *places, char *fixed,
+                               Queue *queue)
+{
+    double done = 0, step = 1;
+    int64_t k;
+    for (;;) {
+        int last = done + step >= 1;
+        for (k = 0; k < 2 * mesh->n && !last; k++)
+            places[k] = start[k] + (done + step) * (x[k] - start[k]);
+        if (!all_turn_left(mesh, last ? x : places)) {
+            step /= 2;
+            if (step < SHORTEST)
+                return UNDECIDED;
+            continue;
+        }
+        if (legalise(mesh, last ? x : places, fixed, queue, last) != DONE)
+            return UNDECIDED;
+        if (last)
+            return DONE;
+        done += step;
+        step = 1 - done;
+    }
+}
+
 /* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in count (1,); if
-   flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2). Where rounding decides, or a
-   triangle is inverted, nothing is sure: then outcome (1,) is 1, else 0. */
-KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *x, int64_t m,
-                              const int64_t *facets, int64_t *edges, int64_t *count, int64_t *outcome)
+   flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2), as the nodes come there from
+   start (n, 2). Where rounding decides, or triangles are inverted, nothing is sure: then outcome (1,) is 1, else 0. */
+KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *start,
+                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int64_t *count,
+                              int64_t *outcome)
 {
     Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL};
     Queue queue = {NULL, 0, 3 * t + 1, 0, NULL};
     char *fixed = calloc((size_t)(3 * t + 1), 1);
+    double *places = malloc((size_t)(flips ? 2 * n + 1 : 1) * sizeof *places);
     int64_t status = NO_MEMORY;
     mesh.twin = malloc((size_t)(3 * t + 1) * sizeof *mesh.twin);
     mesh.items = malloc((size_t)(3 * t + 1) * sizeof *mesh.items);
@@ -233,19 +271,20 @@ KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t 
     mesh.start = malloc((size_t)(n + 1) * sizeof *mesh.start);
     queue.sides = malloc((size_t)queue.room * sizeof *queue.sides);
     queue.waiting = calloc((size_t)queue.room, 1);
-    if (!fixed || !mesh.twin || !mesh.items || !mesh.spare || !mesh.start || !queue.sides || !queue.waiting)
+    if (!fixed || !places || !mesh.twin || !mesh.items || !mesh.spare || !mesh.start || !queue.sides || !queue.waiting)
         goto end;
     *outcome = DONE;
     if (flips) {
         find_twins(&mesh);
         fix(&mesh, m, facets, fixed);
-        *outcome = legalise(&mesh, x, fixed, &queue);
+        *outcome = flip_on_the_way(&mesh, start, x, places, fixed, &queue);
     }
     if (*outcome == DONE)
         *count = in_order(&mesh, edges);
     status = DONE;
 end:
     free(fixed);
+    free(places);
     free(mesh.twin);
     free(mesh.items);
     free(mesh.spare);
