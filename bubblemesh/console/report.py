@@ -12,6 +12,7 @@ from bubblemesh.meshes.quality import Histogram
 from bubblemesh.messages import coordinate, counted, duration, place, run_seconds
 
 MOST_REPAIRS = 20  # that a table shows
+MOST_LABELS = 20  # that are named
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
@@ -29,7 +30,7 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
     rows = {
         "domain": f"[{x[0]}, {x[1]}] x [{y[0]}, {y[1]}], area {figures['area']:.6g}, "
         f"{pieces}{counted(figures['holes'], 'hole')}",
-        "labels": ", ".join(figures["labels"]),
+        "labels": _named(figures["labels"]),
         "spacing": _extremes(figures["spacing"], size),
         **{name: _change(figures[name], than, size) for name, than in CHANGES.items() if name in figures},
         **({"packed": _extremes(figures["packed_spacing"], size)} if "packed_spacing" in figures else {}),
@@ -53,6 +54,11 @@ def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
         rest = sum(row["area"] for row in rows[MOST_REPAIRS:])
         table.add_row(f"and {len(rows) - MOST_REPAIRS:,} more", "", f"{rest:+.4g}")
     console.terminal.print(table)
+
+
+def _named(labels: Sequence[str]) -> str:
+    few = labels if len(labels) <= MOST_LABELS else [*labels[:MOST_LABELS], f"and {len(labels) - MOST_LABELS:,} more"]
+    return ", ".join(few)
 
 
 def _extremes(spacing: Mapping[str, Any], size: float) -> str:

@@ -16,7 +16,7 @@ from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import require_at_most
-from bubblemesh.spacing.grid.cells import leaves
+from bubblemesh.spacing.grid.cells import leaves_in_blocks
 from bubblemesh.spacing.rules.rules import finer_of_both_sides
 from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
@@ -63,12 +63,14 @@ def diffused_points(
 
     ``lacking`` tells what part (n,) of the bubbles of sizes d (n,) at points x (n, 2) is not there yet.
     """
-    cells = leaves(domain, spacing, leaf)
-    distance = distance_to_facets(shell, domain, cells.centers, cells.d)
-    # A cell that reaches into the strip of the boundary bubbles counts in part.
-    share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1) * lacking(cells.centers, cells.d)
-    passed = np.cumsum(share * cells.sides**2 / (AREA * cells.d**2))
-    return cells.centers[np.diff(np.floor(passed + 0.5), prepend=0) > 0]
+    to_boundary, passed, found = near_facets(shell, domain), np.zeros(1), list[Floats]()
+    for centers, sides, d in leaves_in_blocks(domain, spacing, leaf):
+        distance = to_boundary(centers, d)
+        # A cell that reaches into the strip of the boundary bubbles counts in part.
+        share = np.clip((distance - HALF_A_ROW * d) / sides + 0.5, 0, 1) * lacking(centers, d)
+        passed = np.cumsum(np.append(passed[-1:], share * sides**2 / (AREA * d**2)))
+        found.append(centers[np.diff(np.floor(passed + 0.5)) > 0])
+    return np.concatenate(found)
 
 
 def boundary_bubbles(domain: Domain, spacing: Spacing) -> Bubbles:
@@ -121,18 +123,33 @@ def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Flo
 
 def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:
     """Distances (n,) of points (n, 2) to facets and embedded points not much farther than half of d (n,), else inf."""
+    return near_facets(shell, domain)(points, d)
+
+
+def near_facets(shell: Bubbles, domain: Domain) -> "NearLines":
+    """Distances to facets and embedded points, where these are near."""
     facets, _ = domain.boundary.edges(shell.piece, shell.s)
     alone = np.setdiff1d(np.arange(shell.corners), facets)
-    return distance_to_lines(shell.x[np.concatenate([facets, np.column_stack([alone, alone])])], points, d)
+    return NearLines.between(shell.x[np.concatenate([facets, np.column_stack([alone, alone])])])
 
 
-def distance_to_lines(ends: Floats, points: Floats, d: Floats) -> Floats:
-    """Distances (n,) of points (n, 2) to straight lines with these ends (k, 2, 2), infinite beyond d (n,)."""
-    runs = ChordRuns.of(ends[:, 0], ends[:, 1])
-    result = np.full(len(points), np.inf)
-    near = np.flatnonzero(distance_at_least(runs, points) <= d)
-    foot = runs.feet(points[near], nearest_chord(runs, points[near]))[1]
-    distance = np.hypot(*(points[near] - foot).T)
-    within = distance <= d[near]
-    result[near[within]] = distance[within]
-    return result
+@dataclass(frozen=True)
+class NearLines:
+    """Distances to straight lines, where these are near."""
+
+    runs: ChordRuns
+
+    @classmethod
+    def between(cls, ends: Floats) -> "NearLines":
+        """Lines between these ends (k, 2, 2)."""
+        return cls(ChordRuns.of(ends[:, 0], ends[:, 1]))
+
+    def __call__(self, points: Floats, d: Floats) -> Floats:
+        """Distances (n,) of points (n, 2), infinite beyond d (n,)."""
+        result = np.full(len(points), np.inf)
+        near = np.flatnonzero(distance_at_least(self.runs, points) <= d)
+        foot = self.runs.feet(points[near], nearest_chord(self.runs, points[near]))[1]
+        distance = np.hypot(*(points[near] - foot).T)
+        within = distance <= d[near]
+        result[near[within]] = distance[within]
+        return result

@@ -1,7 +1,8 @@
 """Cells of a quadtree over a domain that are split until they follow the spacing: its leaves, and samples in them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,12 +12,14 @@ from bubblemesh.kernels.hilbert import hilbert_index
 from bubblemesh.spacing.grid.quadtree import CORNERS, GRID_LEVELS, Quadtree
 from bubblemesh.spacing.spacing import Spacing
 
+MOST_AT_ONCE = 1 << 20  # cells that are looked at, about 100 bytes each
+PARTS = 8  # of so many
+
 # Largest sides of cells with samples, so that no spot is passed over: in spacings, and of the domain's size.
 LARGEST_IN_SPACINGS, LARGEST_IN_DOMAIN = 2.0, 1 / 32
 
 
-@dataclass(frozen=True)
-class Leaves:
+class Leaves(NamedTuple):
     """Square cells inside a domain, along a Hilbert curve."""
 
     centers: Floats  # (n, 2)
@@ -26,19 +29,48 @@ class Leaves:
 
 def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
     """Cells with their centres in the domain, of side at most ``fraction`` times the spacing there."""
+    blocks = list(leaves_in_blocks(domain, spacing, fraction))
+    return Leaves(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
+
+
+def leaves_in_blocks(domain: Domain, spacing: Spacing, fraction: float) -> Iterator[Leaves]:
+    """The cells of `leaves` in their order, some of them at a time where there are very many."""
+    root = np.zeros((1, 2), np.int64)
+    yield from _blocks(domain, spacing, fraction, 0, root, [])
+
+
+class _Found(NamedTuple):
+    """Leaves with their places on the Hilbert curve."""
+
+    key: Integers  # (n,)
+    centers: Floats  # (n, 2)
+    sides: Floats  # (n,)
+    d: Floats  # (n,)
+
+    @classmethod
+    def joined(cls, parts: Sequence["_Found"]) -> "_Found":
+        """Leaves of several parts, in the order of the curve."""
+        key, *others = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return cls(key, *others).rows(np.argsort(key, kind="stable"))
+
+    def rows(self, which: Integers | slice) -> "_Found":
+        return _Found(self.key[which], self.centers[which], self.sides[which], self.d[which])
+
+
+def _blocks(
+    domain: Domain, spacing: Spacing, fraction: float, level: int, cells: Integers, found: list[_Found]
+) -> Iterator[Leaves]:
+    """Leaves within cells (k, 2) of a level, and those that are ``found`` between these, in order."""
     x0, y0, _, _ = domain.bounds
     low, size = np.array([x0, y0]), domain.size
-    cells = np.zeros((1, 2), np.int64)
-    found: list[tuple[Integers, Floats, Floats, Floats]] = []
-    for level in range(GRID_LEVELS + 1):
-        side = size / 2**level
+    for finer in range(level, GRID_LEVELS + 1):
+        side = size / 2**finer
         centers = low + (cells + 0.5) * side
         inside = domain.contains(centers)
         d = spacing.extended(centers)
         small = side <= fraction * d
         done = small & inside
-        key = hilbert_index(cells[done], level) << 2 * (GRID_LEVELS - level)
-        found.append((key, centers[done], np.full(int(done.sum()), side), d[done]))
+        found.append(_Found(_keys(cells[done], finer), centers[done], np.full(int(done.sum()), side), d[done]))
         going_on = np.flatnonzero(~small)
         outside = going_on[~inside[going_on]]
         # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
@@ -47,9 +79,28 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
         if len(cells) == 0:
             break
         cells = (2 * cells[:, None] + CORNERS).reshape(-1, 2)
-    key, centers, sides, d = (np.concatenate(column) for column in zip(*found, strict=True))
-    order = np.argsort(key, kind="stable")
-    return Leaves(centers[order], sides[order], d[order])
+        if len(cells) > MOST_AT_ONCE:
+            yield from _parts(domain, spacing, fraction, finer + 1, cells, _Found.joined(found))
+            return
+    whole = _Found.joined(found)
+    yield Leaves(whole.centers, whole.sides, whole.d)
+
+
+def _parts(
+    domain: Domain, spacing: Spacing, fraction: float, level: int, cells: Integers, found: _Found
+) -> Iterator[Leaves]:
+    """Leaves as of `_blocks`, of some of the cells after the others along the Hilbert curve."""
+    keys = _keys(cells, level)
+    order = np.argsort(keys)
+    cuts = np.arange(0, len(cells), MOST_AT_ONCE // PARTS)[1:]
+    between = np.searchsorted(found.key, keys[order[cuts]])
+    for first, last, begin, end in zip([0, *cuts], [*cuts, None], [0, *between], [*between, None], strict=True):
+        yield from _blocks(domain, spacing, fraction, level, cells[order[first:last]], [found.rows(slice(begin, end))])
+
+
+def _keys(cells: Integers, level: int) -> Integers:
+    """Where the Hilbert curve enters cells (k, 2) of a level, in cells of the last one."""
+    return hilbert_index(cells, level) << 2 * (GRID_LEVELS - level)
 
 
 # Of a grid, its new cells (k,), and the samples (k, p) of the cells from which they stem: the samples (k, p) of the new

@@ -9,7 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles, distance_to_lines, equidistributed
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion, NearLines, boundary_bubbles, equidistributed
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
@@ -139,7 +139,7 @@ def test_distances_to_facets_are_those_of_the_double_loop(seed):
     rng = np.random.default_rng(seed)
     nodes, facets = rng.random((20, 2)), np.array([rng.choice(20, 2, replace=False) for _ in range(15)])
     points, d = rng.random((60, 2)), 10 ** rng.uniform(-2, 0, 60)
-    found = distance_to_lines(nodes[facets], points, d)
+    found = NearLines.between(nodes[facets])(points, d)
     expected = []
     for point in points:
         distances = []

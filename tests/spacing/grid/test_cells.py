@@ -4,7 +4,8 @@ from lattices import uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.spacing.grid.cells import leaves
+from bubblemesh.spacing.grid import cells as grid_cells
+from bubblemesh.spacing.grid.cells import leaves, leaves_in_blocks
 from bubblemesh.spacing.spacing import Spacing
 
 SQUARE = Domain.of(rings.rectangle(0, 0, 1, 1))
@@ -84,6 +85,19 @@ def test_leaves_follow_each_other_along_a_curve(spacing):
     touching = (found.sides[:-1] + found.sides[1:]) / 2
     np.testing.assert_allclose(step.max(axis=1), touching, rtol=1e-12)  # they have an edge in common
     assert (step.min(axis=1) < 0.999 * touching).all()
+
+
+@pytest.mark.parametrize("most", [16, 100, 1000])
+@pytest.mark.parametrize("spacing", SPACINGS)
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_leaves_in_blocks_are_the_same_in_the_same_order(domain, spacing, most, monkeypatch):
+    domain, d, whole = cells(domain, spacing)
+    monkeypatch.setattr(grid_cells, "MOST_AT_ONCE", most)
+    blocks = list(leaves_in_blocks(domain, d, 1 / 3))
+    assert len(blocks) > len(whole.sides) / (4 * most)
+    assert max(len(block.sides) for block in blocks) <= 4 * most
+    for found, expected in zip(leaves(domain, d, 1 / 3), whole, strict=True):
+        np.testing.assert_array_equal(found, expected)
 
 
 def test_spacing_that_grows_a_thousandfold_from_a_point():
