@@ -117,12 +117,12 @@ def disjoint_patches(net: Net, bad: Integers) -> Patches:
     count = 0
     for triangle in bad:
         core = net.within(net.triangles[triangle], DISPLACED)
-        patch = net.within(net.triangles[triangle], MOVING)
+        patch = net.dilated(core, MOVING - DISPLACED)
         if (patch & taken).any():
             continue
         displaced |= core & free
         moving[patch & free] = count
-        taken |= net.within(net.triangles[triangle], MOVING + 1)
+        taken |= net.dilated(patch)
         count += 1
     return Patches(displaced, moving, count)
 

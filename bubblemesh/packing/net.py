@@ -55,17 +55,17 @@ class Net:
         sides = shapely.linestrings(self.bubbles.x[self.facets[~self.two_sided]])
         return bool(shapely.is_simple(shapely.multilinestrings(sides)))
 
-    def dilated(self, marked: Booleans) -> Booleans:
-        """Bubbles (n,) that are marked or next to one that is."""
-        return marked | next_to(self.edges, marked)
+    def dilated(self, marked: Booleans, rings: int = 1) -> Booleans:
+        """Bubbles (n,) that are marked, or at most so many edges away from one that is."""
+        for _ in range(rings):
+            marked = marked | next_to(self.edges, marked)
+        return marked
 
     def within(self, bubbles: Integers, rings: int) -> Booleans:
         """Bubbles (n,) at most so many edges away from the given ones, of any shape."""
         near = np.zeros(len(self.bubbles), bool)
         near[bubbles] = True
-        for _ in range(rings):
-            near = self.dilated(near)
-        return near
+        return self.dilated(near, rings)
 
     def part(self, marked: Booleans) -> tuple[Integers, "Net"]:
         """Numbers (k,) and net of the marked bubbles and all corners; facets that cut it off have the piece -1."""
