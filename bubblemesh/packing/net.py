@@ -110,9 +110,10 @@ def reconnect(net: Net, bubbles: Bubbles) -> Net:
     """Connect the bubbles of a net anew at other places, within the same facets: by flips if these will do."""
     moved = replace(net, bubbles=bubbles)
     if (net.valence[bubbles.corners :] > 0).all():  # corners, which may be of other parts, stay outside
-        found = legalised(net.triangles, net.bubbles.x, bubbles.x, net.facets)
-        # Flips do not see rims that cross each other on the outside.
-        if found is not None and (_same_on_boundary(net.bubbles, bubbles) or moved.has_simple_rim):
+        held = _same_on_boundary(net.bubbles, bubbles)
+        # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
+        found = legalised(net.triangles, net.bubbles.x if held else bubbles.x, bubbles.x, net.facets)
+        if found is not None and (held or moved.has_simple_rim):
             return replace(moved, triangles=found[0], edges=found[1])
     return _triangulated(moved)
 

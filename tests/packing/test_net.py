@@ -1,3 +1,4 @@
+import json
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
@@ -6,10 +7,13 @@ import numpy as np
 import pytest
 from lattices import packed_hexagon, uniform
 
+from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing import net as nets
 from bubblemesh.packing.net import connect, connect_inside, reconnect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAINS = {
@@ -21,6 +25,9 @@ DOMAINS = {
         0.2,
     ),
 }
+
+
+SHORT = {"method": "accelerated", "schedule": {"rounds": 2, "iterations": 30}}
 
 
 def net_of(name):
@@ -225,3 +232,24 @@ def test_connected_bubbles_outside_belong_to_no_triangle():
     net = connect(replace(bubbles, x=x), domain)
     assert net.valence[-1] == 0
     assert (net.valence[:-1] > 0).all()
+
+
+def test_nets_of_a_whole_packing_between_near_walls_are_those_made_anew(monkeypatch):
+    """Bubbles slide along walls that are 2e-4 apart, so that triangles there are flat, with very large circles."""
+    gap, tops = 1.9617e-4, (0.35139, 0.53537, 0.72079, 0.66284)
+    holes = [{"rectangle": [0.2 * k + gap, gap, 0.2 * (k + 1), top]} for k, top in enumerate(tops)]
+    seen = []
+
+    def compared(net, bubbles):
+        found = reconnect(net, bubbles)
+        anew = nets.linked(bubbles.x, net.facets, net.two_sided)
+        np.testing.assert_array_equal(found.triangles, anew[0])
+        np.testing.assert_array_equal(found.edges, anew[1])
+        seen.append(not np.array_equal(bubbles.s, net.bubbles.s))
+        return found
+
+    monkeypatch.setattr(nets, "reconnect", compared)
+    text = json.dumps({"domain": {"outer": {"rectangle": [0, 0, 1, 1]}, "holes": holes}, "spacing": 1 / 14} | SHORT)
+    mesh = mesh_case(load_case("walls.yaml", text=text)).mesh
+    assert len(mesh.triangles) > 200
+    assert any(seen)

@@ -215,6 +215,8 @@ static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue, 
         queue->first = (queue->first + 1) % queue->room;
         queue->count--;
         queue->waiting[side] = 0;
+        if (mesh->twin[side] < 0 || fixed[side]) /* since another flip has turned its triangle */
+            continue;
         ahead = next_side(side), behind = next_side(ahead);
         other = next_side(next_side(mesh->twin[side]));
         inside = in_circle(x + 2 * triangles[side], x + 2 * triangles[ahead], x + 2 * triangles[behind],
