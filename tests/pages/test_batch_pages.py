@@ -106,8 +106,8 @@ def test_time_limit_of_a_case_is_its_row(folder):
     assert process.returncode == 6
     (row,) = rows_of(folder)
     assert "time limit" in row["error"]
-    assert row["nodes"] > 10
-    assert (folder / "out/a.msh").exists()
+    # Where the packing had not begun in time there is no mesh.
+    assert (folder / "out/a.msh").exists() == ((row["nodes"] or 0) > 10)
 
 
 @pytest.mark.long
