@@ -97,7 +97,8 @@ def test_packing_that_is_cut_short_has_the_wanted_spacing(share):
 
 @pytest.mark.long
 def test_later_end_gives_better_triangles(monkeypatch):
-    monkeypatch.setattr(limits, "GRACE", 60.0)  # that the refinement is over in time is not what is tested here
+    for grace in ("GRACE", "SHORT_GRACE"):  # that all is over in time is not what is tested here
+        monkeypatch.setattr(limits, grace, 60.0)
     text = CASE.replace("0.06", "0.03")
     seconds = [1e-9, 1e9]
     results = [mesh_case(load_case("plate.yaml", text=f"{text}limits: {{seconds: {limit}}}\n")) for limit in seconds]
