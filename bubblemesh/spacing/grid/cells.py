@@ -36,7 +36,7 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
 def leaves_in_blocks(domain: Domain, spacing: Spacing, fraction: float) -> Iterator[Leaves]:
     """The cells of `leaves` in their order, some of them at a time where there are very many."""
     root = np.zeros((1, 2), np.int64)
-    yield from _blocks(domain, spacing, fraction, 0, root, [])
+    return _blocks(domain, spacing, fraction, 0, root, [])
 
 
 class _Found(NamedTuple):
