@@ -64,7 +64,8 @@ class Mending:
         bad = self._bad(net)
         if len(bad) == 0 or smoothing.shape_steps == 0:
             return net
-        numbers, part = net.part(net.within(net.triangles[bad], AROUND))
+        around = net.within(net.triangles[bad], AROUND)
+        numbers, part = net.part(around)
         mended = part
         for _ in range(self.mend_attempts):
             bad = self._bad(mended)
@@ -77,7 +78,9 @@ class Mending:
         x, s = bubbles.x.copy(), bubbles.s.copy()
         x[numbers] = mended.bubbles.x
         s[numbers[mended.bubbles.sliding] - bubbles.corners] = mended.bubbles.s
-        return connect_inside(replace(bubbles, x=x, s=s), domain, spacing)
+        others = net.triangles[~around[net.triangles].all(axis=1)]
+        triangles = np.concatenate([others, numbers[mended.triangles]])
+        return connect_inside(replace(bubbles, x=x, s=s), domain, spacing, net, triangles)
 
     def _bad(self, net: Net) -> Integers:
         """Numbers (k,) of the triangles to mend, the worst first."""

@@ -91,31 +91,49 @@ class Net:
         )
 
 
-def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None) -> Net:
+def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None, triangles: Integers | None = None) -> Net:
     """Connect bubbles; those outside the boundary edges belong to no triangle.
 
-    If they are those of a net ``before``, with the same boundary edges, that may spare most of the work.
+    A net ``before`` of as many bubbles, with the same boundary edges, may spare most of the work: flips go on from its
+    triangles. So they do from other ``triangles`` (t, 3) of its region, counter-clockwise between these bubbles where
+    they are now, however many these are.
     """
-    same_number = before is not None and len(bubbles) == len(before.bubbles)
-    if before is not None and same_number and _same_on_boundary(before.bubbles, bubbles):
-        return reconnect(before, bubbles)
-    facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-    net = Net(bubbles, facets, piece, domain.boundary.inner[piece], np.zeros((0, 3), int), np.zeros((0, 2), int))
-    if before is not None and same_number and net.has_facets_of(before):
-        return reconnect(before, bubbles)
-    return _triangulated(net)
+    if before is None or (triangles is None and len(bubbles) != len(before.bubbles)):
+        return _triangulated(_unconnected(bubbles, domain))
+    if _same_on_boundary(before.bubbles, bubbles):
+        return reconnect(before, bubbles, triangles)
+    net = _unconnected(bubbles, domain)
+    return reconnect(before, bubbles, triangles) if net.has_facets_of(before) else _triangulated(net)
 
 
-def reconnect(net: Net, bubbles: Bubbles) -> Net:
-    """Connect the bubbles of a net anew at other places, within the same facets: by flips if these will do."""
+def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> Net:
+    """Connect the bubbles of a net anew at other places, within the same facets: by flips if these will do.
+
+    With ``triangles`` (t, 3), as in `connect`, they may be other bubbles.
+    """
     moved = replace(net, bubbles=bubbles)
-    if (net.valence[bubbles.corners :] > 0).all():  # corners, which may be of other parts, stay outside
-        held = _same_on_boundary(net.bubbles, bubbles)
+    held = _same_on_boundary(net.bubbles, bubbles)
+    start = net.bubbles.x if held and triangles is None else bubbles.x
+    known = net.triangles if triangles is None else triangles
+    if _all_within(known, bubbles):
         # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
-        found = legalised(net.triangles, net.bubbles.x if held else bubbles.x, bubbles.x, net.facets)
+        found = legalised(known, start, bubbles.x, net.facets)
         if found is not None and (held or moved.has_simple_rim):
             return replace(moved, triangles=found[0], edges=found[1])
     return _triangulated(moved)
+
+
+def _unconnected(bubbles: Bubbles, domain: Domain) -> Net:
+    """Bubbles with their boundary edges, and no triangles."""
+    facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
+    return Net(bubbles, facets, piece, domain.boundary.inner[piece], np.zeros((0, 3), int), np.zeros((0, 2), int))
+
+
+def _all_within(triangles: Integers, bubbles: Bubbles) -> bool:
+    """Whether every bubble is a node of a triangle, but for corners, which may be of other parts."""
+    within = np.zeros(len(bubbles), bool)
+    within[triangles] = True
+    return bool(within[bubbles.corners :].all())
 
 
 def _triangulated(net: Net) -> Net:
@@ -130,12 +148,18 @@ def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:
     return same and np.array_equal(some.s, others.s) and np.array_equal(some.x[:count], others.x[:count])
 
 
-def connect_inside(bubbles: Bubbles, domain: Domain, spacing: Spacing, before: Net | None = None) -> Net:
+def connect_inside(
+    bubbles: Bubbles,
+    domain: Domain,
+    spacing: Spacing,
+    before: Net | None = None,
+    triangles: Integers | None = None,
+) -> Net:
     """Connect bubbles without those outside, and evaluate the spacing where they are.
 
-    For a net ``before`` see `connect`.
+    For a net ``before`` and ``triangles`` (t, 3) see `connect`.
     """
-    net = connect(bubbles, domain, before)
+    net = connect(bubbles, domain, before, triangles)
     kept = net.valence > 0
     d = np.where(kept, 0.0, np.nan)
     d[kept] = spacing.extended(bubbles.x[kept])

@@ -19,6 +19,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to, pairs_within
 from bubblemesh.packing.net import Net, connect
+from bubblemesh.packing.splicing import spliced
 from bubblemesh.spacing.spacing import Spacing
 
 REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j is the farthest: below two l0 for any two radii
@@ -39,6 +40,7 @@ class Change(NamedTuple):
     bubbles: Bubbles
     deleted: int
     inserted: int
+    triangles: Integers | None = None  # (t, 3): counter-clockwise, for `connect` to go on from, if they are known
 
 
 class Population(Protocol):
@@ -183,7 +185,8 @@ class Defects:
         touched[net.edges[gone[net.edges].any(axis=1)]] = True
         touched[halved] = True
         rest = replace(bubbles, touched=touched).select(np.flatnonzero(~gone))
-        return Change(rest.append(x, spacing.extended(x)), deleted=len(bubbles) - len(rest), inserted=len(x))
+        grown, triangles = rest.append(x, spacing.extended(x)), spliced(bubbles.x, net.triangles, gone, halved)
+        return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(x), triangles=triangles)
 
     def _crowded(self, net: Net, ratio: Floats, on_walls: Booleans) -> Booleans:
         """Bubbles (n,) to delete, no two of them connected: those given, and interior ones."""

@@ -105,7 +105,7 @@ class LevelRun:
             net = connect_inside(relaxed.bubbles, domain, spacing, net)
             # 3. Where they are too many some are deleted, and gaps are filled.
             change = method.population(net, domain, spacing, self.random)
-            self.progress.net = net = connect(change.bubbles, domain)
+            self.progress.net = net = connect(change.bubbles, domain, net, change.triangles)
             # 4. The change of their number tells whether to stop, and whether the odd ones get their own viscosity.
             counts.append((before, len(change.bubbles)))
             reason = method.termination(counts)
@@ -142,14 +142,15 @@ class LevelRun:
         total, inserted = Relaxed.none(net.bubbles), 0
         for _ in range(method.smoothing.last_relaxations):
             relaxed = self.relax(net, steps, number, odd)
-            total, net = total.followed_by(relaxed), connect(relaxed.bubbles, domain)
+            total, net = total.followed_by(relaxed), connect(relaxed.bubbles, domain, net)
             if relaxed.lost == 0:
                 break
         for smoothed in range(method.smoothing.passes):
             if smoothed:
                 change = method.population(net, domain, spacing, self.random)
                 if change.deleted + change.inserted:
-                    net, inserted = connect_inside(change.bubbles, domain, spacing), inserted + change.inserted
+                    net = connect_inside(change.bubbles, domain, spacing, net, change.triangles)
+                    inserted += change.inserted
             self.progress.net = net = method.smoothing(net, domain, spacing)
             self.progress.add(SMOOTHING * len(net.bubbles))
         return method.mending(net, domain, spacing, method.smoothing, self.random), inserted, total

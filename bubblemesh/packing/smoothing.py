@@ -30,7 +30,7 @@ class NoSmoothing:
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
         """The net of the bubbles where they are, with the spacing there."""
-        return connect_inside(net.bubbles, domain, spacing)
+        return connect_inside(net.bubbles, domain, spacing, net)
 
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
         """The bubbles of a net as they are."""

@@ -3,9 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lattices import DAMPED, packed_hexagon
+from twins import needs_compiler
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.triangulation import linked
+from bubblemesh.packing import net as nets
 from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
@@ -45,6 +48,25 @@ def mended(domain, spacing, net, seed=0, scheme=None):
 
 def worst(net):
     return eta(net.bubbles.x, net.triangles).max()
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["sector", "square"])
+def test_mended_part_is_put_back_without_a_triangulation_of_all_bubbles(name, monkeypatch):
+    domain, spacing, net = polished_net(name, 0, 5)
+    anew = connect_inside(mended(domain, spacing, net).bubbles, domain, spacing)
+    sizes = []
+
+    def noted(points, *others):
+        sizes.append(len(points))
+        return linked(points, *others)
+
+    monkeypatch.setattr(nets, "linked", noted)
+    found = mended(domain, spacing, net)
+    assert worst(found) < worst(net)
+    assert len(net.bubbles) not in sizes
+    for one in ("facets", "facet_piece", "triangles", "edges"):
+        np.testing.assert_array_equal(getattr(found, one), getattr(anew, one))
 
 
 @pytest.mark.long

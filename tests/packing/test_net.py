@@ -240,8 +240,8 @@ def test_nets_of_a_whole_packing_between_near_walls_are_those_made_anew(monkeypa
     holes = [{"rectangle": [0.2 * k + gap, gap, 0.2 * (k + 1), top]} for k, top in enumerate(tops)]
     seen = []
 
-    def compared(net, bubbles):
-        found = reconnect(net, bubbles)
+    def compared(net, bubbles, triangles=None):
+        found = reconnect(net, bubbles, triangles)
         anew = nets.linked(bubbles.x, net.facets, net.two_sided)
         np.testing.assert_array_equal(found.triangles, anew[0])
         np.testing.assert_array_equal(found.edges, anew[1])
