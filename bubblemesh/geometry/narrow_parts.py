@@ -60,6 +60,11 @@ class Walls:
         return self.domain.boundary.chords()
 
     @cached_property
+    def reentrant(self) -> ReentrantCorners:
+        """What stands out into the domain."""
+        return reentrant_corners(self.domain)
+
+    @cached_property
     def tree(self) -> shapely.STRtree:
         """The chords in space."""
         return shapely.STRtree(shapely.linestrings(np.stack([self.chords.start, self.chords.end], axis=1)))

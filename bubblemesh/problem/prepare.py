@@ -8,6 +8,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.errors import CaseError, Key, LimitError, about
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.limits import enter, timed
 from bubblemesh.messages import once_each
 from bubblemesh.packing.configure import options
@@ -94,8 +95,9 @@ def check_spacing(
         expected = survey.ideal_nodes
         if for_packing.spacing is not spacing:
             expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
+        walls = Walls(domain)
         filled = with_narrow_parts_filled(
-            domain, rules, Unfilled(cover, after_periodic, short.joined(coarse), for_packing, expected), max_nodes
+            walls, rules, Unfilled(cover, after_periodic, short.joined(coarse), for_packing, expected), max_nodes
         )
         from_files = any(region.area.outer.origin for region in domain.parts.regions)
         detail = Detail(
@@ -114,7 +116,7 @@ def check_spacing(
             *warnings.sharp_angles(domain),
             *warnings.detail(detail),
             *warnings.limited_growth(for_packing, rules.growth, scale),
-            *warnings.narrow_parts(domain, filled.spacing.spacing, filled.left_out),
+            *warnings.narrow_parts(walls, filled.spacing.spacing, filled.left_out),
         )
     return Problem(
         task,

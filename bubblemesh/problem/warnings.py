@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import Gaps, Walls
 from bubblemesh.messages import counted, place
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
@@ -52,14 +52,14 @@ def sharp_angles(domain: Domain) -> list[str]:
     ]
 
 
-def narrow_parts(domain: Domain, spacing: Spacing, left_out: NarrowPlace | None = None) -> list[str]:
+def narrow_parts(walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
     Likewise where a line or point inside the domain is nearest to another one, or to a wall. If narrow parts are left
     as they are since they would take too many nodes, the key that fills them is named.
     """
-    boundary, walls, corner = domain.boundary, Walls(domain), reentrant_corners(domain)
-    piece, s = _samples(domain)
+    boundary, corner = walls.domain.boundary, walls.reentrant
+    piece, s = _samples(walls.domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
     warnings = []

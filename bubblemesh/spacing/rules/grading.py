@@ -4,8 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.lookup import Cells, interpolated, ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.rules.eikonal import limited_values
@@ -62,20 +63,15 @@ class LimitedSpacing:
 
 @dataclass(frozen=True)
 class Limit:
-    """Upper limit of a spacing on a background grid: values (v,) at the vertices, in the ``active`` cells (n,)."""
+    """Upper limit of a spacing on a background grid."""
 
-    grid: Quadtree
-    values: Floats
-    active: Booleans
+    cells: Cells
+    vertices: Integers  # (n, 4): at the corners of the cells, -1 in those without a limit
+    values: Floats  # (v,): at the vertices
 
     def __call__(self, points: Floats) -> Floats:
         """Limit (m,) at points (m, 2), infinite where there is none."""
-        cells = self.grid.located(points)
-        found = np.flatnonzero(self.active[cells])
-        limit = np.full(len(points), np.inf)
-        corners = self.grid.vertices.corners[cells[found]]
-        limit[found] = self.grid.bilinear(self.values[corners], points[found], cells[found])
-        return limit
+        return interpolated(self.cells, self.vertices, self.values, points)
 
 
 def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> LimitedSpacing:
@@ -113,8 +109,8 @@ def _limited(
             break
         samples = resolved(samples, domain, spacing, small, largest)
     lowered = values < given * (1 - LOWERED)
-    active: Booleans = np.asarray(lowered[grid.vertices.corners].any(axis=1))
-    limited = _below(spacing, Limit(grid, values, active))
+    active = lowered[grid.vertices.corners].any(axis=1, keepdims=True)
+    limited = _below(spacing, Limit(grid.cells, np.where(active, grid.vertices.corners, -1), values))
     change = _change(samples, given, values)
     return LimitedSpacing(limited, steepest(samples, domain, growth), *change, growth, ground)
 
@@ -173,7 +169,7 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
 def _at_vertices(grid: Quadtree, domain: Domain, spacing: Spacing, coarse: Quadtree, known: Floats) -> Floats:
     """Spacing (v,) at the vertices in the domain, infinite at others, known at those of the grid that it stems from."""
     result, fresh = np.empty(len(grid.vertices.key)), np.ones(len(grid.vertices.key), bool)
-    same = np.searchsorted(grid.vertices.key, coarse.vertices.key)
+    same = ranks(grid.vertices.key, coarse.vertices.key)
     result[same], fresh[same] = known, False
     result[fresh] = _in_domain(grid.vertices.points[fresh], domain, spacing)
     return result
@@ -193,7 +189,7 @@ def _carried(coarse: Quadtree, values: Floats, grid: Quadtree) -> Floats:
     They are upper limits still: smaller cells only find finer places.
     """
     result = np.full(len(grid.vertices.key), np.inf)
-    same = np.searchsorted(grid.vertices.key, coarse.vertices.key)
+    same = ranks(grid.vertices.key, coarse.vertices.key)
     result[same] = values
     result[same[coarse.vertices.hanging[:, 0]]] = np.inf
     return result
@@ -222,7 +218,7 @@ def _at(domain: Domain, grid: Quadtree, values: Floats, sources: Sources, growth
     depth[outside] = -domain.signed_distance(grid.vertices.points[outside])
     deepest = np.broadcast_to(DEEPEST_FALL * sources.sizes[:, None], mine.shape)
     rise[falling] = -np.minimum(growth * depth[mine], deepest)[falling]
-    excess = grid.bilinear(rise, sources.points, cells)[:, None]
+    excess = grid.cells.bilinear(rise, sources.points, cells)[:, None]
     result = values.copy()
     np.minimum.at(result, mine, sources.sizes[:, None] + np.where(falling, rise - excess, np.maximum(rise - excess, 0)))
     return result

@@ -10,6 +10,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.gap_sources import POOR, GapSources, NarrowPlace
 from bubblemesh.spacing.rules.grading import (
@@ -56,7 +57,7 @@ class Rules:
             sources = sources.joined(gaps(domain, spacing))
         return gradient_limited(domain, spacing, growth, sources)
 
-    def affordable_gaps(self, domain: Domain, spacing: Spacing, max_nodes: float) -> tuple[Sources, NarrowPlace | None]:
+    def affordable_gaps(self, walls: Walls, spacing: Spacing, max_nodes: float) -> tuple[Sources, NarrowPlace | None]:
         """Sources by which one spacing fits across narrow parts, unless the rules have an ``across`` of their own.
 
         Parts are left out, the narrowest first, that take more than ``max_nodes`` nodes; the narrowest one comes out.
@@ -64,7 +65,7 @@ class Rules:
         if self.across is not None:
             return Sources.none(), None
         growth = STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
-        return GapSources(ACROSS, growth, self._least, max_nodes, POOR).affordable(domain, spacing)
+        return GapSources(ACROSS, growth, self._least, max_nodes, POOR).affordable(walls, spacing)
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)
