@@ -14,7 +14,7 @@ from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.corners import require_room
+from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
 from bubblemesh.geometry.paths import Area, Change, Ring
 from bubblemesh.geometry.periodic import matching_pieces
@@ -110,6 +110,11 @@ class Domain:
         found = np.zeros(len(self.boundary.kind), bool)
         found[self.periodic] = True
         return found
+
+    @cached_property
+    def corner_fans(self) -> CornerFans:
+        """Ends of the boundary's pieces around its corners."""
+        return corner_fans(self.boundary)
 
     @cached_property
     def polygonal_copy(self) -> PolygonalCopy:

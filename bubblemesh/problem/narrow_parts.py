@@ -8,7 +8,7 @@ from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources
-from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
+from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes
 
 MOST_TIMES, MORE = 4.0, 1000  # the nodes without it, and nodes beside: what narrow parts may lead to
 CUTS = (1.0, 0.2, 0.04)  # of these nodes, that narrow parts alone may take; they make the spacing fine beside them too
@@ -17,6 +17,7 @@ CUTS = (1.0, 0.2, 0.04)  # of these nodes, that narrow parts alone may take; the
 class Unfilled(NamedTuple):
     """The spacing of a packing that knows nothing of narrow parts yet, and what it was made of."""
 
+    cover: Cover  # of the domain
     after_periodic: LimitedSpacing
     detail: Sources  # short edges and tight curves of the boundary
     for_packing: LimitedSpacing
@@ -47,9 +48,11 @@ def with_narrow_parts_filled(domain: Domain, rules: Rules, before: Unfilled, max
             break
         growth = STEEPEST_GROWTH if rules.growth is None else min(rules.growth, STEEPEST_GROWTH)
         sources = before.detail.joined(gaps)
-        filled = limited_for_packing_across_sides(domain, before.after_periodic, sources, growth)
+        filled = limited_for_packing_across_sides(
+            domain, before.after_periodic, sources, growth, before.for_packing.ground
+        )
         try:
-            return Filled(filled, ideal_nodes(domain, filled.spacing, most, ESTIMATE), gaps, left_out)
+            return Filled(filled, ideal_nodes(domain, filled.spacing, most, ESTIMATE, before.cover), gaps, left_out)
         except LimitError:
             finest = gaps.sizes.argmin()
             x, y = gaps.points[finest].tolist()

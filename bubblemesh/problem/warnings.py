@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
-from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
 from bubblemesh.messages import counted, place
@@ -32,8 +31,7 @@ SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 
 def sharp_angles(domain: Domain) -> list[str]:
     """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
-    boundary = domain.boundary
-    ends = corner_fans(boundary)
+    boundary, ends = domain.boundary, domain.corner_fans
     angle = np.degrees(ends.angle_to(ends.following))
     # The domain is on the left of all pieces, and on both sides of those inside it.
     within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))

@@ -1,6 +1,6 @@
 """Grading: a spacing that grows away from where it is fine by no more than a given rate."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,6 +21,33 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 
 
 @dataclass(frozen=True)
+class Ground:
+    """What limits of a spacing in a domain can begin with, if their sources are those that it was made with or more."""
+
+    samples: Samples  # that resolve the spacing, these sources, and thin walls of the domain
+    given: Floats  # (v,): the spacing at the vertices in the domain, infinite at others
+    along: Sources  # the spacing along the boundary
+    walls: Sources  # on thin walls, for the sizes of cells only
+
+    @classmethod
+    def of(cls, domain: Domain, spacing: Spacing, samples: Samples, sources: Sources) -> "Ground":
+        """Ground on samples that resolve the spacing and the sources."""
+        intervals = short_intervals(domain, spacing)
+        places, sides = thin_walls(domain, spacing, intervals)
+        walls = Sources(places, np.full(len(places), np.inf), sides)
+        samples = resolved(samples, domain, spacing, sources.joined(walls))
+        given = _in_domain(samples.grid.vertices.points, domain, spacing)
+        return cls(samples, given, _on_boundary(domain, spacing, intervals), walls)
+
+    def with_sources(self, domain: Domain, spacing: Spacing, sources: Sources) -> "Ground":
+        """The ground with its samples made to resolve more sources."""
+        samples = resolved(self.samples, domain, spacing, sources.joined(self.walls))
+        return replace(
+            self, samples=samples, given=_at_vertices(samples.grid, domain, spacing, self.samples.grid, self.given)
+        )
+
+
+@dataclass(frozen=True)
 class LimitedSpacing:
     """A gradient-limited spacing, and what limiting it has changed."""
 
@@ -30,6 +57,7 @@ class LimitedSpacing:
     ratio: float = 1.0  # largest one of the given spacing over it
     ratio_at: tuple[float, float] | None = None  # the place, if it is finer anywhere
     growth: float | None = None  # the limit, if there is one
+    ground: Ground | None = field(default=None, repr=False, compare=False)  # for limits with more sources, if kept
 
 
 @dataclass(frozen=True)
@@ -56,22 +84,29 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is. The method is that
     of Persson (see `limited_values`).
     """
+    return replace(_limited(domain, spacing, growth, sources), ground=None)
+
+
+def _limited(
+    domain: Domain, spacing: Spacing, growth: float, sources: Sources, ground: Ground | None = None
+) -> LimitedSpacing:
+    """The spacing as of `gradient_limited`, with its ground; the one given is that of fewer sources."""
     fine = sources.joined(_spots(domain, spacing))
-    samples = resolved(unresolved(domain), domain, spacing, fine)
-    if len(sources) == 0 and steepest(samples, domain, growth) is None:
-        return LimitedSpacing(spacing, growth=growth)
-    # The vertices beside the boundary may all lie outside.
-    along = _on_boundary(domain, spacing)
-    walls, sides = thin_walls(domain, spacing)
-    small = fine.joined(Sources(walls, np.full(len(walls), np.inf), sides))
-    samples = resolved(samples, domain, spacing, small)
+    if ground is None:
+        samples = resolved(unresolved(domain), domain, spacing, fine)
+        if len(sources) == 0 and steepest(samples, domain, growth) is None:
+            return LimitedSpacing(spacing, growth=growth)
+        ground = Ground.of(domain, spacing, samples, fine)
+    else:
+        ground = ground.with_sources(domain, spacing, fine)
+    samples, given, small = ground.samples, ground.given, fine.joined(ground.walls)
     grid = samples.grid
-    given = _in_domain(grid.vertices.points, domain, spacing)
     values = np.full(len(given), np.inf)
     for _ in range(ROUNDS):
         coarser, grid = grid, samples.grid
         given = _at_vertices(grid, domain, spacing, coarser, given)
-        start = _at(domain, grid, _beside(grid, given, along, growth), fine, growth)
+        # The vertices beside the boundary may all lie outside.
+        start = _at(domain, grid, _beside(grid, given, ground.along, growth), fine, growth)
         values = limited_values(grid, np.minimum(start, _carried(coarser, values, grid)), growth, samples.inside)
         largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
@@ -80,19 +115,27 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     lowered = values < given * (1 - LOWERED)
     active: Booleans = np.asarray(lowered[grid.vertices.corners].any(axis=1))
     limited = _below(spacing, Limit(grid, values, active))
-    return LimitedSpacing(limited, steepest(samples, domain, growth), *_change(samples, given, values), growth)
+    change = _change(samples, given, values)
+    return LimitedSpacing(limited, steepest(samples, domain, growth), *change, growth, ground)
 
 
 def limited_for_packing(
-    domain: Domain, before: LimitedSpacing, sources: Sources, growth: float = STEEPEST_GROWTH
+    domain: Domain,
+    before: LimitedSpacing,
+    sources: Sources,
+    growth: float = STEEPEST_GROWTH,
+    ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most."""
+    """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most.
+
+    It keeps its ``ground``, with which the next one begins that is made of the same spacing and more sources.
+    """
     if before.growth is None or before.growth > STEEPEST_GROWTH:
-        return gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources)
+        return _limited(domain, before.spacing, STEEPEST_GROWTH, sources, ground)
     if len(sources) == 0:
         return before
     # It grows slowly but for the cells in which it is interpolated.
-    return replace(gradient_limited(domain, before.spacing, growth, sources), steepest=before.steepest)
+    return replace(_limited(domain, before.spacing, growth, sources, ground), steepest=before.steepest)
 
 
 def _spots(domain: Domain, spacing: Spacing) -> Sources:
@@ -101,9 +144,9 @@ def _spots(domain: Domain, spacing: Spacing) -> Sources:
     return Sources(points, spacing(points))
 
 
-def _on_boundary(domain: Domain, spacing: Spacing) -> Sources:
-    """The spacing along the boundary."""
-    piece, begin, _ = short_intervals(domain, spacing)
+def _on_boundary(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floats, Floats]) -> Sources:
+    """The spacing along the boundary, at the begin of intervals (see `short_intervals`)."""
+    piece, begin, _ = intervals
     points = domain.boundary.points(piece, begin)
     return Sources(points, spacing(points))
 

@@ -8,7 +8,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.rules.sources import Sources, short_intervals
+from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
 SPLITS = 1000
@@ -108,13 +108,14 @@ def _places(grid: Quadtree, cells: Integers) -> Floats:
     return np.concatenate([grid.centers[cells, None], grid.corners(cells)], axis=1)
 
 
-def thin_walls(domain: Domain, spacing: Spacing) -> tuple[Floats, Floats]:
+def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floats, Floats]) -> tuple[Floats, Floats]:
     """Places (k, 2) on thin walls and in their middles, and sides (k,) of cells there that keep both sides apart.
 
-    A wall is as thick as the largest disc that touches the boundary from outside.
+    They are looked for from the middles of short ``intervals`` (see `short_intervals`). A wall is as thick as the
+    largest disc that touches the boundary from outside.
     """
     boundary = domain.boundary
-    piece, begin, length = short_intervals(domain, spacing)
+    piece, begin, length = intervals
     outer = ~boundary.inner[piece]
     piece, begin, length = piece[outer], begin[outer], length[outer]
     points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)

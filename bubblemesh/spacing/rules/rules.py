@@ -5,7 +5,6 @@ Of periodic sides the finer one counts on both, and the spacing grows from there
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -13,7 +12,13 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.gap_sources import POOR, GapSources, NarrowPlace
-from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
+from bubblemesh.spacing.rules.grading import (
+    STEEPEST_GROWTH,
+    Ground,
+    LimitedSpacing,
+    gradient_limited,
+    limited_for_packing,
+)
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_intervals, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -81,32 +86,45 @@ def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> Limited
         return after_rules
     growth = STEEPEST_GROWTH if after_rules.growth is None else after_rules.growth
     found = _settled(
-        domain, after_rules, sources, lambda before, s: gradient_limited(domain, before.spacing, growth, s)
+        domain, after_rules, sources, lambda before, s, _: gradient_limited(domain, before.spacing, growth, s)
     )
     return found if after_rules.growth is None else replace(found, steepest=after_rules.steepest)
 
 
 def limited_for_packing_across_sides(
-    domain: Domain, before: LimitedSpacing, sources: Sources, growth: float = STEEPEST_GROWTH
+    domain: Domain,
+    before: LimitedSpacing,
+    sources: Sources,
+    growth: float = STEEPEST_GROWTH,
+    ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing, `limited_for_packing` also across periodic sides."""
-    return _settled(domain, before, sources, partial(limited_for_packing, domain, growth=growth))
+    """The spacing, `limited_for_packing` also across periodic sides; ``ground`` is that of fewer sources."""
+
+    def limited(before: LimitedSpacing, sources: Sources, ground: Ground | None) -> LimitedSpacing:
+        return limited_for_packing(domain, before, sources, growth, ground)
+
+    return _settled(domain, before, sources, limited, ground)
 
 
 def _settled(
     domain: Domain,
     before: LimitedSpacing,
     sources: Sources,
-    limited: Callable[[LimitedSpacing, Sources], LimitedSpacing],
+    limited: Callable[[LimitedSpacing, Sources, Ground | None], LimitedSpacing],
+    ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing ``limited`` by the sources, and by what they make fine across the sides."""
-    result, told = limited(before, sources), Sources.none()
+    """The spacing ``limited`` by the sources, and by what they make fine across the sides.
+
+    It keeps the ground that is limited by the sources only, which others may share.
+    """
+    result, told = limited(before, sources, ground), Sources.none()
+    ground = result.ground
     for _ in range(PASSES if result is not before else 0):
         more = _finer_opposite(domain, result.spacing)
         if len(more) == 0 or np.array_equal(more.points, told.points):  # told in vain
             break
         sources, told = sources.joined(more), more
-        result = limited(before, sources)
+        result = replace(limited(before, sources, ground), ground=ground)
     return result
 
 
