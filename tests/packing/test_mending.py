@@ -7,13 +7,14 @@ from twins import needs_compiler
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing import net as nets
 from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
-from bubblemesh.packing.smoothing import Smoothing, eta
+from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAINS = {
