@@ -39,7 +39,7 @@ class Tracks(NamedTuple):
     groups: tuple[Group, ...]
 
     def wrapped(self, s: Floats) -> Floats:
-        """Arc lengths s (m,) brought back to the pieces: modulo their lengths if they are closed, else to their ends."""
+        """Arc lengths s (m,) brought back to the pieces: modulo the length of closed ones, else to the ends."""
         return np.where(self.closed, np.mod(s, self.length), np.clip(s, 0, self.length))
 
     def points(self, s: Floats) -> Floats:
