@@ -16,16 +16,16 @@ class Group(NamedTuple):
 
     curves: Family
     nodes: Integers | slice  # which of the m nodes
-    index: Integers  # their curves in the family
+    curve: Integers  # their curves in the family
 
     @classmethod
-    def all_of(cls, families: Sequence[Family], kind: Integers, index: Integers) -> "tuple[Group, ...]":
-        """Groups of the nodes on the curves ``index`` (m,) of the families ``kind`` (m,)."""
+    def all_of(cls, families: Sequence[Family], kind: Integers, curve: Integers) -> "tuple[Group, ...]":
+        """Groups of the nodes on the curves ``curve`` (m,) of the families ``kind`` (m,)."""
         groups = []
         for k, curves in enumerate(families):
             mine = np.flatnonzero(kind == k)
             if len(mine):
-                groups.append(cls(curves, slice(None) if len(mine) == len(kind) else mine, index[mine]))
+                groups.append(cls(curves, slice(None) if len(mine) == len(kind) else mine, curve[mine]))
         return tuple(groups)
 
 
@@ -45,15 +45,15 @@ class Tracks(NamedTuple):
     def points(self, s: Floats) -> Floats:
         """Points (m, 2) at arc lengths s (m,) from the starts of the pieces."""
         along, result = self._along(s), np.empty((len(s), 2))
-        for curves, nodes, index in self.groups:
-            result[nodes] = curves.points(index, along[nodes])
+        for curves, nodes, curve in self.groups:
+            result[nodes] = curves.points(curve, along[nodes])
         return result
 
     def tangents(self, s: Floats) -> Floats:
         """Unit tangents (m, 2) there; the domain is on their left."""
         along, result = self._along(s), np.empty((len(s), 2))
-        for curves, nodes, index in self.groups:
-            result[nodes] = curves.tangents(index, along[nodes])
+        for curves, nodes, curve in self.groups:
+            result[nodes] = curves.tangents(curve, along[nodes])
         return result
 
     def _along(self, s: Floats) -> Floats:

@@ -35,10 +35,9 @@ class Library:
 
 def _as_c(argument: "Floats | Integers | int | float") -> object:
     if isinstance(argument, np.ndarray):
-        flags = argument.flags
-        assert flags.c_contiguous
+        assert argument.flags.c_contiguous
         # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
-        return _VIEW.from_buffer(argument) if flags.writeable else ctypes.c_void_p(argument.ctypes.data)
+        return _VIEW.from_buffer(argument.data) if argument.flags.writeable else ctypes.c_void_p(argument.ctypes.data)
     return ctypes.c_double(argument) if isinstance(argument, float) else ctypes.c_int64(argument)
 
 
