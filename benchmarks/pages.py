@@ -21,7 +21,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 from benchmarks.light import lighten
 from bubblemesh.case import load_case
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import mesh_figures, radius_ratios
+from bubblemesh.meshes.quality import Measures, mesh_figures
 from bubblemesh.pages.index import index_page
 from bubblemesh.pages.report import report_page
 from bubblemesh.pictures.plots import PlotOptions, draw_mesh, small_png
@@ -87,10 +87,11 @@ def first_drawing(path: Path) -> float:
 def page_of_square(cells: int, run: Result) -> str:
     """The page of a run, if its mesh were that of a square in cells of two triangles."""
     mesh, d = square(cells), 1 / cells
+    measures = Measures(mesh.points, mesh.triangles)
     spacing = Spacing(lambda x, y: np.full(len(x), d))
-    report = {**run.report, **mesh_figures(mesh.points, mesh.triangles, spacing.between), "files": []}
+    report = {**run.report, **mesh_figures(measures, spacing.between), "files": []}
     report |= {"nodes": len(mesh.points), "triangles": len(mesh.triangles), "area": 1.0}
-    fields = {"quality": radius_ratios(mesh.points, mesh.triangles), "target_spacing": np.full(2 * cells**2, d)}
+    fields = {"quality": measures.radius_ratios, "target_spacing": np.full(2 * cells**2, d)}
     return report_page(mesh, fields, report, run.speeds, WRITTEN)
 
 

@@ -50,6 +50,14 @@ def concatenated(records: Sequence[Columns]) -> Columns:
     return records[0]._make(np.concatenate(columns) for columns in zip(*records, strict=True))
 
 
+def gathered(points: Floats, which: Integers) -> Floats:
+    """Points (m, k, 2) of rows of numbers (m, k) as ``points[which]`` gives them, but in memory column after column.
+
+    What takes all of a column then is several times faster.
+    """
+    return np.ascontiguousarray(points.T).take(which.T, axis=1).T
+
+
 def each_once(numbers: Integers) -> Integers:
     """The different ones (k,) of numbers (n,), ascending: much faster than NumPy's ``unique``, which hashes them."""
     ascending = np.sort(numbers)

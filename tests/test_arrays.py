@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, members
+from bubblemesh.arrays import components, gathered, members
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -24,3 +24,12 @@ def test_components_are_those_of_scipy(count, links):
 def test_a_long_chain_is_one_component():
     order = np.random.default_rng(0).permutation(20_000)
     assert components(np.column_stack([order[:-1], order[1:]]), len(order)).max() == 0
+
+
+@pytest.mark.parametrize("rows", [0, 1, 7])
+def test_gathered_points_are_those_of_an_index_with_whole_columns(rows):
+    random = np.random.default_rng(rows)
+    points, which = random.random((9, 2)), random.integers(0, 9, (rows, 3))
+    found = gathered(points, which)
+    np.testing.assert_array_equal(found, points[which])
+    assert all(found[:, corner, axis].flags.c_contiguous for corner in range(3) for axis in range(2))

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.quality import shape_quality, signed_areas, spacing_fit
+from bubblemesh.meshes.quality import Measures, shape_quality, spacing_fit
 from bubblemesh.problem.problem import Problem
 
 
@@ -49,9 +48,10 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     FlawError
         If triangles are inverted or flat, or do not join to a surface with the domain's numbers of pieces and holes.
     """
-    sides, count = unique_edges(triangles)
-    _require_surface(points, triangles, sides, count, problem.domain.euler_characteristic)
-    shape = shape_quality(points, triangles)
+    measures = Measures(points, triangles)
+    sides, count = measures.edges
+    _require_surface(measures, problem.domain.euler_characteristic)
+    shape = shape_quality(measures)
     fit = spacing_fit(points, sides, problem.spacing.between(points[sides]))
     rim = points[np.unique(sides[count == 1])]
     astray = problem.domain.nearest(rim).distance / problem.spacing.extended(rim)
@@ -67,12 +67,12 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     )
 
 
-def _require_surface(points: Floats, triangles: Integers, sides: Integers, count: Integers, euler: int) -> None:
-    areas = signed_areas(points, triangles)
+def _require_surface(measures: Measures, euler: int) -> None:
+    areas, (sides, count) = measures.signed_areas, measures.edges
     wrong = int((areas * np.sign(areas.sum()) <= 0).sum())
     if wrong:
         raise FlawError(f"{wrong} inverted or flat triangles")
     if count.max() > 2:
         raise FlawError("more than two triangles at an edge")
-    if len(points) - len(sides) + len(triangles) != euler:
+    if len(measures.points) - len(sides) + len(measures.triangles) != euler:
         raise FlawError("not a surface with the domain's numbers of pieces and holes")

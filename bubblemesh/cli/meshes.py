@@ -31,7 +31,7 @@ def quality(
     """Report the quality of a triangle mesh, or compare two."""
     from bubblemesh import console
     from bubblemesh.console.report import show_quality
-    from bubblemesh.meshes.quality import mesh_figures
+    from bubblemesh.meshes.quality import Measures, mesh_figures
     from bubblemesh.meshfiles.read import read_triangles
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
@@ -45,7 +45,7 @@ def quality(
     points, triangles = file.points, file.triangles
     console.warn([*chosen(mesh, file.source.notes, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
-        figures = mesh_figures(points, triangles, wanted)
+        figures = mesh_figures(Measures(points, triangles), wanted)
     if as_json:
         write_json(figures)
     else:

@@ -14,7 +14,7 @@ from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.corners import require_room
+from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
 from bubblemesh.geometry.paths import Area, Change, Ring
 from bubblemesh.geometry.periodic import matching_pieces
@@ -110,6 +110,11 @@ class Domain:
         found = np.zeros(len(self.boundary.kind), bool)
         found[self.periodic] = True
         return found
+
+    @cached_property
+    def corner_fans(self) -> CornerFans:
+        """Ends of the boundary's pieces around its corners."""
+        return corner_fans(self.boundary)
 
     @cached_property
     def polygonal_copy(self) -> PolygonalCopy:
@@ -235,15 +240,27 @@ class Domain:
         far = self.distance_at_least(points[some]) > distance[some]
         result[some[far]] = True
         unsure = some[~far]
-        result[unsure] = side * self.signed_distance(points[unsure]) > distance[unsure]
+        signed = self._signed_distance(points[unsure], np.full(len(unsure), side > 0))
+        result[unsure] = side * signed > distance[unsure]
         return result
 
     def signed_distance(self, points: Floats) -> Floats:
         """Distance (m,) to the boundary, positive inside."""
+        return self._signed_distance(points, self.contains(points))
+
+    def reaches(self, points: Floats, distance: Floats) -> Booleans:
+        """Mask (m,) of the points (m, 2) inside, or outside but nearer than ``distance`` (m,)."""
+        reached = self.contains(points)
+        outside = np.flatnonzero(~reached)
+        reached[outside] = self._signed_distance(points[outside], reached[outside]) > -distance[outside]
+        return reached
+
+    def _signed_distance(self, points: Floats, inside: Booleans) -> Floats:
+        """Distance (m,) to the boundary, positive inside, of points that are ``inside`` (m,) the polygonal copy."""
         if len(points) == 0:
             return np.zeros(0)
         piece, s, foot, distance = self.nearest(points)
-        boundary, inside = self.boundary, self.contains(points)
+        boundary, inside = self.boundary, inside.copy()
         between_corners = boundary.closed[piece] | ((s > 0) & (s < boundary.lengths[piece]))
         # Close to a curve its tangent tells the side better than the chords do.
         smooth = np.flatnonzero(boundary.approximated[piece] & between_corners)

@@ -10,7 +10,6 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.boundary import Chords
-from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.segments import segments_meet
@@ -59,6 +58,11 @@ class Walls:
     def chords(self) -> Chords:
         """The chords."""
         return self.domain.boundary.chords()
+
+    @cached_property
+    def reentrant(self) -> ReentrantCorners:
+        """What stands out into the domain."""
+        return reentrant_corners(self.domain)
 
     @cached_property
     def tree(self) -> shapely.STRtree:
@@ -220,7 +224,7 @@ class Walls:
 def reentrant_corners(domain: Domain) -> ReentrantCorners:
     """Embedded points, ends of lines, and sharp bends of lines and of rings into the domain."""
     boundary = domain.boundary
-    leaving = corner_fans(boundary)
+    leaving = domain.corner_fans
     direction = np.column_stack([np.cos(leaving.direction), np.sin(leaving.direction)])
     count = np.bincount(leaving.corner, minlength=len(boundary.corners))
     start = np.cumsum(count) - count

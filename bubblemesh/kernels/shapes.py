@@ -1,10 +1,10 @@
-"""How moving nodes changes the shapes of triangles and the lengths of edges."""
+"""Shapes of triangles, and how moving nodes changes them and the lengths of edges."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, gathered
 from bubblemesh.kernels.library import library
 
 FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
@@ -19,6 +19,29 @@ class Links(NamedTuple):
     d: Floats  # (n,): spacing at the nodes
     ends: Integers  # (2, m): nodes of the edges
     contact: Floats  # (m,): lengths that the edges should have
+
+
+def eta(x: Floats, triangles: Integers) -> Floats:
+    """Shape measure (t,) of triangles (t, 3) with their nodes at x (n, 2); infinite for a flat or inverted one.
+
+    It is (a^2 + b^2 + c^2) / (4 sqrt(3) A) for sides a, b, c and the area A: 1 for an equilateral triangle.
+    """
+    compiled = library()
+    if compiled is None:
+        return eta_in_numpy(x, triangles)
+    result = np.empty(len(triangles))
+    rows = np.ascontiguousarray(triangles, np.int64)
+    compiled.call("shape_measures", len(rows), np.ascontiguousarray(x, np.float64), rows, result)
+    return result
+
+
+def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
+    """Shape measure (t,) as of `eta`, made in NumPy."""
+    a, b, c = np.moveaxis(gathered(x, triangles), 1, 0)
+    u, w, z = b - a, c - a, c - b
+    area = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / 2
+    squares = (u * u + w * w + z * z).sum(axis=1)
+    return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)
 
 
 def gradient(x: Floats, links: Links, spacing_weight: float) -> Floats:

@@ -9,17 +9,16 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
-from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import (
     TARGET_SPACING,
     Histogram,
+    Measures,
     edge_means,
     edge_ratios,
     lowest_shown,
     mesh_figures,
     quality_histogram,
-    radius_ratios,
     spacing_fit,
     spacing_histogram,
 )
@@ -63,8 +62,9 @@ def measured(
     CaseError if it is not positive somewhere.
     """
     target = cell_data.get(TARGET_SPACING)
-    edges, _ = unique_edges(mesh.triangles)
-    figures = mesh_figures(mesh.points, mesh.triangles, spacing_between)
+    measures = Measures(mesh.points, mesh.triangles)
+    edges, _ = measures.edges
+    figures = mesh_figures(measures, spacing_between)
     wanted = None
     if spacing_between is not None:
         wanted = spacing_between(mesh.points[edges])
@@ -74,7 +74,7 @@ def measured(
         wanted = edge_means(mesh.triangles, target)
         figures["spacing"] = asdict(spacing_fit(mesh.points, edges, wanted))
     ratios = None if wanted is None else edge_ratios(mesh.points, edges, wanted)
-    return Measured(path, figures, radius_ratios(mesh.points, mesh.triangles), ratios)
+    return Measured(path, figures, measures.radius_ratios, ratios)
 
 
 def histograms(first: Measured, second: Measured) -> dict[str, list[Histogram | None]]:

@@ -12,7 +12,11 @@ from bubblemesh.arrays import Integers
 
 def edge_keys(pairs: Integers, n: int) -> Integers:
     """Keys (m,) of directed pairs (m, 2) of nodes below ``n``; of longer rows the first two columns count."""
-    return pairs[:, 0].astype(np.int64) * n + pairs[:, 1]
+    return _keys(pairs[:, 0], pairs[:, 1], n)
+
+
+def _keys(i: Integers, j: Integers, n: int) -> Integers:
+    return i.astype(np.int64, copy=False) * n + j
 
 
 def find_keys(keys: Integers, wanted: Integers) -> Integers:
@@ -23,7 +27,7 @@ def find_keys(keys: Integers, wanted: Integers) -> Integers:
 
 def directed_sides(triangles: Integers) -> Integers:
     """Sides (3 t, 2) of triangles (t, 3) as they turn: all from corner 0 to 1, then from 1 to 2, then from 2 to 0."""
-    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    return triangles.T[[[0, 1, 2], [1, 2, 0]]].reshape(2, -1).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +82,8 @@ def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
 def _undirected_keys(triangles: Integers) -> tuple[Integers, int]:
     """Keys (3 t,) of the sides with the lower node first, and the number of nodes."""
     n = int(triangles.max(initial=0)) + 1
-    return edge_keys(np.sort(directed_sides(triangles), axis=1), n), n
+    i, j = directed_sides(triangles).T
+    return _keys(np.minimum(i, j), np.maximum(i, j), n), n
 
 
 def rim_nodes(triangles: Integers) -> Integers:

@@ -13,7 +13,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edges import SideTable, edge_keys, find_keys, numbered_edges
-from bubblemesh.meshes.quality import Shape, radius_ratios, shape_quality
+from bubblemesh.meshes.quality import Measures, Shape, radius_ratios, shape_quality
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
@@ -147,7 +147,7 @@ class Mesh:
 
     def quality(self) -> Shape:
         """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
-        return shape_quality(self.points, self.triangles[:, :3])
+        return shape_quality(Measures(self.points, self.triangles[:, :3]))
 
     @classmethod
     def read(cls, path: Path | str) -> "Mesh":

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, gathered
 from bubblemesh.meshes.edges import numbered_edges, unique_edges
 
 _DEGENERATE = 1e-14
@@ -42,33 +43,72 @@ class SpacingFit:
     p99: float
 
 
+@dataclass(frozen=True, eq=False)
+class Measures:
+    """Measures of triangles of either orientation, each of which is made when it is first asked for, and kept."""
+
+    points: Floats  # (n, 2)
+    triangles: Integers  # (t, 3)
+
+    @cached_property
+    def edges(self) -> tuple[Integers, Integers]:
+        """Edges (e, 2) and the numbers (e,) of triangles at each, as of `unique_edges`."""
+        return unique_edges(self.triangles)
+
+    @cached_property
+    def sides(self) -> tuple[Floats, Floats, Floats]:
+        """Lengths (t,) of the sides across from the first, second and third node."""
+        first, second, third = np.moveaxis(gathered(self.points, self.triangles), 1, 0)
+        return _lengths(third - second), _lengths(first - third), _lengths(second - first)
+
+    @cached_property
+    def signed_areas(self) -> Floats:
+        """Areas (t,) of the triangles, positive where the nodes turn counter-clockwise."""
+        return np.asarray(0.5 * doubled_areas(gathered(self.points, self.triangles)))
+
+    @cached_property
+    def least_areas(self) -> Floats:
+        """Areas (t,) up to which the triangles are flat."""
+        return np.asarray(_DEGENERATE * sum(self.sides) ** 2)
+
+    @cached_property
+    def radius_ratios(self) -> Floats:
+        """Twice the ratio (t,) of the inscribed to the circumscribed circle's radius.
+
+        It is ``(b + c - a)(c + a - b)(a + b - c) / abc`` for sides a, b, c: 1 for an equilateral triangle and 0 for one
+        whose area vanishes beside the square of its perimeter.
+
+        References
+        ----------
+        D. A. Field, "Qualitative measures for initial meshes", Int. J. Numer. Meth. Eng. 47 (2000).
+        """
+        a, b, c = self.sides
+        degenerate = np.abs(self.signed_areas) <= self.least_areas
+        product = np.where(degenerate, 1.0, a * b * c)
+        return np.where(degenerate, 0.0, (b + c - a) * (c + a - b) * (a + b - c) / product)
+
+    @cached_property
+    def angles(self) -> Floats:
+        """Angles (t, 3) in degrees at the nodes of each triangle; NaN beside a side of length zero."""
+        a, b, c = self.sides
+        with np.errstate(invalid="ignore", divide="ignore"):
+            cosines = [(v * v + w * w - u * u) / (2 * v * w) for u, v, w in ((a, b, c), (b, c, a), (c, a, b))]
+        return np.degrees(np.arccos(np.clip(np.stack(cosines, axis=1), -1, 1)))
+
+
 def radius_ratios(points: Floats, triangles: Integers) -> Floats:
-    """Twice the ratio (t,) of the inscribed to the circumscribed circle's radius of triangles of either orientation.
-
-    It is ``(b + c - a)(c + a - b)(a + b - c) / abc`` for sides a, b, c: 1 for an equilateral triangle and 0 for one
-    whose area vanishes beside the square of its perimeter.
-
-    References
-    ----------
-    D. A. Field, "Qualitative measures for initial meshes", Int. J. Numer. Meth. Eng. 47 (2000).
-    """
-    a, b, c = _sides(points, triangles)
-    degenerate = np.abs(signed_areas(points, triangles)) <= _least_areas(points, triangles)
-    product = np.where(degenerate, 1.0, a * b * c)
-    return np.where(degenerate, 0.0, (b + c - a) * (c + a - b) * (a + b - c) / product)
+    """Radius ratios (t,) of triangles (t, 3) between points (n, 2), as of `Measures`."""
+    return Measures(points, triangles).radius_ratios
 
 
 def angles(points: Floats, triangles: Integers) -> Floats:
-    """Return the (t, 3) angles in degrees at the nodes of each triangle; NaN beside a side of length zero."""
-    a, b, c = _sides(points, triangles)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        cosines = [(v * v + w * w - u * u) / (2 * v * w) for u, v, w in ((a, b, c), (b, c, a), (c, a, b))]
-    return np.degrees(np.arccos(np.clip(np.stack(cosines, axis=1), -1, 1)))
+    """Angles (t, 3) of triangles (t, 3) between points (n, 2), as of `Measures`."""
+    return Measures(points, triangles).angles
 
 
 def signed_areas(points: Floats, triangles: Integers) -> Floats:
-    """Return the (t,) areas of the triangles, positive where the nodes turn counter-clockwise."""
-    return np.asarray(0.5 * doubled_areas(points[triangles]))
+    """Areas (t,) of triangles (t, 3) between points (n, 2), as of `Measures`."""
+    return Measures(points, triangles).signed_areas
 
 
 def doubled_areas(corners: Floats) -> Floats:
@@ -82,7 +122,8 @@ def inverted(points: Floats, triangles: Integers) -> Integers:
 
     None is where all turn clockwise, which is merely another convention; flat triangles turn neither way.
     """
-    areas, least = signed_areas(points, triangles), _least_areas(points, triangles)
+    measures = Measures(points, triangles)
+    areas, least = measures.signed_areas, measures.least_areas
     clockwise, others = areas < -least, areas > least
     return np.flatnonzero(clockwise if clockwise.sum() <= others.sum() else others)
 
@@ -93,10 +134,9 @@ def edge_means(triangles: Integers, values: Floats) -> Floats:
     return np.bincount(number, np.tile(values, 3)) / np.bincount(number)
 
 
-def shape_quality(points: Floats, triangles: Integers) -> Shape:
-    """Summarize the shape of the triangles (t, 3) of a mesh, at least one."""
-    ratios = radius_ratios(points, triangles)
-    corner_angles = angles(points, triangles)
+def shape_quality(measures: Measures) -> Shape:
+    """Summarize the shape of the triangles of a mesh, at least one."""
+    ratios, corner_angles = measures.radius_ratios, measures.angles
     # An equilateral triangle's ratio may exceed 1 by rounding, and still belongs to the last bin.
     histogram, _ = np.histogram(np.clip(ratios, 0, 1), bins=_BINS, range=(0, 1))
     return Shape(
@@ -104,7 +144,7 @@ def shape_quality(points: Floats, triangles: Integers) -> Shape:
         min=float(ratios.min()),
         p01=float(np.quantile(ratios, 0.01)),
         histogram=tuple(int(count) for count in histogram),
-        irregular_fraction=_irregular_fraction(len(points), triangles),
+        irregular_fraction=_irregular_fraction(len(measures.points), *measures.edges),
         angle_min=float(corner_angles.min()),
         angle_max=float(corner_angles.max()),
     )
@@ -119,62 +159,54 @@ def spacing_fit(points: Floats, edges: Integers, wanted: Floats) -> SpacingFit:
 
 def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
     """Return the length of each edge (e, 2) over the spacing (e,) wanted there."""
-    return _lengths(points[edges[:, 1]] - points[edges[:, 0]]) / wanted
+    ends = gathered(points, edges)
+    return _lengths(ends[:, 1] - ends[:, 0]) / wanted
 
 
 def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Floats:
     """Return the mean edge length (t,) of each triangle over the spacing (t,) wanted there."""
-    return sum(_sides(points, triangles), np.zeros(len(triangles))) / (3 * wanted)
+    return sum(Measures(points, triangles).sides, np.zeros(len(triangles))) / (3 * wanted)
 
 
-def mesh_figures(
-    points: Floats, triangles: Integers, spacing_between: Callable[[Floats], Floats] | None
-) -> dict[str, Any]:
+def mesh_figures(measures: Measures, spacing_between: Callable[[Floats], Floats] | None) -> dict[str, Any]:
     """Figures of a mesh of any orientation, as a report holds them.
 
     How well edges keep the spacing is told where it is known, as a function (e,) of the ends (e, 2, 2) of edges.
     """
-    edges, count = unique_edges(triangles)
+    points, (edges, count) = measures.points, measures.edges
     figures = {
         "nodes": len(points),
-        "triangles": len(triangles),
+        "triangles": len(measures.triangles),
         "boundary_nodes": len(np.unique(edges[count == 1])),
         "bounds": (*points.min(axis=0).tolist(), *points.max(axis=0).tolist()),
         "quality": {
-            **asdict(shape_quality(points, triangles)),
-            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(points, triangles, _WORST)],
+            **asdict(shape_quality(measures)),
+            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(measures, _WORST)],
         },
-        "area": float(np.abs(signed_areas(points, triangles)).sum()),
+        "area": float(np.abs(measures.signed_areas).sum()),
     }
     if spacing_between is not None:
         figures["spacing"] = asdict(spacing_fit(points, edges, spacing_between(points[edges])))
     return figures
 
 
-def worst_triangles(points: Floats, triangles: Integers, count: int) -> list[tuple[float, tuple[float, float]]]:
+def worst_triangles(measures: Measures, count: int) -> list[tuple[float, tuple[float, float]]]:
     """Return radius ratio and centroid (x, y) of the worst triangles, at most ``count``, the worst first."""
-    ratios = radius_ratios(points, triangles)
-    worst = np.argsort(ratios, kind="stable")[:count]
-    centroids = points[triangles[worst]].mean(axis=1)
+    ratios = measures.radius_ratios
+    count = min(count, len(ratios))
+    # Only what is no better than the last of them is sorted.
+    bad = np.flatnonzero(~(ratios > np.partition(ratios, count - 1)[count - 1]))
+    worst = bad[np.argsort(ratios[bad], kind="stable")][:count]
+    centroids = measures.points[measures.triangles[worst]].mean(axis=1)
     return [(float(q), (float(x), float(y))) for q, (x, y) in zip(ratios[worst], centroids, strict=True)]
-
-
-def _least_areas(points: Floats, triangles: Integers) -> Floats:
-    """Areas (t,) up to which the triangles are flat."""
-    return np.asarray(_DEGENERATE * sum(_sides(points, triangles)) ** 2)
-
-
-def _sides(points: Floats, triangles: Integers) -> tuple[Floats, Floats, Floats]:
-    first, second, third = np.moveaxis(points[triangles], 1, 0)
-    return _lengths(third - second), _lengths(first - third), _lengths(second - first)
 
 
 def _lengths(vectors: Floats) -> Floats:
     return np.hypot(vectors[:, 0], vectors[:, 1])
 
 
-def _irregular_fraction(nodes: int, triangles: Integers) -> float | None:
-    pairs, counts = unique_edges(triangles)
+def _irregular_fraction(nodes: int, pairs: Integers, counts: Integers) -> float | None:
+    """Share of the inner nodes whose valence is not six, for edges (e, 2) with so many triangles (e,) at each."""
     valence = np.bincount(pairs.ravel(), minlength=nodes)
     inner = valence > 0
     inner[pairs[counts == 1].ravel()] = False

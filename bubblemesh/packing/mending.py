@@ -10,9 +10,10 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.shapes import eta
 from bubblemesh.packing.net import Net, connect_inside, reconnect
 from bubblemesh.packing.placement import displaced
-from bubblemesh.packing.smoothing import NoSmoothing, Smoothing, eta
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_PATCHES = 16

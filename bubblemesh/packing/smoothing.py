@@ -7,10 +7,10 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.shapes import WORST, Links, gradient
+from bubblemesh.kernels.shapes import WORST, Links, eta, gradient
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.net import Net, connect_inside
@@ -92,12 +92,3 @@ class Smoothing:
             v *= (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
             x, v = sliding.advance(x + v, v)
         return sliding.bubbles_at(x, d)
-
-
-def eta(x: Floats, triangles: Integers) -> Floats:
-    """Shape measure (t,) of triangles with their nodes at x (n, 2); infinite for a flat or inverted one."""
-    a, b, c = np.moveaxis(x[triangles], 1, 0)
-    u, v = b - a, c - a
-    area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
-    squares = ((b - a) ** 2 + (c - a) ** 2 + (c - b) ** 2).sum(axis=1)
-    return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)

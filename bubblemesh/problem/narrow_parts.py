@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 from bubblemesh.errors import LimitError
-from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources
-from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
+from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes
 
 MOST_TIMES, MORE = 4.0, 1000  # the nodes without it, and nodes beside: what narrow parts may lead to
 CUTS = (1.0, 0.2, 0.04)  # of these nodes, that narrow parts alone may take; they make the spacing fine beside them too
@@ -17,6 +17,7 @@ CUTS = (1.0, 0.2, 0.04)  # of these nodes, that narrow parts alone may take; the
 class Unfilled(NamedTuple):
     """The spacing of a packing that knows nothing of narrow parts yet, and what it was made of."""
 
+    cover: Cover  # of the domain
     after_periodic: LimitedSpacing
     detail: Sources  # short edges and tight curves of the boundary
     for_packing: LimitedSpacing
@@ -32,7 +33,7 @@ class Filled(NamedTuple):
     left_out: NarrowPlace | None  # the narrowest part that would take too many nodes
 
 
-def with_narrow_parts_filled(domain: Domain, rules: Rules, before: Unfilled, max_nodes: int) -> Filled:
+def with_narrow_parts_filled(walls: Walls, rules: Rules, before: Unfilled, max_nodes: int) -> Filled:
     """The spacing for a packing, made to fit across narrow parts at least once, unless the rules say how often.
 
     Parts whose filling takes many times the nodes are left as they are, the narrowest first.
@@ -41,15 +42,19 @@ def with_narrow_parts_filled(domain: Domain, rules: Rules, before: Unfilled, max
     most = min(int(MOST_TIMES * before.expected_nodes) + MORE, max_nodes)
     left_out: NarrowPlace | None = None
     for cut in CUTS:
-        gaps, narrowest = rules.affordable_gaps(domain, before.for_packing.spacing, cut * most)
+        gaps, narrowest = rules.affordable_gaps(walls, before.for_packing.spacing, cut * most)
         left_out = narrowest or left_out
         if len(gaps) == 0:
             break
         growth = STEEPEST_GROWTH if rules.growth is None else min(rules.growth, STEEPEST_GROWTH)
         sources = before.detail.joined(gaps)
-        filled = limited_for_packing_across_sides(domain, before.after_periodic, sources, growth)
+        filled = limited_for_packing_across_sides(
+            walls.domain, before.after_periodic, sources, growth, before.for_packing.ground
+        )
         try:
-            return Filled(filled, ideal_nodes(domain, filled.spacing, most, ESTIMATE), gaps, left_out)
+            return Filled(
+                filled, ideal_nodes(walls.domain, filled.spacing, most, ESTIMATE, before.cover), gaps, left_out
+            )
         except LimitError:
             finest = gaps.sizes.argmin()
             x, y = gaps.points[finest].tolist()

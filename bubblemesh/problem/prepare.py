@@ -8,6 +8,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.errors import CaseError, Key, LimitError, about
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.limits import enter, timed
 from bubblemesh.messages import once_each
 from bubblemesh.packing.configure import options
@@ -22,7 +23,7 @@ from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_are
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
-from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes, surveyed
+from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes, surveyed
 
 NODES = Key(["spacing", "nodes"])
 CLOSE = 0.01  # to a wanted number of nodes
@@ -82,20 +83,21 @@ def check_spacing(
                 "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
             )
     with timed(seconds, "spacing"):
-        spacing, rules = request.at(scale), request.rules
-        survey = surveyed(domain, spacing, max_nodes)
+        spacing, rules, cover = request.at(scale), request.rules, Cover.of(domain)
+        survey = surveyed(domain, spacing, max_nodes, cover)
         after_rules = rules(domain, replace(spacing, floor=survey.extremes.minimum / 2), max_nodes)
         after_periodic = limited_across_sides(domain, after_rules)
         spacing = after_periodic.spacing
         if max(after_rules.ratio, after_periodic.ratio) > 1:
-            survey = surveyed(domain, spacing, max_nodes)
+            survey = surveyed(domain, spacing, max_nodes, cover)
         short, coarse = short_pieces(domain, spacing), coarse_curves(domain, spacing)
         for_packing = limited_for_packing_across_sides(domain, after_periodic, short.joined(coarse))
         expected = survey.ideal_nodes
         if for_packing.spacing is not spacing:
-            expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE)
+            expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
+        walls = Walls(domain)
         filled = with_narrow_parts_filled(
-            domain, rules, Unfilled(after_periodic, short.joined(coarse), for_packing, expected), max_nodes
+            walls, rules, Unfilled(cover, after_periodic, short.joined(coarse), for_packing, expected), max_nodes
         )
         from_files = any(region.area.outer.origin for region in domain.parts.regions)
         detail = Detail(
@@ -114,7 +116,7 @@ def check_spacing(
             *warnings.sharp_angles(domain),
             *warnings.detail(detail),
             *warnings.limited_growth(for_packing, rules.growth, scale),
-            *warnings.narrow_parts(domain, filled.spacing.spacing, filled.left_out),
+            *warnings.narrow_parts(walls, filled.spacing.spacing, filled.left_out),
         )
     return Problem(
         task,

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
-from bubblemesh.geometry.corners import corner_fans
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import Gaps, Walls
 from bubblemesh.messages import counted, place
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
@@ -32,8 +31,7 @@ SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 
 def sharp_angles(domain: Domain) -> list[str]:
     """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
-    boundary = domain.boundary
-    ends = corner_fans(boundary)
+    boundary, ends = domain.boundary, domain.corner_fans
     angle = np.degrees(ends.angle_to(ends.following))
     # The domain is on the left of all pieces, and on both sides of those inside it.
     within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))
@@ -54,14 +52,14 @@ def sharp_angles(domain: Domain) -> list[str]:
     ]
 
 
-def narrow_parts(domain: Domain, spacing: Spacing, left_out: NarrowPlace | None = None) -> list[str]:
+def narrow_parts(walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
     Likewise where a line or point inside the domain is nearest to another one, or to a wall. If narrow parts are left
     as they are since they would take too many nodes, the key that fills them is named.
     """
-    boundary, walls, corner = domain.boundary, Walls(domain), reentrant_corners(domain)
-    piece, s = _samples(domain)
+    boundary, corner = walls.domain.boundary, walls.reentrant
+    piece, s = _samples(walls.domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
     warnings = []

@@ -14,7 +14,7 @@ from bubblemesh.kernels.library import engine
 from bubblemesh.limits import enter, time_left, timed
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import mesh_figures
+from bubblemesh.meshes.quality import Measures, mesh_figures
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Demands, Refined, Refinement
@@ -197,10 +197,11 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     domain, ideal_nodes, last = problem.domain, problem.survey.ideal_nodes, best.last
     with timed(seconds, "quality"):
         mesh = mesh_of(last.net, domain)
-        require_conforming(mesh)
+        measures = Measures(mesh.points, mesh.triangles)
+        require_conforming(mesh, measures)
         departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
-        figures = mesh_figures(mesh.points, mesh.triangles, problem.spacing.between)
-        error, fields = area_error(mesh), triangle_fields(mesh, problem.spacing)
+        figures = mesh_figures(measures, problem.spacing.between)
+        error, fields = area_error(mesh, measures), triangle_fields(measures, problem.spacing)
         straight = 0
         if task.order == 2:
             mesh, straight = mesh.second_order()

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple, Self
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Deviation
-from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import TARGET_SPACING, radius_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, Measures, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.refinement import Demands, Refined
 from bubblemesh.packing.rounds import Round
@@ -184,11 +183,11 @@ def _plain(value: Any) -> Any:
     return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
 
 
-def triangle_fields(mesh: Mesh, wanted: Spacing) -> dict[str, Floats]:
+def triangle_fields(measures: Measures, wanted: Spacing) -> dict[str, Floats]:
     """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
     return {
-        "quality": radius_ratios(mesh.points, mesh.triangles),
-        TARGET_SPACING: wanted.between(mesh.points[mesh.triangles]),
+        "quality": measures.radius_ratios,
+        TARGET_SPACING: wanted.between(measures.points[measures.triangles]),
     }
 
 

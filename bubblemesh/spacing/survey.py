@@ -26,6 +26,18 @@ FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the sp
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
 
 
+class Cover(NamedTuple):
+    """Parts of a domain that are up to a fraction of its size, over which spacings are looked at."""
+
+    triangles: Floats  # (t, 3, 2): they cover the domain
+    intervals: Floats  # (k, 3): piece, begin and end arc length of parts of the boundary but for its inner pieces
+
+    @classmethod
+    def of(cls, domain: Domain) -> "Cover":
+        """Cover of a domain; inner pieces lie in the area and count there."""
+        return cls(_triangles(domain), _intervals(domain))
+
+
 class Extremes(NamedTuple):
     """Least and largest spacing with their places (x, y)."""
 
@@ -43,25 +55,25 @@ class Survey:
     ideal_nodes: float
 
 
-def surveyed(domain: Domain, spacing: Spacing, max_nodes: int) -> Survey:
-    """Survey of the spacing over the domain.
+def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | None = None) -> Survey:
+    """Survey of the spacing over the domain, of which several surveys may share the ``cover``.
 
     CaseError where the spacing is not positive and finite, with the point; LimitError if it needs more than
     ``max_nodes`` nodes.
     """
-    triangles = _resolved(domain)
-    found = extremes(domain, spacing, triangles)
+    cover = cover or Cover.of(domain)
+    found = extremes(domain, spacing, cover.triangles)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         with at_key(*spacing.key(np.array(found.minimum_at))):
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )
-    return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, triangles))
+    return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, cover))
 
 
 def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) -> Extremes:
     """Extremes of the spacing over the domain, which ``triangles`` (t, 3, 2) cover."""
-    triangles = _resolved(domain) if triangles is None else triangles
+    triangles = _triangles(domain) if triangles is None else triangles
     spots = spacing.spots[domain.contains(spacing.spots)]
     points = np.vstack([domain.polygonal_copy.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)
@@ -70,17 +82,17 @@ def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) 
 
 
 def ideal_nodes(
-    domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float, triangles: Floats | None = None
+    domain: Domain, spacing: Spacing, max_nodes: int, tolerance: float, cover: Cover | None = None
 ) -> float:
     """Number of nodes of a perfect packing.
 
     It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus the
-    number of separate areas, minus that of holes; ``tolerance`` is the relative accuracy of the integrals. The one over
-    the area is taken on ``triangles`` (t, 3, 2), which cover the domain. LimitError if it is more than ``max_nodes``.
+    number of separate areas, minus that of holes; ``tolerance`` is the relative accuracy of the integrals, which are
+    taken on a ``cover`` of the domain. LimitError if it is more than ``max_nodes``.
     """
-    triangles, limits = _resolved(domain) if triangles is None else triangles, (tolerance, max_nodes)
-    over_area = _integral(triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
-    along = _integral(_intervals(domain), lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
+    cover, limits = cover or Cover.of(domain), (tolerance, max_nodes)
+    over_area = _integral(cover.triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
+    along = _integral(cover.intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
     ideal = max(over_area + along + domain.piece_count - domain.hole_count, FEWEST)
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
@@ -89,7 +101,7 @@ def ideal_nodes(
 
 def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     """About as many nodes as a perfect packing has, for many spacings: by the same few points for each of them."""
-    triangles, intervals = _resolved(domain), _intervals(domain)
+    triangles, intervals = Cover.of(domain)
     middles, piece = triangles.mean(axis=1), intervals[:, 0].astype(np.int64)
     sides = domain.boundary.points(piece, intervals[:, 1:].mean(axis=1))
     weight, lengths = np.abs(doubled_areas(triangles)) / np.sqrt(3), intervals[:, 2] - intervals[:, 1]
@@ -139,7 +151,7 @@ def _too_many(needed: float, max_nodes: int) -> LimitError:
     )
 
 
-def _resolved(domain: Domain) -> Floats:
+def _triangles(domain: Domain) -> Floats:
     """Triangles (t, 3, 2) that cover the domain, with edges up to a fraction of its size."""
     longest = LARGEST_PART * domain.size
     outline, edges = _outline(domain, longest)
@@ -173,7 +185,7 @@ def _lattice(domain: Domain, step: float) -> Floats:
 
 
 def _intervals(domain: Domain) -> Floats:
-    """Boundary intervals (k, 3) as piece, begin and end arc length; inner pieces lie in the area and count there."""
+    """Boundary intervals (k, 3) as piece, begin and end arc length, without inner pieces."""
     piece = np.flatnonzero(~domain.boundary.inner)
     whole = np.column_stack([piece, np.zeros(len(piece)), domain.boundary.lengths[piece]])
     return _refined(whole, _halved_intervals, lambda p: p[:, 2] - p[:, 1], LARGEST_PART * domain.size)

@@ -14,7 +14,7 @@ from benchmarks.peers.rows import COLUMNS, row
 from benchmarks.peers.runs import CASES, CONFIGS, SIZES, CaseRuns, Run, problems, ran
 from benchmarks.peers.tools import OURS, REFERENCE, TOOLS
 from bubblemesh.case import load_case
-from bubblemesh.meshes.quality import shape_quality
+from bubblemesh.meshes.quality import Measures, shape_quality
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.expression import Expression
 
@@ -206,7 +206,7 @@ class TestTools:
         case = case_of("example-2")
         points, triangles = with_triangle.mesh(case, Clock())
         assert measured(points, triangles, prepare(case)).nodes > 400
-        assert shape_quality(points, triangles).angle_min > 29
+        assert shape_quality(Measures(points, triangles)).angle_min > 29
 
     @pytest.mark.long
     @pytest.mark.parametrize("name", ["example-2", "example-4"])

@@ -9,7 +9,7 @@ from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
 from bubblemesh.kernels.pairs import near_pairs
-from bubblemesh.kernels.shapes import Links, gradient, gradient_in_numpy
+from bubblemesh.kernels.shapes import Links, eta, eta_in_numpy, gradient, gradient_in_numpy
 from bubblemesh.kernels.spreading import spread, spread_in_numpy
 
 pytestmark = [needs_compiler, pytest.mark.long]
@@ -58,6 +58,15 @@ def test_any_triangles_have_the_same_gradient(seed):
     finite = np.isfinite(plain) & np.isfinite(found)  # where both have no number it may be another one
     np.testing.assert_array_equal(found[finite], plain[finite])
     np.testing.assert_array_equal(np.isfinite(found), np.isfinite(plain))
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_triangles_have_the_same_shape_measures(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 50))
+    x, triangles = odd(random, (n, 2)), random.integers(0, n, (int(random.integers(0, 80)), 3))
+    np.testing.assert_array_equal(eta(x, triangles), eta_in_numpy(x, triangles))
 
 
 @pytest.mark.parametrize("seed", range(TRIALS))

@@ -16,6 +16,7 @@ HERE = Path(__file__).parent
 TESTS = [
     "kernels/test_kernels_fuzz.py",
     "kernels/test_linking.py",
+    "kernels/test_lookup.py",
     "kernels/test_relaxing.py",
     "kernels/test_shapes.py",
 ]

@@ -10,6 +10,7 @@ from scipy.spatial import Delaunay
 
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import (
+    Measures,
     Shape,
     angles,
     radius_ratios,
@@ -91,7 +92,7 @@ def test_the_summary_agrees_with_a_plain_loop(seed):
     points, triangles = random_mesh(seed, nodes=200)
     ratios = [reference_ratio(points, t) for t in triangles]
     corners = [angle for t in triangles for angle in reference_angles(points, t)]
-    shape = shape_quality(points, triangles)
+    shape = shape_quality(Measures(points, triangles))
     assert shape.mean == pytest.approx(sum(ratios) / len(ratios), abs=1e-12)
     assert shape.min == pytest.approx(min(ratios), abs=1e-12)
     assert shape.p01 == pytest.approx(reference_quantile(ratios, 0.01), abs=1e-12)
@@ -168,11 +169,11 @@ def test_an_equilateral_triangle_is_in_the_last_bin_whatever_rounding_does():
     points = np.concatenate([EQUILATERAL @ [[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]] for a in turns])
     triangles = np.arange(600).reshape(-1, 3)
     assert (radius_ratios(points, triangles) > 1).any()
-    assert shape_quality(points, triangles).histogram == (*[0] * 9, 200)
+    assert shape_quality(Measures(points, triangles)).histogram == (*[0] * 9, 200)
 
 
 def test_one_triangle_has_no_inner_node():
-    shape = shape_quality(EQUILATERAL, ONE)
+    shape = shape_quality(Measures(EQUILATERAL, ONE))
     assert isinstance(shape, Shape)
     assert shape.irregular_fraction is None
 
@@ -183,13 +184,37 @@ def test_a_wheel_is_regular_with_six_spokes(valence, irregular):
     points = np.concatenate([np.stack([np.cos(turn), np.sin(turn)], axis=1), [[0, 0], [9, 9]]])
     spokes = np.arange(valence)
     triangles = np.stack([spokes, np.roll(spokes, -1), np.full(valence, valence)], axis=1)
-    assert shape_quality(points, triangles).irregular_fraction == irregular  # the unused node does not count
+    assert shape_quality(Measures(points, triangles)).irregular_fraction == irregular  # the unused node does not count
 
 
 def test_worst_triangles_come_in_order():
     points, triangles = random_mesh(3)
-    worst = worst_triangles(points, triangles, 5)
+    worst = worst_triangles(Measures(points, triangles), 5)
     ranked = sorted((reference_ratio(points, t), tuple(points[t].mean(axis=0))) for t in triangles)[:5]
     np.testing.assert_allclose([q for q, _ in worst], [q for q, _ in ranked], atol=1e-12)
     np.testing.assert_allclose([place for _, place in worst], [place for _, place in ranked])
-    assert len(worst_triangles(points, triangles, 10_000)) == len(triangles)
+    assert len(worst_triangles(Measures(points, triangles), 10_000)) == len(triangles)
+
+
+@pytest.mark.parametrize("equal", [1, 3, 20])
+def test_of_equally_bad_triangles_the_first_ones_are_told(equal):
+    """A row of right triangles: the worst are alike in shape, but for their places."""
+    heights = np.array([1.0] * 20 + [0.1] * equal + [2.0])
+    points = np.concatenate([[[4 * k, 0], [4 * k + 1, 0], [4 * k, h]] for k, h in enumerate(heights)])
+    triangles = np.arange(len(points)).reshape(-1, 3)
+    worst = worst_triangles(Measures(points, triangles), 5)
+    order = sorted(range(len(heights)), key=lambda k: (reference_ratio(points, triangles[k]), k))
+    assert [x for _, (x, _) in worst] == pytest.approx([4 * k + 1 / 3 for k in order[:5]])
+
+
+def test_measures_are_those_of_the_single_functions_and_made_once():
+    points, triangles = random_mesh(4)
+    measures = Measures(points, triangles)
+    for found, alone in (
+        (measures.radius_ratios, radius_ratios),
+        (measures.angles, angles),
+        (measures.signed_areas, signed_areas),
+    ):
+        assert found.tobytes() == alone(points, triangles).tobytes()
+    assert measures.radius_ratios is measures.radius_ratios
+    assert measures.edges[0].tolist() == [list(pair) for pair in sorted(reference_edges(triangles))]

@@ -6,11 +6,12 @@ from lattices import DAMPED, packed_hexagon
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.shapes import eta
 from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
-from bubblemesh.packing.smoothing import Smoothing, eta
+from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAINS = {

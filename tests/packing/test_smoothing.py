@@ -6,12 +6,12 @@ from lattices import DAMPED, hexagonal, packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.shapes import FLATTEST, WORST, shape_gradient, spacing_gradient
+from bubblemesh.kernels.shapes import FLATTEST, WORST, eta, shape_gradient, spacing_gradient
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
-from bubblemesh.packing.smoothing import MOST_MOVE, Smoothing, eta
+from bubblemesh.packing.smoothing import MOST_MOVE, Smoothing
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Domain.of(

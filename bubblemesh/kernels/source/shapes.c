@@ -1,10 +1,26 @@
-/* Gradients of the shapes of triangles and the lengths of edges; see shapes.py. */
+/* Shapes of triangles, and gradients of these and of the lengths of edges; see shapes.py. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "kernels.h"
 
 static const double FOUR_ROOTS = 6.9282032302755088; /* 4 sqrt(3) */
+
+/* Shape measures eta (t,) of triangles (t, 3) with their nodes at x (n, 2); infinite where the area is not positive. */
+KERNEL int64_t shape_measures(int64_t t, const double *x, const int64_t *triangles, double *eta)
+{
+    int64_t k;
+    for (k = 0; k < t; k++) {
+        const double *a = x + 2 * triangles[3 * k], *b = x + 2 * triangles[3 * k + 1],
+                     *c = x + 2 * triangles[3 * k + 2];
+        double ux = b[0] - a[0], uy = b[1] - a[1], wx = c[0] - a[0], wy = c[1] - a[1], zx = c[0] - b[0],
+               zy = c[1] - b[1];
+        double area = (ux * wy - uy * wx) / 2;
+        double squares = (ux * ux + wx * wx + zx * zx) + (uy * uy + wy * wy + zy * zy);
+        eta[k] = area > 0 ? squares / (FOUR_ROOTS * area) : INFINITY;
+    }
+    return DONE;
+}
 
 /* Gradient (n, 2) for triangles with nodes corners (3, t) and edges with ends (2, m), at x (n, 2). */
 KERNEL int64_t shape_gradient(int64_t n, int64_t t, int64_t m, const double *x, const double *d,

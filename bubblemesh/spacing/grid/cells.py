@@ -36,7 +36,7 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
 def leaves_in_blocks(domain: Domain, spacing: Spacing, fraction: float) -> Iterator[Leaves]:
     """The cells of `leaves` in their order, some of them at a time where there are very many."""
     root = np.zeros((1, 2), np.int64)
-    yield from _blocks(domain, spacing, fraction, 0, root, [])
+    return _blocks(domain, spacing, fraction, 0, root, [])
 
 
 class _Found(NamedTuple):
@@ -132,7 +132,7 @@ class Samples:
         grid, origin, _ = self.grid.select(cells).split(np.ones(int(cells.sum()), bool))
         d = values(grid, np.arange(len(grid)), self.d[cells][origin])
         inside = self.inside[cells][origin]  # no part of a cell reaches farther than the whole
-        inside[inside] = _reaching(domain, grid.centers[inside], grid.sides[inside])
+        inside[inside] = domain.reaches(grid.centers[inside], grid.sides[inside] * np.sqrt(0.5))  # or nearly so
         return Samples(grid, inside, d)
 
     def select(self, cells: Booleans) -> "Samples":
@@ -145,11 +145,3 @@ class Samples:
         grid, order = Quadtree.merged([part.grid for part in parts])
         inside, d = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("inside", "d"))
         return cls(grid, inside, d)
-
-
-def _reaching(domain: Domain, centers: Floats, sides: Floats) -> Booleans:
-    """Whether each of the square cells (k,) reaches into the domain, or nearly so."""
-    reaching = domain.contains(centers)
-    outside = np.flatnonzero(~reaching)
-    reaching[outside] = domain.signed_distance(centers[outside]) > -sides[outside] * np.sqrt(0.5)
-    return reaching

@@ -8,14 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
 
 GRID_LEVELS = 30
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 COLUMN_BITS, ROW_BITS = 0x1555555555555555, 0x2AAAAAAAAAAAAAAA  # of a number in Morton's order
 MARGIN = 1e-9  # of the square's size: so far it reaches beyond what it covers
-# How far the bits of a number move to part, step by step, and where they are after each.
-SHIFTS = 16, 8, 4, 2, 1
-MASKS = 0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555
 
 
 class Vertices(NamedTuple):
@@ -78,30 +76,26 @@ class Quadtree:
         """Centres (n, 2) of the cells."""
         return self._points(self.column_row) + self.sides[:, None] / 2
 
+    @cached_property
+    def cells(self) -> Cells:
+        """The cells as kernels take them."""
+        return Cells(self.low, self.size, 2**GRID_LEVELS, self.key, self.column_row, self.sides)
+
     def corners(self, cells: Integers) -> Floats:
         """Corners (k, 4, 2) of some cells, to the last bit the same for all cells that share them."""
         return self._points(self._corners(cells))
 
-    def _corners(self, cells: Integers | slice) -> Integers:
+    def _corners(self, cells: Integers) -> Integers:
         """Columns and rows (k, 4, 2) of the corners of some cells."""
         width = 1 << (GRID_LEVELS - self.level[cells])
         return self.column_row[cells][:, None] + CORNERS * width[:, None, None]
 
     def _points(self, column_row: Integers) -> Floats:
-        return self.low + column_row * (self.size / 2**GRID_LEVELS)
+        return self.cells.points(column_row)
 
     def located(self, points: Floats) -> Integers:
         """Cells (m,) in which the points (m, 2) lie; points beyond the square count as on its rim."""
-        return self._holding(self.keys_of(points))
-
-    def keys_of(self, points: Floats) -> Integers:
-        """Numbers (m,) in Morton's order of the smallest cells that points (m, 2) could lie in."""
-        at = np.clip((points - self.low) * (2**GRID_LEVELS / self.size), 0, 2**GRID_LEVELS - 1)
-        return _interleaved(at.astype(np.int64))
-
-    def _holding(self, key: Integers) -> Integers:
-        """Cells (m,) that hold the smallest cells of these keys (m,)."""
-        return np.searchsorted(self.key, key, side="right") - 1
+        return ranks(self.key, self.cells.keys_of(points), with_equal=True) - 1
 
     @property
     def ends(self) -> Integers:
@@ -153,31 +147,37 @@ class Quadtree:
     @cached_property
     def vertices(self) -> Vertices:
         """The corners of all cells, each once."""
-        all_corners = self._corners(slice(None))
-        of_corners = _interleaved(all_corners)
+        width = 1 << 2 * (GRID_LEVELS - self.level)  # in columns, as a number in Morton's order
+        lower_right, upper_left = _to_the_right(self.key, width), _upwards(self.key, width)
+        of_corners = np.stack([self.key, lower_right, upper_left, _upwards(lower_right, width)], axis=1)
         key = each_once(of_corners.ravel())
-        points = self._points(_parted(key))
-        corners = np.searchsorted(key, of_corners)
+        corners = ranks(key, of_corners.ravel()).reshape(-1, 4)
         hanging = []
-        for first, last in ([0, 1], [2, 3], [0, 2], [1, 3]):
-            middle = _interleaved((all_corners[:, first] + all_corners[:, last]) // 2)
-            at = np.minimum(np.searchsorted(key, middle), len(key) - 1)
+        for first, last, onwards in ((0, 1, _to_the_right), (2, 3, _to_the_right), (0, 2, _upwards), (1, 3, _upwards)):
+            middle = onwards(of_corners[:, first], width >> 2)
+            at = np.minimum(ranks(key, middle), len(key) - 1)
             there = np.flatnonzero((key[at] == middle) & (self.level < GRID_LEVELS))
             hanging.append(np.column_stack([self.level[there], at[there], corners[there, first], corners[there, last]]))
         found = np.concatenate(hanging)
-        return Vertices(key, points, corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
-
-    def bilinear(self, corners: Floats, points: Floats, cells: Integers) -> Floats:
-        """Bilinear interpolation (m,) of values (m, 4) at the corners of ``cells`` (m,), at points (m, 2) in these."""
-        at = (points - self._points(self.column_row[cells])) / self.sides[cells, None]
-        s, t = np.clip(at, 0, 1).T
-        a, b, c, d = corners.T
-        return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
+        return Vertices(key, self._points(_parted(key)), corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
 
 
 def _contained(numbers: Integers, some: Integers) -> Booleans:
     """Whether each of the numbers (n,) is among ``some`` (k,), which ascend; none is negative."""
     return np.append(some, -1)[np.searchsorted(some, numbers)] == numbers
+
+
+def _to_the_right(key: Integers, columns: Integers) -> Integers:
+    """Numbers (k,) in Morton's order some columns, a number in that order, to the right of others (k,).
+
+    The carry of the sum jumps over the bits of the rows.
+    """
+    return (key | ROW_BITS) + columns & COLUMN_BITS | key & ROW_BITS
+
+
+def _upwards(key: Integers, rows: Integers) -> Integers:
+    """The same as many rows above."""
+    return (key | COLUMN_BITS) + (rows << 1) & ROW_BITS | key & COLUMN_BITS
 
 
 def _beside(cells: Integers, level: int) -> Integers:
@@ -193,19 +193,6 @@ def _beside(cells: Integers, level: int) -> Integers:
     above = np.where(upper, row < last & ROW_BITS, row > 0)
     along = np.where(upper, (row | COLUMN_BITS) + 1, row - 2) & ROW_BITS | column
     return np.append(across[there], along[above])
-
-
-def _interleaved(column_row: Integers) -> Integers:
-    """Keys (...) of places (..., 2) in Morton's order: the bits of column and row in turn.
-
-    References
-    ----------
-    G. M. Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM (1966).
-    """
-    bits = np.array(column_row, np.int64)
-    for shift, mask in zip(SHIFTS, MASKS, strict=True):
-        bits = (bits | bits << shift) & mask
-    return bits[..., 0] | bits[..., 1] << 1
 
 
 def _parted(key: Integers) -> Integers:

@@ -34,7 +34,7 @@ class Table:
         """Values (n,) at x (n,) and y (n,)."""
         points = np.column_stack([x, y])
         cells = self.grid.located(points)
-        values = self.grid.bilinear(self.corners[cells], points, cells)
+        values = self.grid.cells.bilinear(self.corners[cells], points, cells)
         rest = np.flatnonzero(~(self.good[cells] & self.grid.covers(points)))
         values[rest] = self.function(x[rest], y[rest])
         return values

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers, members, select
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Gaps, Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import Gaps, Walls
 from bubblemesh.messages import node_limit, place
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
@@ -51,17 +51,17 @@ class GapSources:
 
         LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
-        return self._found(domain, spacing, self._refused)[0]
+        return self._found(Walls(domain), spacing, self._refused)[0]
 
-    def affordable(self, domain: Domain, spacing: Spacing) -> tuple[Sources, NarrowPlace | None]:
+    def affordable(self, walls: Walls, spacing: Spacing) -> tuple[Sources, NarrowPlace | None]:
         """Sources but for the narrowest parts, as far as ``max_nodes`` nodes are enough; the narrowest one left out."""
-        return self._found(domain, spacing, _narrowest_affordable)
+        return self._found(walls, spacing, _narrowest_affordable)
 
     def _found(
-        self, domain: Domain, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
+        self, walls: Walls, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
     ) -> tuple[Sources, NarrowPlace | None]:
         """Sources of at least the size at which ``cut`` cuts off those that need too many nodes."""
-        walls, corner = Walls(domain), reentrant_corners(domain)
+        domain, corner = walls.domain, walls.reentrant
         d = spacing(domain.boundary.corners[corner.corner])
         found, size = self._narrow(walls.facing_corners(corner, self.across * d), d)
         done, finest, left_out = [self._sources(found, size, 1.0)], 0.0, None

@@ -1,11 +1,12 @@
 """Grading: a spacing that grows away from where it is fine by no more than a given rate."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.lookup import Cells, interpolated, ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.rules.eikonal import limited_values
@@ -21,6 +22,33 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 
 
 @dataclass(frozen=True)
+class Ground:
+    """What limits of a spacing in a domain can begin with, if their sources are those that it was made with or more."""
+
+    samples: Samples  # that resolve the spacing, these sources, and thin walls of the domain
+    given: Floats  # (v,): the spacing at the vertices in the domain, infinite at others
+    along: Sources  # the spacing along the boundary
+    walls: Sources  # on thin walls, for the sizes of cells only
+
+    @classmethod
+    def of(cls, domain: Domain, spacing: Spacing, samples: Samples, sources: Sources) -> "Ground":
+        """Ground on samples that resolve the spacing and the sources."""
+        intervals = short_intervals(domain, spacing)
+        places, sides = thin_walls(domain, spacing, intervals)
+        walls = Sources(places, np.full(len(places), np.inf), sides)
+        samples = resolved(samples, domain, spacing, sources.joined(walls))
+        given = _in_domain(samples.grid.vertices.points, domain, spacing)
+        return cls(samples, given, _on_boundary(domain, spacing, intervals), walls)
+
+    def with_sources(self, domain: Domain, spacing: Spacing, sources: Sources) -> "Ground":
+        """The ground with its samples made to resolve more sources."""
+        samples = resolved(self.samples, domain, spacing, sources.joined(self.walls))
+        return replace(
+            self, samples=samples, given=_at_vertices(samples.grid, domain, spacing, self.samples.grid, self.given)
+        )
+
+
+@dataclass(frozen=True)
 class LimitedSpacing:
     """A gradient-limited spacing, and what limiting it has changed."""
 
@@ -30,24 +58,20 @@ class LimitedSpacing:
     ratio: float = 1.0  # largest one of the given spacing over it
     ratio_at: tuple[float, float] | None = None  # the place, if it is finer anywhere
     growth: float | None = None  # the limit, if there is one
+    ground: Ground | None = field(default=None, repr=False, compare=False)  # for limits with more sources, if kept
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Upper limit of a spacing on a background grid: values (v,) at the vertices, in the ``active`` cells (n,)."""
+    """Upper limit of a spacing on a background grid."""
 
-    grid: Quadtree
-    values: Floats
-    active: Booleans
+    cells: Cells
+    vertices: Integers  # (n, 4): at the corners of the cells, -1 in those without a limit
+    values: Floats  # (v,): at the vertices
 
     def __call__(self, points: Floats) -> Floats:
         """Limit (m,) at points (m, 2), infinite where there is none."""
-        cells = self.grid.located(points)
-        found = np.flatnonzero(self.active[cells])
-        limit = np.full(len(points), np.inf)
-        corners = self.grid.vertices.corners[cells[found]]
-        limit[found] = self.grid.bilinear(self.values[corners], points[found], cells[found])
-        return limit
+        return interpolated(self.cells, self.vertices, self.values, points)
 
 
 def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> LimitedSpacing:
@@ -56,43 +80,58 @@ def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: S
     Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is. The method is that
     of Persson (see `limited_values`).
     """
+    return replace(_limited(domain, spacing, growth, sources), ground=None)
+
+
+def _limited(
+    domain: Domain, spacing: Spacing, growth: float, sources: Sources, ground: Ground | None = None
+) -> LimitedSpacing:
+    """The spacing as of `gradient_limited`, with its ground; the one given is that of fewer sources."""
     fine = sources.joined(_spots(domain, spacing))
-    samples = resolved(unresolved(domain), domain, spacing, fine)
-    if len(sources) == 0 and steepest(samples, domain, growth) is None:
-        return LimitedSpacing(spacing, growth=growth)
-    # The vertices beside the boundary may all lie outside.
-    along = _on_boundary(domain, spacing)
-    walls, sides = thin_walls(domain, spacing)
-    small = fine.joined(Sources(walls, np.full(len(walls), np.inf), sides))
-    samples = resolved(samples, domain, spacing, small)
+    if ground is None:
+        samples = resolved(unresolved(domain), domain, spacing, fine)
+        if len(sources) == 0 and steepest(samples, domain, growth) is None:
+            return LimitedSpacing(spacing, growth=growth)
+        ground = Ground.of(domain, spacing, samples, fine)
+    else:
+        ground = ground.with_sources(domain, spacing, fine)
+    samples, given, small = ground.samples, ground.given, fine.joined(ground.walls)
     grid = samples.grid
-    given = _in_domain(grid.vertices.points, domain, spacing)
     values = np.full(len(given), np.inf)
     for _ in range(ROUNDS):
         coarser, grid = grid, samples.grid
         given = _at_vertices(grid, domain, spacing, coarser, given)
-        start = _at(domain, grid, _beside(grid, given, along, growth), fine, growth)
+        # The vertices beside the boundary may all lie outside.
+        start = _at(domain, grid, _beside(grid, given, ground.along, growth), fine, growth)
         values = limited_values(grid, np.minimum(start, _carried(coarser, values, grid)), growth, samples.inside)
         largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
             break
         samples = resolved(samples, domain, spacing, small, largest)
     lowered = values < given * (1 - LOWERED)
-    active: Booleans = np.asarray(lowered[grid.vertices.corners].any(axis=1))
-    limited = _below(spacing, Limit(grid, values, active))
-    return LimitedSpacing(limited, steepest(samples, domain, growth), *_change(samples, given, values), growth)
+    active = lowered[grid.vertices.corners].any(axis=1, keepdims=True)
+    limited = _below(spacing, Limit(grid.cells, np.where(active, grid.vertices.corners, -1), values))
+    change = _change(samples, given, values)
+    return LimitedSpacing(limited, steepest(samples, domain, growth), *change, growth, ground)
 
 
 def limited_for_packing(
-    domain: Domain, before: LimitedSpacing, sources: Sources, growth: float = STEEPEST_GROWTH
+    domain: Domain,
+    before: LimitedSpacing,
+    sources: Sources,
+    growth: float = STEEPEST_GROWTH,
+    ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most."""
+    """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most.
+
+    It keeps its ``ground``, with which the next one begins that is made of the same spacing and more sources.
+    """
     if before.growth is None or before.growth > STEEPEST_GROWTH:
-        return gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources)
+        return _limited(domain, before.spacing, STEEPEST_GROWTH, sources, ground)
     if len(sources) == 0:
         return before
     # It grows slowly but for the cells in which it is interpolated.
-    return replace(gradient_limited(domain, before.spacing, growth, sources), steepest=before.steepest)
+    return replace(_limited(domain, before.spacing, growth, sources, ground), steepest=before.steepest)
 
 
 def _spots(domain: Domain, spacing: Spacing) -> Sources:
@@ -101,9 +140,9 @@ def _spots(domain: Domain, spacing: Spacing) -> Sources:
     return Sources(points, spacing(points))
 
 
-def _on_boundary(domain: Domain, spacing: Spacing) -> Sources:
-    """The spacing along the boundary."""
-    piece, begin, _ = short_intervals(domain, spacing)
+def _on_boundary(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floats, Floats]) -> Sources:
+    """The spacing along the boundary, at the begin of intervals (see `short_intervals`)."""
+    piece, begin, _ = intervals
     points = domain.boundary.points(piece, begin)
     return Sources(points, spacing(points))
 
@@ -130,7 +169,7 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
 def _at_vertices(grid: Quadtree, domain: Domain, spacing: Spacing, coarse: Quadtree, known: Floats) -> Floats:
     """Spacing (v,) at the vertices in the domain, infinite at others, known at those of the grid that it stems from."""
     result, fresh = np.empty(len(grid.vertices.key)), np.ones(len(grid.vertices.key), bool)
-    same = np.searchsorted(grid.vertices.key, coarse.vertices.key)
+    same = ranks(grid.vertices.key, coarse.vertices.key)
     result[same], fresh[same] = known, False
     result[fresh] = _in_domain(grid.vertices.points[fresh], domain, spacing)
     return result
@@ -150,7 +189,7 @@ def _carried(coarse: Quadtree, values: Floats, grid: Quadtree) -> Floats:
     They are upper limits still: smaller cells only find finer places.
     """
     result = np.full(len(grid.vertices.key), np.inf)
-    same = np.searchsorted(grid.vertices.key, coarse.vertices.key)
+    same = ranks(grid.vertices.key, coarse.vertices.key)
     result[same] = values
     result[same[coarse.vertices.hanging[:, 0]]] = np.inf
     return result
@@ -179,7 +218,7 @@ def _at(domain: Domain, grid: Quadtree, values: Floats, sources: Sources, growth
     depth[outside] = -domain.signed_distance(grid.vertices.points[outside])
     deepest = np.broadcast_to(DEEPEST_FALL * sources.sizes[:, None], mine.shape)
     rise[falling] = -np.minimum(growth * depth[mine], deepest)[falling]
-    excess = grid.bilinear(rise, sources.points, cells)[:, None]
+    excess = grid.cells.bilinear(rise, sources.points, cells)[:, None]
     result = values.copy()
     np.minimum.at(result, mine, sources.sizes[:, None] + np.where(falling, rise - excess, np.maximum(rise - excess, 0)))
     return result

@@ -6,14 +6,16 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.lookup import ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.rules.sources import Sources, short_intervals
+from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
 SPLITS = 1000
 PLACES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of samples, from a cell's centre
 PAIRS = np.array([[0, 1], [0, 2], [0, 3], [0, 4], [1, 2], [3, 4], [1, 3], [2, 4]])
+NEAREST = 0.7  # sides: less than the distance of any pair
 TOLERANCE = 1e-3  # relative excess of the growth that does not count
 WIDEST_WALL = 4.0  # spacings: radius of the discs outside that a coarse cell cannot overlook
 FITTING = 0.9  # depth of a disc's centre in terms of its radius
@@ -42,14 +44,14 @@ def resolved(
 
     Those of the given samples have to be balanced already.
     """
-    key = samples.grid.keys_of(sources.points)
+    key = samples.grid.cells.keys_of(sources.points)
     order = np.argsort(key, kind="stable")
     key, cells = key[order], np.append(sources.cells[order], np.inf)
 
     def coarse(some: Samples) -> Booleans:
         grid = some.grid
         sides = np.minimum(LARGEST_IN_SPACINGS * some.d.min(axis=1), LARGEST_IN_DOMAIN * domain.size)
-        begin, end = np.searchsorted(key, grid.key), np.searchsorted(key, grid.ends)
+        begin, end = ranks(key, grid.key), ranks(key, grid.ends)
         held = np.flatnonzero(begin < end)
         if len(held):
             least = np.minimum.reduceat(cells, np.column_stack([begin, end])[held].ravel())[::2]
@@ -79,7 +81,11 @@ def resolved(
 
 def too_steep(samples: Samples, growth: float) -> Booleans:
     """Whether the spacing grows by more than ``growth`` per length, (n, 8), between the `PAIRS` of places of a cell."""
-    return _slopes(samples) > growth * (1 + TOLERANCE)
+    limit, steep = growth * (1 + TOLERANCE), np.zeros((len(samples.d), len(PAIRS)), bool)
+    # A quick look, which is generous: no pair is nearer than the centre and a corner.
+    may_be = np.flatnonzero(samples.d.max(axis=1) - samples.d.min(axis=1) > NEAREST * limit * samples.grid.sides)
+    steep[may_be] = _slopes(samples, may_be) > limit
+    return steep
 
 
 def steepest(samples: Samples, domain: Domain, growth: float) -> SteepestPlace | None:
@@ -90,17 +96,18 @@ def steepest(samples: Samples, domain: Domain, growth: float) -> SteepestPlace |
     cell, pair, ends = cell[real], pair[real], ends[real]
     if len(cell) == 0:
         return None
-    slopes = _slopes(samples)[cell, pair]
+    slopes = _slopes(samples, cell)[np.arange(len(cell)), pair]
     k = slopes.argmax()
     d = samples.d[cell[k], PAIRS[pair[k]]]
     x, y = ends[k, d.argmin()].tolist()
     return SteepestPlace((x, y), float(d.min()), float(slopes[k]))
 
 
-def _slopes(samples: Samples) -> Floats:
-    """Growth (n, 8) of the spacing per length between the `PAIRS` of places."""
-    lengths = samples.grid.sides[:, None] * np.hypot(*(PLACES[PAIRS[:, 1]] - PLACES[PAIRS[:, 0]]).T)
-    return np.abs(samples.d[:, PAIRS[:, 1]] - samples.d[:, PAIRS[:, 0]]) / lengths
+def _slopes(samples: Samples, cells: Integers) -> Floats:
+    """Growth (k, 8) of the spacing per length between the `PAIRS` of places in some cells (k,)."""
+    lengths = samples.grid.sides[cells, None] * np.hypot(*(PLACES[PAIRS[:, 1]] - PLACES[PAIRS[:, 0]]).T)
+    d = samples.d[cells]
+    return np.asarray(np.abs(d[:, PAIRS[:, 1]] - d[:, PAIRS[:, 0]]) / lengths)
 
 
 def _places(grid: Quadtree, cells: Integers) -> Floats:
@@ -108,13 +115,14 @@ def _places(grid: Quadtree, cells: Integers) -> Floats:
     return np.concatenate([grid.centers[cells, None], grid.corners(cells)], axis=1)
 
 
-def thin_walls(domain: Domain, spacing: Spacing) -> tuple[Floats, Floats]:
+def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floats, Floats]) -> tuple[Floats, Floats]:
     """Places (k, 2) on thin walls and in their middles, and sides (k,) of cells there that keep both sides apart.
 
-    A wall is as thick as the largest disc that touches the boundary from outside.
+    They are looked for from the middles of short ``intervals`` (see `short_intervals`). A wall is as thick as the
+    largest disc that touches the boundary from outside.
     """
     boundary = domain.boundary
-    piece, begin, length = short_intervals(domain, spacing)
+    piece, begin, length = intervals
     outer = ~boundary.inner[piece]
     piece, begin, length = piece[outer], begin[outer], length[outer]
     points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)

@@ -5,15 +5,21 @@ Of periodic sides the finer one counts on both, and the spacing grows from there
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.spacing.rules.gap_sources import POOR, GapSources, NarrowPlace
-from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
+from bubblemesh.spacing.rules.grading import (
+    STEEPEST_GROWTH,
+    Ground,
+    LimitedSpacing,
+    gradient_limited,
+    limited_for_packing,
+)
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_intervals, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -51,7 +57,7 @@ class Rules:
             sources = sources.joined(gaps(domain, spacing))
         return gradient_limited(domain, spacing, growth, sources)
 
-    def affordable_gaps(self, domain: Domain, spacing: Spacing, max_nodes: float) -> tuple[Sources, NarrowPlace | None]:
+    def affordable_gaps(self, walls: Walls, spacing: Spacing, max_nodes: float) -> tuple[Sources, NarrowPlace | None]:
         """Sources by which one spacing fits across narrow parts, unless the rules have an ``across`` of their own.
 
         Parts are left out, the narrowest first, that take more than ``max_nodes`` nodes; the narrowest one comes out.
@@ -59,7 +65,7 @@ class Rules:
         if self.across is not None:
             return Sources.none(), None
         growth = STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
-        return GapSources(ACROSS, growth, self._least, max_nodes, POOR).affordable(domain, spacing)
+        return GapSources(ACROSS, growth, self._least, max_nodes, POOR).affordable(walls, spacing)
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)
@@ -81,32 +87,45 @@ def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> Limited
         return after_rules
     growth = STEEPEST_GROWTH if after_rules.growth is None else after_rules.growth
     found = _settled(
-        domain, after_rules, sources, lambda before, s: gradient_limited(domain, before.spacing, growth, s)
+        domain, after_rules, sources, lambda before, s, _: gradient_limited(domain, before.spacing, growth, s)
     )
     return found if after_rules.growth is None else replace(found, steepest=after_rules.steepest)
 
 
 def limited_for_packing_across_sides(
-    domain: Domain, before: LimitedSpacing, sources: Sources, growth: float = STEEPEST_GROWTH
+    domain: Domain,
+    before: LimitedSpacing,
+    sources: Sources,
+    growth: float = STEEPEST_GROWTH,
+    ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing, `limited_for_packing` also across periodic sides."""
-    return _settled(domain, before, sources, partial(limited_for_packing, domain, growth=growth))
+    """The spacing, `limited_for_packing` also across periodic sides; ``ground`` is that of fewer sources."""
+
+    def limited(before: LimitedSpacing, sources: Sources, ground: Ground | None) -> LimitedSpacing:
+        return limited_for_packing(domain, before, sources, growth, ground)
+
+    return _settled(domain, before, sources, limited, ground)
 
 
 def _settled(
     domain: Domain,
     before: LimitedSpacing,
     sources: Sources,
-    limited: Callable[[LimitedSpacing, Sources], LimitedSpacing],
+    limited: Callable[[LimitedSpacing, Sources, Ground | None], LimitedSpacing],
+    ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing ``limited`` by the sources, and by what they make fine across the sides."""
-    result, told = limited(before, sources), Sources.none()
+    """The spacing ``limited`` by the sources, and by what they make fine across the sides.
+
+    It keeps the ground that is limited by the sources only, which others may share.
+    """
+    result, told = limited(before, sources, ground), Sources.none()
+    ground = result.ground
     for _ in range(PASSES if result is not before else 0):
         more = _finer_opposite(domain, result.spacing)
         if len(more) == 0 or np.array_equal(more.points, told.points):  # told in vain
             break
         sources, told = sources.joined(more), more
-        result = limited(before, sources)
+        result = replace(limited(before, sources, ground), ground=ground)
     return result
 
 

@@ -103,7 +103,7 @@ def test_bilinear_functions_are_interpolated_exactly():
 
     points = np.random.default_rng(2).uniform([-1, 2], [3, 5], (400, 2))
     cells = grid.located(points)
-    found = grid.bilinear(function(grid.vertices.points)[grid.vertices.corners[cells]], points, cells)
+    found = grid.cells.bilinear(function(grid.vertices.points)[grid.vertices.corners[cells]], points, cells)
     np.testing.assert_allclose(found, function(points), rtol=1e-12)
 
 

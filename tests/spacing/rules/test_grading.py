@@ -9,7 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited, limited_for_packing
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
 
@@ -183,6 +183,23 @@ def test_what_grows_slowly_by_its_rules_is_graded_no_more():
     assert finer.spacing(np.array([[0.9, 0.9]]))[0] == pytest.approx(0.01, rel=0.05)
     steep = replace(ruled, growth=0.6)
     assert limited_for_packing(plate, steep, NONE).growth == STEEPEST_GROWTH
+
+
+@pytest.mark.parametrize("spacing", [uniform(0.3), Spacing(lambda x, y: 0.05 + 0.2 * np.hypot(x, y), floor=0.02)])
+def test_more_sources_on_the_ground_of_the_first_ones_give_the_same_spacing(spacing):
+    slit = rings.polygon([(-0.4, 0.0), (0.4, 0.1), (0.4, 0.11), (-0.4, 0.01)])
+    domain = Domain.of(rings.rectangle(-1, -1, 1, 1), [slit, rings.circle((0.3, 0.6), 0.1)])
+    random = np.random.default_rng(2)
+    many = Sources(random.uniform(-1, 1, (60, 2)), random.uniform(0.002, 0.1, 60))
+    some = many.select(np.arange(20))
+    before = LimitedSpacing(spacing)
+    first = limited_for_packing(domain, before, some)
+    assert len(first.ground.with_sources(domain, spacing, many).given) > len(first.ground.given) + 100
+    for growth in (0.2, STEEPEST_GROWTH):
+        held = replace(before, growth=growth)
+        anew, on_ground = (limited_for_packing(domain, held, many, growth, ground) for ground in (None, first.ground))
+        assert on_ground.spacing(INSIDE).tobytes() == anew.spacing(INSIDE).tobytes()
+        assert (on_ground.share, on_ground.ratio_at) == (anew.share, anew.ratio_at)
 
 
 def test_spacing_that_exists_in_the_domain_only():

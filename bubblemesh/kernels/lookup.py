@@ -1,0 +1,106 @@
+"""Ranks among ascending numbers, and values at points in the cells of a quadtree that hold them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import library
+
+# How far the bits of a number move to part, step by step, and where they are after each.
+SHIFTS = 16, 8, 4, 2, 1
+MASKS = 0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555
+
+
+class Cells(NamedTuple):
+    """Square cells (n,) that tile a larger square, which has columns and rows of the smallest ones that there could be.
+
+    Numbers in Morton's order take the bits of column and row in turn.
+    """
+
+    low: Floats  # (2,): lower left corner of the square
+    size: float  # its side
+    columns: int  # how many it has, at most 2**31
+    key: Integers  # (n,): numbers of the cells' lower left corners in Morton's order, ascending
+    column_row: Integers  # (n, 2): these corners
+    sides: Floats  # (n,)
+
+    def keys_of(self, points: Floats) -> Integers:
+        """Numbers (m,) in Morton's order of the columns and rows of points (m, 2), at the rim for those beyond it."""
+        at = np.clip((points - self.low) * (self.columns / self.size), 0, self.columns - 1)
+        return interleaved(at.astype(np.int64))
+
+    def points(self, column_row: Integers) -> Floats:
+        """Points (..., 2) at columns and rows (..., 2)."""
+        return self.low + column_row * (self.size / self.columns)
+
+    def bilinear(self, corners: Floats, points: Floats, cells: Integers) -> Floats:
+        """Bilinear interpolation (m,) of values (m, 4) at the corners of ``cells`` (m,), at points (m, 2) in these."""
+        at = (points - self.points(self.column_row[cells])) / self.sides[cells, None]
+        s, t = np.clip(at, 0, 1).T
+        a, b, c, d = corners.T
+        return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
+
+
+def interleaved(column_row: Integers) -> Integers:
+    """Numbers (...) of places (..., 2) in Morton's order: the bits of column and row in turn.
+
+    References
+    ----------
+    G. M. Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM (1966).
+    """
+    bits = np.array(column_row, np.int64)
+    for shift, mask in zip(SHIFTS, MASKS, strict=True):
+        bits = (bits | bits << shift) & mask
+    return bits[..., 0] | bits[..., 1] << 1
+
+
+def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> Integers:
+    """How many of ``ascending`` numbers (n,) are below each of ``numbers`` (m,), or not above it ``with_equal``.
+
+    It is NumPy's ``searchsorted``, but each search begins where the last one ended, for numbers whose neighbours are
+    alike without being in order.
+    """
+    compiled = library()
+    if compiled is None:
+        return np.searchsorted(ascending, numbers, side="right" if with_equal else "left")
+    result = np.empty(len(numbers), np.int64)
+    flat = [np.ascontiguousarray(column, np.int64) for column in (ascending, numbers)]
+    compiled.call("ranks", len(ascending), flat[0], len(numbers), flat[1], int(with_equal), result)
+    return result
+
+
+def interpolated(cells: Cells, vertices: Integers, values: Floats, points: Floats) -> Floats:
+    """Values (m,) at points (m, 2), bilinear between those (v,) of the ``vertices`` (n, 4) at the corners of cells.
+
+    They are infinite in cells whose first vertex is -1. A point beyond the square has the value at its rim.
+    """
+    compiled = library()
+    if compiled is None:
+        return interpolated_in_numpy(cells, vertices, values, points)
+    result = np.empty(len(points))
+    x, y = cells.low.tolist()
+    compiled.call(
+        "interpolate",
+        len(points),
+        np.ascontiguousarray(points, np.float64),
+        *(x, y, cells.columns / cells.size, cells.size / cells.columns, float(cells.columns)),
+        len(cells.key),
+        np.ascontiguousarray(cells.key),
+        np.ascontiguousarray(cells.column_row),
+        np.ascontiguousarray(cells.sides),
+        np.ascontiguousarray(vertices),
+        np.ascontiguousarray(values),
+        result,
+    )
+    return result
+
+
+def interpolated_in_numpy(cells: Cells, vertices: Integers, values: Floats, points: Floats) -> Floats:
+    """Values (m,) as of `interpolated`, made in NumPy."""
+    holding = np.searchsorted(cells.key, cells.keys_of(points), side="right") - 1
+    found = np.flatnonzero(vertices[holding, 0] >= 0)
+    result = np.full(len(points), np.inf)
+    corners = values[vertices[holding[found]]]
+    result[found] = cells.bilinear(corners, points[found], holding[found])
+    return result
