@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.ablation import renewed
-from benchmarks.solvers.programs import BORE, CLOSE, CONDUCTIVITY, RIM, SOLVERS, Found, NotInstalledError, Solver
+from benchmarks.solvers.programs import BORE, CONDUCTIVITY, RIM, SOLVERS, Found, NotInstalledError, Solver
 from bubblemesh.case import load_case
 from bubblemesh.run.destination import OutputOptions, destination
 from bubblemesh.run.pipeline import mesh_case
@@ -52,31 +52,28 @@ def main() -> None:
 def row(name: str, solver: Solver) -> str:
     """A solver's row of the table; of one that is not installed, or fails, it says so."""
     try:
-        linear, quadratic = (solved(name, solver, order) for order in (1, 2))
+        answers = [solved(name, solver, order) for order in solver.orders]
     except NotInstalledError:
         return f"| {solver.name} | not installed here | | | | | | |\n"
-    marks = ["yes" if right else "**no**" for right in (linear[1], linear[2])]
-    curved = "yes" if solver.curved else "straight sides"
-    means = [f"{each[0].mean:.6f}" for each in (linear, quadratic)]
-    return f"| {' | '.join([solver.name, 'yes', *marks, curved, periodic_sides(name, solver), *means])} |\n"
+    marks = ["yes" if right else "**no**" for right in answers[0][1:]]
+    means = [f"{found.mean:.6f}" for found, *_ in answers] + ["-"] * (2 - len(answers))
+    return f"| {' | '.join([solver.name, 'yes', *marks, solver.second, periodic_sides(name, solver), *means])} |\n"
 
 
 def periodic_sides(name: str, solver: Solver) -> str:
     """How a solver is told of periodic sides, if it finds the conductivity of a periodic cell so."""
-    if solver.periodic is None:
-        return ""
     with tempfile.TemporaryDirectory() as folder:
         text = f"{CELL}output: {{for: {name}}}\n"
         (Path(folder) / "cell.yaml").write_text(text)
         case = load_case("cell.yaml", text=text)
         destination(case, "-", OutputOptions(f"{folder}/out/")).deliver(mesh_case(case))
         found = solver.periodic.run(Path(folder))
-    return solver.periodic.way if abs(found / CONDUCTIVITY - 1) < CLOSE else "**no**"
+    return solver.periodic.way if abs(found / CONDUCTIVITY - 1) < solver.periodic.close else "**no**"
 
 
 def solved(name: str, solver: Solver, order: int) -> tuple[Found, bool, bool]:
     """What a solver finds with elements of an order, and whether labels and regions are those of the mesh."""
-    form = order if solver.curved else 1
+    form = order if solver.second == "yes" else 1
     with tempfile.TemporaryDirectory() as folder:
         text = f"{CASE}output: {{for: {name}, order: {form}}}\n"
         case = load_case("ring.yaml", text=text)

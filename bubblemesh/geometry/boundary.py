@@ -11,10 +11,10 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.paths import OpenPath, Point, Ring, Section, WholeCurve, family
+from bubblemesh.geometry.tracks import ROUNDING, Group, Tracks
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
-ROUNDING = 1e-9  # relative
 
 
 class Chords(NamedTuple):
@@ -188,7 +188,7 @@ class Boundary:
 
     def _stations_within(self, piece: int, s: Floats) -> Floats:
         """Arc lengths on a part of a curve where its chords begin; ``s`` are those of the whole curve."""
-        length, offset, period = (float(column[piece]) for column in (self.lengths, self.offset, self._period))
+        length, offset, period = (float(column[piece]) for column in (self.lengths, self.offset, self.periods))
         local = np.mod(s - offset, period)
         if not self.approximated[piece]:
             return np.append(0.0, np.sort(local[(local > ROUNDING * length) & (local < (1 - ROUNDING) * length)]))
@@ -207,7 +207,7 @@ class Boundary:
         return piece, s, np.where(last, self.lengths[piece], np.roll(s, -1)) - s
 
     @cached_property
-    def _period(self) -> Floats:
+    def periods(self) -> Floats:
         """Length (p,) of each piece's whole curve, which a piece of a split closed curve may run past."""
         return np.concatenate([f.lengths for f in self.families])[self._row]
 
@@ -217,37 +217,28 @@ class Boundary:
         first = np.cumsum([0, *(len(f.lengths) for f in self.families)])
         return first[self.kind] + self.index
 
+    def tracks(self, piece: Integers) -> Tracks:
+        """The pieces (m,) under m nodes, for many evaluations."""
+        groups = Group.all_of(self.families, self.kind[piece], self.index[piece])
+        return Tracks(self.offset[piece], self.periods[piece], self.lengths[piece], self.closed[piece], groups)
+
     def points(self, piece: Integers, s: Floats) -> Floats:
         """Points (m, 2) on the pieces (m,) at arc length s (m,) from their starts."""
-        return self._evaluated("points", piece, s)
+        return self.tracks(piece).points(s)
 
     def tangents(self, piece: Integers, s: Floats) -> Floats:
         """Unit tangents (m, 2); the domain is on their left."""
-        return self._evaluated("tangents", piece, s)
-
-    def _evaluated(self, what: str, piece: Integers, s: Floats) -> Floats:
-        along = self.offset[piece] + s
-        period = self._period[piece]
-        # Only a piece of a split closed curve runs past the end, and none by rounding.
-        along = np.where(along > (1 + ROUNDING) * period, along - period, np.minimum(along, period))
-        index, kind = self.index[piece], self.kind[piece]
-        result = np.empty((len(piece), 2))
-        for k, f in enumerate(self.families):
-            mine = np.flatnonzero(kind == k)
-            if len(mine) == len(piece):
-                return getattr(f, what)(index, along)
-            if len(mine):
-                result[mine] = getattr(f, what)(index[mine], along[mine])
-        return result
+        return self.tracks(piece).tangents(s)
 
     def foot(self, points: Floats, piece: Integers, s: Floats, steps: int, longest: Floats | float = np.inf) -> Floats:
         """Arc lengths (m,) of the feet of points (m, 2) on the pieces (m,), by Newton's method from s (m,) near them.
 
         Curvature is left out: the points are next to the curves. No step is longer than ``longest`` (m,).
         """
+        tracks = self.tracks(piece)
         for _ in range(steps):
-            ahead = np.einsum("ij,ij->i", points - self.points(piece, s), self.tangents(piece, s))
-            s = self.wrapped(piece, s + np.clip(ahead, -longest, longest))
+            ahead = np.einsum("ij,ij->i", points - tracks.points(s), tracks.tangents(s))
+            s = tracks.wrapped(s + np.clip(ahead, -longest, longest))
         return s
 
     def wrapped(self, piece: Integers, s: Floats) -> Floats:

@@ -52,7 +52,7 @@ class Lines:
 
     exact = True
 
-    @property
+    @cached_property
     def lengths(self) -> Floats:
         return np.hypot(*(self.end - self.start).T)
 
@@ -64,7 +64,7 @@ class Lines:
         return start + (s / self.lengths[index])[:, None] * (end - start)
 
     def tangents(self, index: Integers, s: Floats) -> Floats:
-        return ((self.end - self.start) / self.lengths[:, None])[index]
+        return (self.end[index] - self.start[index]) / self.lengths[index][:, None]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Shapes of triangles, and how moving nodes changes them and the lengths of edges."""
+"""Shapes of triangles, how moving nodes changes them and the lengths of edges, and steps that better these."""
 
 from typing import NamedTuple
 
@@ -12,13 +12,46 @@ SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to p
 WORST = 3.0  # shape measure, beyond which its power grows no more
 
 
-class Links(NamedTuple):
-    """Triangles and edges between n nodes."""
+class Descent(NamedTuple):
+    """How n nodes go down the gradient of the sums over triangles of eta^4 and over edges of (l / l0 - 1)^2.
+
+    The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle. The first nodes stay,
+    those that follow may slide along tangents.
+    """
 
     corners: Integers  # (3, t): nodes of the triangles
     d: Floats  # (n,): spacing at the nodes
     ends: Integers  # (2, m): nodes of the edges
-    contact: Floats  # (m,): lengths that the edges should have
+    contact: Floats  # (m,): lengths l0 that the edges should have
+    scale: Floats  # (n,): factors of the gradient, 0 for nodes that stay
+    most: Floats  # (n,): longest moves of a step
+    fixed: int  # number of nodes before those that slide
+    weight: float  # of the sum over edges
+    momentum: float
+    step: float  # length of a step
+
+    def __call__(self, x: Floats, v: Floats, tangents: Floats) -> None:
+        """A step of nodes x (n, 2) with velocities v (n, 2), in place; those that slide have ``tangents`` (b, 2)."""
+        compiled = library()
+        if compiled is None:
+            self.in_numpy(x, v, tangents)
+            return
+        corners, d, ends, contact, scale, most, fixed, *numbers = self
+        sizes = len(x), corners.shape[1], len(contact), fixed, len(tangents)
+        bounds = FLATTEST, WORST, SHORTEST
+        compiled.call("descent_step", *sizes, corners, d, ends, contact, *bounds, scale, most, tangents, *numbers, x, v)
+
+    def in_numpy(self, x: Floats, v: Floats, tangents: Floats) -> None:
+        """The same, made in NumPy."""
+        gradient = shape_gradient(x, self.corners, self.d) + self.weight * spacing_gradient(x, self.ends, self.contact)
+        downhill, slide = gradient * self.scale[:, None], slice(self.fixed, self.fixed + len(tangents))
+        for vectors in (downhill, v):
+            vectors[: self.fixed] = 0
+            vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents
+        v[:] = self.momentum * v - self.step * downhill
+        length = np.sqrt(np.einsum("ij,ij->i", v, v))
+        v *= (self.most / np.maximum(length, self.most))[:, None]
+        x += v
 
 
 def eta(x: Floats, triangles: Integers) -> Floats:
@@ -42,29 +75,6 @@ def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
     area = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / 2
     squares = (u * u + w * w + z * z).sum(axis=1)
     return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)
-
-
-def gradient(x: Floats, links: Links, spacing_weight: float) -> Floats:
-    """Gradient (n, 2), at nodes x (n, 2), of the sums over triangles of eta^4 and over edges of (l / l0 - 1)^2.
-
-    The latter counts ``spacing_weight`` times. The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an
-    equilateral triangle.
-    """
-    compiled = library()
-    if compiled is None:
-        return gradient_in_numpy(x, links, spacing_weight)
-    corners, d, ends, contact = links
-    result = np.empty((len(x), 2))
-    triangles = np.ascontiguousarray(x), d, corners, FLATTEST, WORST
-    edges = ends, contact, SHORTEST, spacing_weight
-    compiled.call("shape_gradient", len(x), corners.shape[1], len(contact), *triangles, *edges, result)
-    return result
-
-
-def gradient_in_numpy(x: Floats, links: Links, spacing_weight: float) -> Floats:
-    """Gradient (n, 2) as of `gradient`, made in NumPy."""
-    shape, lengths = shape_gradient(x, links.corners, links.d), spacing_gradient(x, links.ends, links.contact)
-    return shape + spacing_weight * lengths
 
 
 def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:

@@ -19,9 +19,11 @@ class Sliding:
     bubbles: Bubbles  # at the start of the motion
 
     def __post_init__(self) -> None:
-        self.s = self.bubbles.s
-        self.here = self.boundary.points(self.bubbles.piece, self.s)
-        self.tangents = self.boundary.tangents(self.bubbles.piece, self.s)
+        self.tracks = self.boundary.tracks(self.bubbles.piece)
+        self._stand_at(self.bubbles.s)
+
+    def _stand_at(self, s: Floats) -> None:
+        self.s, self.here, self.tangents = s, self.tracks.points(s), self.tracks.tangents(s)
 
     def project(self, vectors: Floats) -> Floats:
         """Forces or velocities (n, 2) without the part that the boundary takes up, in place."""
@@ -36,13 +38,16 @@ class Sliding:
 
     def advance(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Positions and velocities (n, 2) after a step, with the sliding bubbles projected back on their curves."""
-        slide, piece = self.bubbles.sliding, self.bubbles.piece
-        if len(piece):
-            ahead = np.einsum("ij,ij->i", x[slide] - self.here, self.tangents)
-            self.s = self.boundary.wrapped(piece, self.s + ahead)
-            self.tangents = self.boundary.tangents(piece, self.s)
-            self.here = x[slide] = self.boundary.points(piece, self.s)
+        self.follow(x)
         return x, self.project(v)
+
+    def follow(self, x: Floats) -> None:
+        """Take note of where the sliding bubbles are, and project their x (n, 2) back on their curves, in place."""
+        slide = self.bubbles.sliding
+        if len(self.s):
+            ahead = np.einsum("ij,ij->i", x[slide] - self.here, self.tangents)
+            self._stand_at(self.tracks.wrapped(self.s + ahead))
+            x[slide] = self.here
 
     def bubbles_at(self, x: Floats, d: Floats) -> Bubbles:
         """The bubbles at rest at x (n, 2) with spacing d (n,), at the end of the motion."""

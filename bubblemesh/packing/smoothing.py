@@ -10,7 +10,7 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.shapes import WORST, Links, eta, gradient
+from bubblemesh.kernels.shapes import WORST, Descent, eta
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.net import Net, connect_inside
@@ -81,14 +81,12 @@ class Smoothing:
         sliding = Sliding(domain.boundary, bubbles)
         x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
-        links = Links(corners, d, ends, (d[ends[0]] + d[ends[1]]) / 2)
+        contact = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
         free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
-        scale = np.where(free, d * d, 0.0)[:, None]
+        scale, weights = np.where(free, d * d, 0.0), (self.spacing_weight, MOMENTUM, self.shape_step)
+        descent = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, bubbles.corners, *weights)
         for _ in range(self.shape_steps):
-            downhill = sliding.project(gradient(x, links, self.spacing_weight) * scale)
-            v = MOMENTUM * v - self.shape_step * downhill
-            length = np.sqrt(np.einsum("ij,ij->i", v, v))
-            v *= (MOST_MOVE * d / np.maximum(length, MOST_MOVE * d))[:, None]
-            x, v = sliding.advance(x + v, v)
+            descent(x, v, sliding.tangents)
+            sliding.follow(x)
         return sliding.bubbles_at(x, d)

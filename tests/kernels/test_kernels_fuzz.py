@@ -9,7 +9,7 @@ from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
 from bubblemesh.kernels.pairs import near_pairs
-from bubblemesh.kernels.shapes import Links, eta, eta_in_numpy, gradient, gradient_in_numpy
+from bubblemesh.kernels.shapes import Descent, eta, eta_in_numpy
 from bubblemesh.kernels.spreading import spread, spread_in_numpy
 
 pytestmark = [needs_compiler, pytest.mark.long]
@@ -47,17 +47,22 @@ def test_any_numbers_spread_alike(seed):
 
 @pytest.mark.parametrize("seed", range(TRIALS))
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_any_triangles_have_the_same_gradient(seed):
+def test_any_triangles_are_bettered_alike(seed):
     random = np.random.default_rng(seed)
     n = int(random.integers(3, 50))
-    corners = np.ascontiguousarray(different(random, n, random.integers(0, 80)).T)
+    corners = np.ascontiguousarray(different(random, n, random.integers(0, 80)).T).reshape(3, -1)
     ends = np.ascontiguousarray(random.integers(0, n, (2, random.integers(0, 80))))
-    d, x = random.uniform(1e-3, 1, n), odd(random, (n, 2))
-    links = Links(corners.reshape(3, -1), d, ends, d[ends].mean(axis=0))
-    found, plain = gradient(x, links, 7.0), gradient_in_numpy(x, links, 7.0)
-    finite = np.isfinite(plain) & np.isfinite(found)  # where both have no number it may be another one
-    np.testing.assert_array_equal(found[finite], plain[finite])
-    np.testing.assert_array_equal(np.isfinite(found), np.isfinite(plain))
+    d, x, v = random.uniform(1e-3, 1, n), odd(random, (n, 2)), odd(random, (n, 2))
+    fixed = int(random.integers(0, n))
+    tangents = odd(random, (int(random.integers(0, n - fixed)), 2))
+    descent = Descent(corners, d, ends, d[ends].mean(axis=0), d * d, odd(random, n), fixed, 7.0, 0.8, 0.015)
+    found, plain = (x.copy(), v.copy()), (x.copy(), v.copy())
+    descent(*found, tangents)
+    descent.in_numpy(*plain, tangents)
+    for one, other in zip(found, plain, strict=True):
+        finite = np.isfinite(one) & np.isfinite(other)  # where both have no number it may be another one
+        np.testing.assert_array_equal(one[finite], other[finite])
+        np.testing.assert_array_equal(np.isfinite(one), np.isfinite(other))
 
 
 @pytest.mark.parametrize("seed", range(TRIALS))

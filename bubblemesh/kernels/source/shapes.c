@@ -1,4 +1,4 @@
-/* Shapes of triangles, and gradients of these and of the lengths of edges; see shapes.py. */
+/* Shapes of triangles, gradients of these and of the lengths of edges, and steps down these; see shapes.py. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -22,17 +22,26 @@ KERNEL int64_t shape_measures(int64_t t, const double *x, const int64_t *triangl
     return DONE;
 }
 
-/* Gradient (n, 2) for triangles with nodes corners (3, t) and edges with ends (2, m), at x (n, 2). */
-KERNEL int64_t shape_gradient(int64_t n, int64_t t, int64_t m, const double *x, const double *d,
-                              const int64_t *corners, double flattest, double worst, const int64_t *ends,
-                              const double *contact, double shortest, double weight, double *gradient)
+/* Triangles with nodes corners (3, t), and edges with ends (2, m) that should have the lengths contact (m,). */
+struct links {
+    int64_t n, t, m;
+    const int64_t *corners;
+    const double *d;
+    const int64_t *ends;
+    const double *contact;
+};
+
+/* Sums of the gradient over nodes x (n, 2), ten for each in work (5, n, 2): at the three corners of the triangles, and
+at the first and at the last ends of the edges. */
+static void add_gradients(const struct links *all, const double *x, double flattest, double worst, double shortest,
+                          double *work)
 {
-    double *work = calloc((size_t)(10 * n + 1), sizeof *work), *of[5];
-    int64_t k, axis;
-    if (!work)
-        return NO_MEMORY;
+    int64_t n = all->n, t = all->t, m = all->m, k, axis;
+    const int64_t *corners = all->corners, *ends = all->ends;
+    const double *d = all->d, *contact = all->contact;
+    double *of[5];
     for (k = 0; k < 5; k++)
-        of[k] = work + 2 * n * k; /* at the three corners, at the first and at the last end */
+        of[k] = work + 2 * n * k;
     for (k = 0; k < t; k++) {
         int64_t node[3] = {corners[k], corners[t + k], corners[2 * t + k]};
         const double *a = x + 2 * node[0], *b = x + 2 * node[1], *c = x + 2 * node[2];
@@ -66,8 +75,48 @@ KERNEL int64_t shape_gradient(int64_t n, int64_t t, int64_t m, const double *x, 
         of[4][j] += pulled * dx;
         of[4][j + 1] += pulled * dy;
     }
-    for (k = 0; k < 2 * n; k++)
-        gradient[k] = of[0][k] + of[1][k] + of[2][k] + weight * (of[3][k] - of[4][k]);
+}
+
+/* A step of nodes x (n, 2) down the gradient, with velocities v (n, 2), both in place.
+
+The first `fixed` nodes have no way to go, the next ones, b of them, go along their tangents (b, 2). */
+KERNEL int64_t descent_step(int64_t n, int64_t t, int64_t m, int64_t fixed, int64_t b, const int64_t *corners,
+                            const double *d, const int64_t *ends, const double *contact, double flattest,
+                            double worst, double shortest, const double *scale, const double *most,
+                            const double *tangents, double weight, double momentum, double step, double *x, double *v)
+{
+    const struct links all = {n, t, m, corners, d, ends, contact};
+    double *work = calloc((size_t)(10 * n + 1), sizeof *work);
+    int64_t k, axis;
+    if (!work)
+        return NO_MEMORY;
+    add_gradients(&all, x, flattest, worst, shortest, work);
+    for (k = 0; k < n; k++) {
+        double down[2], *vk = v + 2 * k, length, share;
+        for (axis = 0; axis < 2; axis++) {
+            const double *at = work + 2 * k + axis;
+            double shape = at[0] + at[2 * n] + at[4 * n], lengths = at[6 * n] - at[8 * n];
+            down[axis] = (shape + weight * lengths) * scale[k];
+        }
+        if (k < fixed) {
+            down[0] = down[1] = vk[0] = vk[1] = 0;
+        } else if (k < fixed + b) {
+            const double *along = tangents + 2 * (k - fixed);
+            double slope = down[0] * along[0] + down[1] * along[1], speed = vk[0] * along[0] + vk[1] * along[1];
+            for (axis = 0; axis < 2; axis++) {
+                down[axis] = slope * along[axis];
+                vk[axis] = speed * along[axis];
+            }
+        }
+        for (axis = 0; axis < 2; axis++)
+            vk[axis] = momentum * vk[axis] - step * down[axis];
+        length = sqrt(vk[0] * vk[0] + vk[1] * vk[1]);
+        share = most[k] / (length < most[k] ? most[k] : length); /* what is no number stays none, as in NumPy */
+        for (axis = 0; axis < 2; axis++) {
+            vk[axis] *= share;
+            x[2 * k + axis] += vk[axis];
+        }
+    }
     free(work);
     return DONE;
 }
