@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 7  # of the library's functions, as in source/library.c
+VERSION = 8  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0

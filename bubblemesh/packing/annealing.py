@@ -18,6 +18,8 @@ from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
 CYCLES = {"fast": 20, "normal": 100, "best": 400}
+ON_COARSE_LEVELS = 2  # times as many, where the order is handed on to four times as many bubbles
+LEAST_SHARE = 0.1  # of the cycles, on the largest levels
 REGULAR_VALENCE = 6
 
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
@@ -31,12 +33,18 @@ class NoAnnealing:
     shake_steps: ClassVar[int] = 0
 
     def __call__(
-        self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
+        self,
+        net: Net,
+        domain: Domain,
+        spacing: Spacing,
+        random: np.random.Generator,
+        relax: Relax,
+        coarse: bool = False,
     ) -> Relaxed:
         """The bubbles as they are."""
         return Relaxed.none(net.bubbles)
 
-    def cycles(self, bubbles: int) -> int:
+    def cycles(self, bubbles: int, coarse: bool = False) -> int:
         """Zero, whatever the number of bubbles."""
         return 0
 
@@ -52,18 +60,28 @@ class Annealing:
     On the coarse levels grain boundaries heal, and what is left of them is in the right places.
     """
 
-    effort: Annotated[Literal["fast", "normal", "best"], Doc("20, 100 or 400 cycles of shaking")] = "normal"
+    effort: Annotated[
+        Literal["fast", "normal", "best"], Doc("20, 100 or 400 cycles of shaking, twice that on coarse levels")
+    ] = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
     shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
-    fully_shaken: Annotated[int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion")] = 1500
+    fully_shaken: Annotated[
+        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, but for a tenth of them")
+    ] = 4000
 
     def __call__(
-        self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator, relax: Relax
+        self,
+        net: Net,
+        domain: Domain,
+        spacing: Spacing,
+        random: np.random.Generator,
+        relax: Relax,
+        coarse: bool = False,
     ) -> Relaxed:
-        """The bubbles after all cycles, each a displacement and a relaxation."""
+        """The bubbles after all cycles, each a displacement and a relaxation, on a ``coarse`` level or the only one."""
         total = Relaxed.none(net.bubbles)
-        cycles = self.cycles(len(net.bubbles))
+        cycles = self.cycles(len(net.bubbles), coarse)
         for cycle in range(cycles):
             displaced = self._displaced(net, 1 - cycle / cycles, random)
             net = connect_inside(displaced, domain, spacing, net)
@@ -75,9 +93,10 @@ class Annealing:
                 net = connect_inside(relaxed.bubbles, domain, spacing)
         return total
 
-    def cycles(self, bubbles: int) -> int:
-        """Number of cycles on a level of so many bubbles."""
-        return math.ceil(CYCLES[self.effort] * min(1, self.fully_shaken / bubbles))
+    def cycles(self, bubbles: int, coarse: bool = False) -> int:
+        """Number of cycles on a level of so many bubbles, which is a ``coarse`` one or the only one."""
+        most = CYCLES[self.effort] * (ON_COARSE_LEVELS if coarse else 1)
+        return math.ceil(most * min(1, max(self.fully_shaken / bubbles, LEAST_SHARE)))
 
     def sparing(self, calm: Calm) -> "Annealing":
         """Annealing of all but calm bubbles, which are left alone."""

@@ -42,7 +42,7 @@ def stages_of(method: Method, levels: int, bubbles: int) -> tuple[Stage, ...]:
     for level in range(levels):
         finest, count = level == levels - 1, bubbles * 4**level
         work = count * (CONNECTING + method.termination.expected_steps(level == 0))
-        cycles = 0 if finest and level > 0 else method.annealing.cycles(count)
+        cycles = 0 if finest and level > 0 else method.annealing.cycles(count, coarse=not finest)
         if cycles:
             stages.append(Stage(level, annealing=False, finishing=False, work=work))
             work += count * cycles * (CONNECTING + method.annealing.shake_steps)

@@ -98,7 +98,8 @@ class LevelRun:
             # 1. The bubbles move; in the round that anneals they are displaced before, again and again.
             steps = method.termination.steps(stage.opening and number == 0)
             if stage.annealing and number == 0:
-                relaxed = method.annealing(net, domain, spacing, self.random, self.relax)
+                coarse = not stage.finishing
+                relaxed = method.annealing(net, domain, spacing, self.random, self.relax, coarse)
             else:
                 relaxed = self.relax(net, steps, number, odd)
             # 2. They are triangulated where they are now, with the spacing there.

@@ -33,9 +33,9 @@ class Recorder:
         return [net.bubbles.x for net in self.nets]
 
 
-def shaken(scheme, domain, spacing, bubbles, seed=0, relax=None):
+def shaken(scheme, domain, spacing, bubbles, seed=0, relax=None, coarse=False):
     recorder = relax or Recorder()
-    result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder)
+    result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder, coarse)
     return result, recorder
 
 
@@ -84,7 +84,7 @@ def test_cycles_follow_the_effort(effort):
     assert result.evaluations == 10 * len(recorder.nets)
 
 
-@pytest.mark.parametrize(("full", "cycles"), [(1000, 100), (37, 100), (20, 55), (4, 11), (1, 3)])
+@pytest.mark.parametrize(("full", "cycles"), [(1000, 100), (37, 100), (20, 55), (4, 11), (3, 10), (1, 10)])
 def test_large_systems_have_fewer_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
     assert len(bubbles) == 37
@@ -92,11 +92,18 @@ def test_large_systems_have_fewer_cycles(full, cycles):
     assert len(recorder.nets) == cycles
 
 
-def test_the_largest_systems_have_one_cycle():
-    domain, spacing, bubbles = packed_hexagon(15)
-    result, recorder = shaken(Annealing(effort="fast", fully_shaken=1), domain, spacing, bubbles)
-    assert len(recorder.nets) == 1
-    assert len(result.speeds) > 0
+@pytest.mark.parametrize(("effort", "cycles"), [("fast", 2), ("normal", 10), ("best", 40)])
+def test_the_largest_systems_have_a_tenth_of_the_cycles(effort, cycles):
+    domain, spacing, bubbles = packed_hexagon(8)
+    _, recorder = shaken(Annealing(effort=effort, fully_shaken=1), domain, spacing, bubbles)
+    assert len(recorder.nets) == cycles
+
+
+@pytest.mark.parametrize(("full", "cycles"), [(37, 200), (20, 109), (1, 20)])
+def test_coarse_levels_have_twice_as_many_cycles(full, cycles):
+    domain, spacing, bubbles = packed_hexagon(3)
+    _, recorder = shaken(Annealing(fully_shaken=full), domain, spacing, bubbles, coarse=True)
+    assert len(recorder.nets) == cycles
 
 
 @pytest.mark.parametrize("d", [1.0, 0.01])
