@@ -67,7 +67,7 @@ class Annealing:
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
     shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
     fully_shaken: Annotated[
-        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, but for a tenth of them")
+        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, at least a tenth")
     ] = 4000
 
     def __call__(
