@@ -1,5 +1,6 @@
 """The solvers: what they are run with, and what they print of the common problem."""
 
+import atexit
 import json
 import os
 import re
@@ -147,12 +148,13 @@ def calculix(folder: Path, order: int) -> Found:
 
 
 @cache
-def dealii_program() -> tempfile.TemporaryDirectory[str]:
-    """The folder of the program with deal.II, which is built once."""
-    build = tempfile.TemporaryDirectory()
-    shutil.copytree(SCRIPTS / "dealii", build.name, dirs_exist_ok=True)
+def dealii_program() -> Path:
+    """The folder of the program with deal.II, which is built once and goes when Python ends."""
+    cmake, build = program("cmake"), Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, build, ignore_errors=True)
+    shutil.copytree(SCRIPTS / "dealii", build, dirs_exist_ok=True)
     try:
-        printed([program("cmake"), ".", "-DCMAKE_BUILD_TYPE=Release"], Path(build.name))
+        printed([cmake, ".", "-DCMAKE_BUILD_TYPE=Release"], build)
     except RuntimeError as error:
         raise NotInstalledError("deal.II") if "deal.II" in str(error) else error from None
     return build
@@ -160,7 +162,7 @@ def dealii_program() -> tempfile.TemporaryDirectory[str]:
 
 def dealii(folder: Path, order: str = "") -> str:
     """What the program with deal.II prints in a folder; CMake starts it, after it has built it."""
-    cmake, build = program("cmake"), Path(dealii_program().name)
+    cmake, build = program("cmake"), dealii_program()
     printed([cmake, ".", f"-DORDER={order}", f"-DFOLDER={folder}"], build)
     return printed([cmake, "--build", ".", "--target", "run"], build)
 
