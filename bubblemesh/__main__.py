@@ -1,5 +1,7 @@
 """The command ``bubblemesh``, also as ``python -m bubblemesh``: heeds interrupts before it loads anything else."""
 
+import atexit
+import gc
 import os
 import signal
 from contextlib import suppress
@@ -12,6 +14,7 @@ def main() -> None:
     """Entry point of the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
+    atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway
     from bubblemesh.cli import main as command
 
     command()

@@ -33,6 +33,8 @@ def split_at_contacts(boundary: Boundary) -> Boundary:
 
     GeometryError if corners of two rings are nearer to each other than touching curves may be, but not the same.
     """
+    if (boundary.ring == boundary.ring[0]).all():
+        return boundary
     points = PolygonalCopy.of(boundary).points
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
