@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
@@ -26,6 +26,10 @@ class Net:
     two_sided: Booleans  # (b,): facets with the domain on both sides
     triangles: Integers  # (t, 3): counter-clockwise
     edges: Integers  # (m, 2): every edge of a triangle once
+
+    def of(self, bubbles: Bubbles) -> "Net":
+        """The same facets and triangles, of other bubbles."""
+        return Net(bubbles, self.facets, self.facet_piece, self.two_sided, self.triangles, self.edges)
 
     @cached_property
     def valence(self) -> Integers:
@@ -111,7 +115,7 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
 
     With ``triangles`` (t, 3), as in `connect`, they may be other bubbles.
     """
-    moved = replace(net, bubbles=bubbles)
+    moved = net.of(bubbles)
     held = _same_on_boundary(net.bubbles, bubbles)
     start = net.bubbles.x if held and triangles is None else bubbles.x
     known = net.triangles if triangles is None else triangles
@@ -119,7 +123,7 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
         # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
         found = legalised(known, start, bubbles.x, net.facets)
         if found is not None and (held or moved.has_simple_rim):
-            return replace(moved, triangles=found[0], edges=found[1])
+            return Net(bubbles, net.facets, net.facet_piece, net.two_sided, *found)
     return _triangulated(moved)
 
 
@@ -144,8 +148,12 @@ def _triangulated(net: Net) -> Net:
 def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:
     """Whether the bubbles on the boundary are the same ones at the same places."""
     count = some.boundary_count
-    same = count == others.boundary_count and np.array_equal(some.piece, others.piece)
-    return same and np.array_equal(some.s, others.s) and np.array_equal(some.x[:count], others.x[:count])
+    same = count == others.boundary_count and _equal(some.piece, others.piece) and _equal(some.s, others.s)
+    return same and np.array_equal(some.x[:count], others.x[:count])
+
+
+def _equal(some: Floats | Integers, others: Floats | Integers) -> bool:
+    return some is others or np.array_equal(some, others)
 
 
 def connect_inside(
@@ -161,11 +169,11 @@ def connect_inside(
     """
     net = connect(bubbles, domain, before, triangles)
     kept = net.valence > 0
-    d = np.where(kept, 0.0, np.nan)
-    d[kept] = spacing.extended(bubbles.x[kept])
     if kept.all():
-        return replace(net, bubbles=replace(bubbles, d=d))
+        return net.of(bubbles.moved(bubbles.x, spacing.extended(bubbles.x)))
+    d = np.full(len(bubbles), np.nan)
+    d[kept] = spacing.extended(bubbles.x[kept])
     number = np.cumsum(kept) - 1
-    rest = replace(bubbles, d=d).select(np.flatnonzero(kept))
+    rest = bubbles.moved(bubbles.x, d).select(np.flatnonzero(kept))
     renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
     return replace(net, bubbles=rest, **renumbered)
