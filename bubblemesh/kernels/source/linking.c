@@ -264,12 +264,45 @@ static int64_t flip_on_the_way(Mesh *mesh, const double *start, const double *x,
     }
 }
 
-/* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in count (1,); if
+/* The quads (count, 4) of two triangles each that the flips may turn: the ends of their edge, and their other nodes. */
+static int64_t list_quads(const Mesh *mesh, const char *fixed, int64_t *quads)
+{
+    const int64_t *triangles = mesh->triangles;
+    int64_t side, count = 0;
+    for (side = 0; side < 3 * mesh->t; side++)
+        if (mesh->twin[side] > side && mesh->twin[mesh->twin[side]] == side && !fixed[side]) {
+            int64_t ahead = next_side(side), *quad = quads + 4 * count++;
+            quad[0] = triangles[side];
+            quad[1] = triangles[ahead];
+            quad[2] = triangles[next_side(ahead)];
+            quad[3] = triangles[next_side(next_side(mesh->twin[side]))];
+        }
+    return count;
+}
+
+/* Says in outcome (1,) whether triangles (t, 3) need no flips for nodes x (n, 2): 0 if all turn left and all quads
+   (count, 4) of them are Delaunay for sure, else 1. */
+KERNEL int64_t check_quads(int64_t t, const int64_t *triangles, int64_t count, const int64_t *quads, const double *x,
+                           int64_t *outcome)
+{
+    int64_t k;
+    *outcome = UNDECIDED;
+    for (k = 0; k < t; k++, triangles += 3)
+        if (!turns_left(x + 2 * triangles[0], x + 2 * triangles[1], x + 2 * triangles[2]))
+            return DONE;
+    for (k = 0; k < count; k++, quads += 4)
+        if (in_circle(x + 2 * quads[0], x + 2 * quads[1], x + 2 * quads[2], x + 2 * quads[3]) >= 0)
+            return DONE;
+    *outcome = DONE;
+    return DONE;
+}
+
+/* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in counts (2,); if
    flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2), as the nodes come there from
-   start (n, 2). Where rounding decides, or triangles are inverted, nothing is sure: then outcome (1,) is 1, else 0. */
+   start (n, 2), and with what more flips could turn in quads (3 t / 2, 4). Where rounding decides, or triangles are inverted, nothing is sure: then outcome (1,) is 1, else 0. */
 KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *start,
-                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int64_t *count,
-                              int64_t *outcome)
+                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int64_t *quads,
+                              int64_t *counts, int64_t *outcome)
 {
     Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL, NULL};
     Queue queue = {NULL, 0, 3 * t + 1, 0, NULL};
@@ -294,8 +327,10 @@ KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t 
         fix(&mesh, m, facets, fixed);
         *outcome = flip_on_the_way(&mesh, start, x, places, fixed, &queue);
     }
-    if (*outcome == DONE)
-        *count = in_order(&mesh, edges);
+    if (*outcome == DONE) {
+        counts[1] = flips ? list_quads(&mesh, fixed, quads) : 0;
+        counts[0] = in_order(&mesh, edges);
+    }
     status = DONE;
 end:
     free(fixed);
