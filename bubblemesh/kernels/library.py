@@ -37,7 +37,7 @@ def _as_c(argument: "Floats | Integers | int | float") -> object:
     if isinstance(argument, np.ndarray):
         # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
         try:
-            return _VIEW.from_buffer(argument)
+            return _VIEW.from_buffer(argument.data)
         except TypeError:
             assert argument.flags.c_contiguous
             return ctypes.c_void_p(argument.ctypes.data)
