@@ -208,17 +208,24 @@ static int all_turn_left(const Mesh *mesh, const double *x)
     return 1;
 }
 
+/* Of the edge at a side with a triangle across, whether that one's other node is in this one's circle: as `in_circle`. */
+static int crossed(const Mesh *mesh, const double *x, int64_t side)
+{
+    const int64_t *triangles = mesh->triangles;
+    int64_t ahead = next_side(side), other = next_side(next_side(mesh->twin[side]));
+    return in_circle(x + 2 * triangles[side], x + 2 * triangles[ahead], x + 2 * triangles[next_side(ahead)],
+                     x + 2 * triangles[other]);
+}
+
 /* Lawson's flips, until every edge between two triangles is locally Delaunay, but for fixed sides. Where rounding
    decides, that is the end if all must be sure, else the edge stays. */
 static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue, int sure)
 {
     int64_t side, left = MOST_FLIPS * mesh->t;
-    const int64_t *triangles = mesh->triangles;
     for (side = 0; side < 3 * mesh->t; side++)
-        if (mesh->twin[side] > side && !fixed[side])
+        if (mesh->twin[side] > side && !fixed[side] && crossed(mesh, x, side) >= 0)
             ask(queue, side);
     while (queue->count > 0) {
-        int64_t ahead, behind, other;
         int inside;
         side = queue->sides[queue->first];
         queue->first = queue->first + 1 < queue->room ? queue->first + 1 : 0;
@@ -226,10 +233,7 @@ static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue, 
         queue->waiting[side] = 0;
         if (mesh->twin[side] < 0 || fixed[side]) /* since another flip has turned its triangle */
             continue;
-        ahead = next_side(side), behind = next_side(ahead);
-        other = next_side(next_side(mesh->twin[side]));
-        inside = in_circle(x + 2 * triangles[side], x + 2 * triangles[ahead], x + 2 * triangles[behind],
-                           x + 2 * triangles[other]);
+        inside = crossed(mesh, x, side);
         if ((inside == 0 && sure) || (inside > 0 && left-- == 0))
             return UNDECIDED;
         if (inside > 0)
