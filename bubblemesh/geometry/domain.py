@@ -257,7 +257,7 @@ class Domain:
         return reached
 
     def deep_outside(self, points: Floats, depth: Floats) -> tuple[Booleans, Floats]:
-        """Mask (m,) of the points (m, 2) outside that are as far as ``depth`` (m,), and nearest boundary points (m, 2)."""
+        """Mask (m,) of points (m, 2) outside, as far as ``depth`` (m,), and the nearest boundary points (m, 2)."""
         nearest = self.nearest(points)
         deep = nearest.distance >= depth
         some = points[deep]

@@ -140,7 +140,7 @@ def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list
 
 
 def _pairs(points: Sequence[Sequence[float]] | Floats) -> Floats:
-    """The points (n, 2) as an array, z left out; TypeError, ValueError or IndexError if they are no pairs of numbers."""
+    """Array (n, 2) of the points, z left out; TypeError, ValueError or IndexError if they are no pairs of numbers."""
     with suppress(TypeError, ValueError):  # at once where all have the same number of coordinates, as most do
         array = np.array(points, float)
         if array.ndim == 2 and array.shape[1] >= 2:
