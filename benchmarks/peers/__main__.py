@@ -11,7 +11,6 @@ from benchmarks.peers.page import page
 from benchmarks.peers.rows import row
 from benchmarks.peers.runs import CASES, SIZES, problems, ran
 from benchmarks.peers.tools import TOOLS
-from benchmarks.peers.with_jigsaw import installed
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -33,7 +32,7 @@ def main() -> None:
 
 
 def _options() -> argparse.Namespace:
-    tools = [name for name in TOOLS if name != "jigsaw" or installed()]
+    tools = [name for name, tool in TOOLS.items() if tool.installed()]
     parser = argparse.ArgumentParser("python -m benchmarks.peers", description=__doc__)
     parser.add_argument("--case", nargs="+", choices=CASES, default=CASES, metavar="NAME", help=", ".join(CASES))
     parser.add_argument("--tool", nargs="+", choices=TOOLS, default=tools, metavar="NAME", help=", ".join(TOOLS))

@@ -23,6 +23,9 @@ STYLES = {
     "gmsh-relocate": ("#22303c", "D"),
     "gmsh-delaunay": ("#22303c", "x"),
     "jigsaw": ("#2a7f62", "P"),
+    "jigsaw-long": ("#2a7f62", "X"),
+    "jigsaw-restarts": ("#2a7f62", "p"),
+    "netgen": ("#3b7dd8", "h"),
     "triangle": ("#8d6fb0", "*"),
     "distmesh": ("#c98a2b", "+"),
 }

@@ -6,7 +6,7 @@ import shutil
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("bubblemesh", "numpy", "scipy", "pythoncdt", "shapely", "gmsh", "triangle")
+PACKAGES = ("bubblemesh", "numpy", "scipy", "pythoncdt", "shapely", "gmsh", "netgen-mesher", "triangle")
 PROCESSORS = Path("/proc/cpuinfo")
 
 

@@ -8,8 +8,9 @@ from benchmarks.peers.lead import lead
 from benchmarks.peers.machine import machine, versions
 from benchmarks.peers.rows import COLUMNS, Column, Row
 from benchmarks.peers.runs import TIMEOUT, CaseRuns
-from benchmarks.peers.tools import OURS, REFERENCE, RELOCATIONS, TOOLS, peers
+from benchmarks.peers.tools import ITERATIONS, OURS, REFERENCE, RELOCATIONS, TOOLS, peers
 from benchmarks.peers.with_distmesh import STEPS
+from benchmarks.peers.with_jigsaw import TOLERANCE
 
 ASTRAY = 1e-6  # of the spacing: boundary nodes that are closer are on the boundary
 TITLE = "# Beside other mesh generators\n"
@@ -28,8 +29,8 @@ default settings (*fast* and *best* are its other two efforts), the peers with t
 its ratio to that of {reference} in the same repeat, */ floor* that to one constrained Delaunay triangulation
 of bubblemesh's own nodes (medians of the ratios). For bubblemesh this is all from the case to the end of packing:
 checks of geometry and spacing, placement, rounds, and their figures. For Gmsh it is the generation of the mesh, without
-setting up geometry and size field; for Triangle, DistMesh and JIGSAW it is all but the survey of the case, with
-JIGSAW's reading and writing of files. *Peak MB* is the largest memory of the whole process: {ready} are
+setting up geometry and size field, as for Netgen; for Triangle, DistMesh and JIGSAW it is all but the survey of the
+case, with JIGSAW's reading and writing of files. *Peak MB* is the largest memory of the whole process: {ready} are
 Python, its packages and the case, before the meshing begins; bubblemesh's also has its quality report.
 
 **What is measured.** All meshes by the same functions: radius ratio *q* of the triangles (mean, first percentile,
@@ -44,7 +45,10 @@ or boundary; Relocate2D makes {relocations} steps. Triangle gets the boundary no
 degrees, and largest areas by the spacing at the centroids, refined until they hold; a trial that is not counted sets
 their factor for about N_id nodes. DistMesh is a version of ours, from its published description, with at most {steps}
 steps and a first lattice that has about N_id nodes; it is tried on the smaller cases only. JIGSAW gets the boundary as
-a fine polygon and the spacing on a grid.
+a fine polygon and the spacing on a grid; {iterations} iterations of its optimization go with a tolerance of
+{tolerance:g}, without which they end after a few; its restarts are those of its Python package (tetris: coarse levels
+first, irregular nodes left out and made anew). Netgen has the true arcs and the spacing as a limit on a grid of points,
+lowered by a factor from a trial that is not counted.
 """
 
 
@@ -63,6 +67,8 @@ def page(
         ready=_ready(results),
         relocations=RELOCATIONS,
         steps=STEPS,
+        iterations=ITERATIONS,
+        tolerance=TOLERANCE,
         boundary=_boundary(results),
         density=_density(rows),
     )

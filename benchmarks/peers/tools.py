@@ -4,13 +4,14 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 
-from benchmarks.peers import with_bubblemesh, with_distmesh, with_gmsh, with_jigsaw, with_triangle
+from benchmarks.peers import with_bubblemesh, with_distmesh, with_gmsh, with_jigsaw, with_netgen, with_triangle
 from benchmarks.peers.clock import Clock
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 
-OURS, REFERENCE = "bubblemesh", "gmsh-frontal"
+OURS, BEST, REFERENCE = "bubblemesh", "bubblemesh-best", "gmsh-frontal"
 RELOCATIONS = 10  # steps of Relocate2D; more hardly change the mesh
+ITERATIONS = 200  # of JIGSAW's optimization; 16 are its default
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class Tool:
         Whether it is this project, which meshes by the method that the command names.
     most_nodes : float
         Ideal number of nodes of the largest case it is tried on.
+    installed : callable
+        Whether it is on this machine; where it is not, it is left out unless it is asked for.
     """
 
     label: str
@@ -35,19 +38,33 @@ class Tool:
     settings: tuple[str, ...] = ()
     ours: bool = False
     most_nodes: float = float("inf")
+    installed: Callable[[], bool] = lambda: True
 
 
 TOOLS = {
     "bubblemesh-fast": Tool("bubblemesh, fast", with_bubblemesh.mesh, ("packing.effort=fast",), ours=True),
     OURS: Tool("bubblemesh", with_bubblemesh.mesh, ours=True),
-    "bubblemesh-best": Tool("bubblemesh, best", with_bubblemesh.mesh, ("packing.effort=best",), ours=True),
+    BEST: Tool("bubblemesh, best", with_bubblemesh.mesh, ("packing.effort=best",), ours=True),
     REFERENCE: Tool("Gmsh Frontal-Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL)),
     "gmsh-relocate": Tool(
         "Gmsh Frontal-Delaunay + Relocate2D",
         partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL, relocations=RELOCATIONS),
     ),
     "gmsh-delaunay": Tool("Gmsh Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.DELAUNAY)),
-    "jigsaw": Tool("JIGSAW", with_jigsaw.mesh),
+    "jigsaw": Tool("JIGSAW", with_jigsaw.mesh, installed=with_jigsaw.installed),
+    "jigsaw-long": Tool(
+        f"JIGSAW, {ITERATIONS} iterations",
+        partial(with_jigsaw.mesh, iterations=ITERATIONS),
+        most_nodes=1e5,
+        installed=with_jigsaw.installed,
+    ),
+    "jigsaw-restarts": Tool(
+        "JIGSAW with restarts",
+        with_jigsaw.mesh_with_restarts,
+        most_nodes=1e4,
+        installed=with_jigsaw.restarts_installed,
+    ),
+    "netgen": Tool("Netgen", with_netgen.mesh, installed=with_netgen.installed),
     "triangle": Tool("Triangle", with_triangle.mesh),
     "distmesh": Tool("DistMesh", with_distmesh.mesh, most_nodes=2000),
 }

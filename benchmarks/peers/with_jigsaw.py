@@ -2,8 +2,12 @@
 
 import shutil
 import subprocess
+import sys
+from contextlib import redirect_stdout
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -13,20 +17,10 @@ from bubblemesh.case import Case
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 
-COMMAND = "jigsaw"
+COMMAND, PACKAGE = "jigsaw", "jigsawpy"
 GRID = 500  # intervals of the grid that tells the spacing, along each side of the domain's box
-SETTINGS = """\
-GEOM_FILE = {folder}/outline.msh
-HFUN_FILE = {folder}/spacing.msh
-MESH_FILE = {folder}/mesh.msh
-HFUN_SCAL = absolute
-HFUN_HMAX = {largest:.17g}
-HFUN_HMIN = 0
-MESH_DIMS = 2
-MESH_TOP1 = true
-GEOM_FEAT = true
-NUMTHREAD = 1
-"""
+COARSEST = 1000  # nodes of the first of several levels
+TOLERANCE = 1e-8  # of a run of many iterations, which would end after a few of them else
 
 
 def installed() -> bool:
@@ -34,20 +28,62 @@ def installed() -> bool:
     return shutil.which(COMMAND) is not None
 
 
-def mesh(case: Case, clock: Clock) -> tuple[Floats, Integers]:
-    """Points (n, 2) and triangles (t, 3) with the default settings; the time includes reading and writing files."""
-    if not installed():
-        raise FileNotFoundError(f"no executable {COMMAND} on the PATH")
-    problem = prepare(case)
+def restarts_installed() -> bool:
+    """Whether there is the Python package too, which starts the executable again and again."""
+    return installed() and find_spec(PACKAGE) is not None
+
+
+def mesh(case: Case, clock: Clock, iterations: int | None = None) -> tuple[Floats, Integers]:
+    """Points (n, 2) and triangles (t, 3) with the default settings, or up to that many iterations of its optimization.
+
+    The time includes reading and writing files.
+    """
     with TemporaryDirectory() as name:
         folder = Path(name)
-        largest = _write_spacing(problem, folder / "spacing.msh")
-        _write_outline(problem, folder / "outline.msh")
-        settings = folder / "settings.jig"
-        settings.write_text(SETTINGS.format(folder=folder, largest=largest))
+        settings = _settings(prepare(case), folder) | (
+            {"OPTM_ITER": iterations, "OPTM_QTOL": TOLERANCE} if iterations else {}
+        )
+        file = folder / "settings.jig"
+        file.write_text(
+            "".join(f"{key} = {str(value).lower() if value is True else value}\n" for key, value in settings.items())
+        )
         with clock:
-            subprocess.run([COMMAND, str(settings)], check=True, capture_output=True)
+            subprocess.run([COMMAND, str(file)], check=True, capture_output=True)
         return read_mesh(folder / "mesh.msh")
+
+
+def mesh_with_restarts(case: Case, clock: Clock) -> tuple[Floats, Integers]:
+    """Points (n, 2) and triangles (t, 3) by the package's restarts without irregular nodes, from level to level."""
+    import jigsawpy
+
+    problem = prepare(case)
+    levels = max(round(np.log(problem.survey.ideal_nodes / COARSEST) / np.log(4)), 0)
+    with TemporaryDirectory() as name, redirect_stdout(sys.stderr):
+        folder = Path(name)
+        options = jigsawpy.jigsaw_jig_t()
+        for key, value in (_settings(problem, folder) | {"JCFG_FILE": folder / "settings.jig"}).items():
+            setattr(options, key.lower(), str(value) if isinstance(value, Path) else value)
+        with clock:
+            jigsawpy.cmd.tetris(options, levels)
+        return read_mesh(folder / "mesh.msh")
+
+
+def _settings(problem: Problem, folder: Path) -> dict[str, Any]:
+    """Settings of a run in a folder, where the outline and the spacing are written."""
+    largest = _write_spacing(problem, folder / "spacing.msh")
+    _write_outline(problem, folder / "outline.msh")
+    return {
+        "GEOM_FILE": folder / "outline.msh",
+        "HFUN_FILE": folder / "spacing.msh",
+        "MESH_FILE": folder / "mesh.msh",
+        "HFUN_SCAL": "absolute",
+        "HFUN_HMAX": largest,
+        "HFUN_HMIN": 0.0,
+        "MESH_DIMS": 2,
+        "MESH_TOP1": True,
+        "GEOM_FEAT": True,
+        "NUMTHREAD": 1,
+    }
 
 
 def _write_outline(problem: Problem, path: Path) -> None:

@@ -32,10 +32,9 @@ double, the free edges of the triangles are the boundary edges, none of which cr
 to 1e-12. Nine of ten packings are short ones (`effort: fast`, or 2 rounds of 30 steps), whose triangles are poorer than
 the methods' own.
 
-Of {all} cases in the order of the trial, in which any first part is a fair sample, {done} have been meshed here. The
-trial went on while the program grew: its rows are of several states of it. Where a case showed a fault, it was mended,
-and the case and those like it were meshed anew. Most of it ran beside other work, and pauses count: a time tells what
-was enough, not what is needed.
+Of {all} cases, {done} have been meshed here. The trial went on while the program grew: its rows are of several states
+of it. Where a case showed a fault, that was mended, and the case and those like it were meshed anew. Most of it ran
+beside other work, and pauses count: a time tells what was enough, not what is needed.
 """
 
 OTHERS = {  # what each of the other trials does and demands, and what it has found so far
