@@ -130,7 +130,7 @@ def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list
     """The points as pairs of numbers, z left out; CaseError if a coordinate is no finite number."""
     try:
         array = _pairs(points)
-    except (TypeError, ValueError, IndexError):
+    except (TypeError, ValueError, LookupError, OverflowError):
         raise CaseError(f"{name}: coordinates must be pairs of numbers") from None
     bad = np.flatnonzero(~(np.abs(array) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
@@ -140,7 +140,7 @@ def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list
 
 
 def _pairs(points: Sequence[Sequence[float]] | Floats) -> Floats:
-    """Array (n, 2) of the points, z left out; TypeError, ValueError or IndexError if they are no pairs of numbers."""
+    """Array (n, 2) of the points, z left out; an error of Python or NumPy if they are no pairs of numbers."""
     with suppress(TypeError, ValueError):  # at once where all have the same number of coordinates, as most do
         array = np.array(points, float)
         if array.ndim == 2 and array.shape[1] >= 2:
