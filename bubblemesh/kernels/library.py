@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 8  # of the library's functions, as in source/library.c
+VERSION = 9  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -35,9 +35,12 @@ class Library:
 
 def _as_c(argument: "Floats | Integers | int | float") -> object:
     if isinstance(argument, np.ndarray):
-        assert argument.flags.c_contiguous
         # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
-        return _VIEW.from_buffer(argument.data) if argument.flags.writeable else ctypes.c_void_p(argument.ctypes.data)
+        try:
+            return _VIEW.from_buffer(argument.data)
+        except TypeError:
+            assert argument.flags.c_contiguous
+            return ctypes.c_void_p(argument.ctypes.data)
     return ctypes.c_double(argument) if isinstance(argument, float) else ctypes.c_int64(argument)
 
 

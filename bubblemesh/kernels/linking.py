@@ -1,11 +1,21 @@
 """Triangles and their edges in an order of their own, and flips of edges that make them Delaunay."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.kernels.library import Library, library
 
 NO_PLACES, NO_FACETS = np.zeros((0, 2)), np.zeros((0, 2), np.int64)
+
+
+class Legal(NamedTuple):
+    """A constrained Delaunay triangulation, in the order of `in_order`."""
+
+    triangles: Integers  # (t, 3)
+    edges: Integers  # (m, 2)
+    quads: Integers  # (k, 4): two triangles with an edge that is no facet: its ends, and their other nodes
 
 
 def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -18,7 +28,7 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
         return in_order_in_numpy(triangles, n)
     found = _linked(compiled, triangles, n, 0, NO_PLACES, NO_PLACES, NO_FACETS)
     assert found is not None  # only flips may be undecided
-    return found
+    return found.triangles, found.edges
 
 
 def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -30,7 +40,7 @@ def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     return np.column_stack([a, b, c])[order], np.stack(np.divmod(each_once(sides), n), axis=1)
 
 
-def legalised(triangles: Integers, start: Floats, x: Floats, facets: Integers) -> tuple[Integers, Integers] | None:
+def legalised(triangles: Integers, start: Floats, x: Floats, facets: Integers) -> Legal | None:
     """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
 
     The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Where nodes would invert
@@ -46,13 +56,26 @@ def legalised(triangles: Integers, start: Floats, x: Floats, facets: Integers) -
     return None if compiled is None else _linked(compiled, triangles, len(x), 1, start, x, facets)
 
 
+def is_legal(known: Legal, x: Floats) -> bool:
+    """Whether a triangulation is the constrained Delaunay one for sure, also with its nodes at x (n, 2)."""
+    compiled, outcome = library(), np.empty(1, np.int64)
+    assert compiled is not None  # nothing else makes one
+    rows = len(known.triangles), known.triangles, len(known.quads), known.quads
+    compiled.call("check_quads", *rows, np.ascontiguousarray(x, np.float64), outcome)
+    return not outcome[0]
+
+
 def _linked(
     compiled: Library, triangles: Integers, n: int, flips: int, start: Floats, x: Floats, facets: Integers
-) -> tuple[Integers, Integers] | None:
-    """Triangles and edges in order, after flips if these are wanted; None where they are undecided."""
+) -> Legal | None:
+    """Triangles and edges in order, and quads, after flips if these are wanted; None where they are undecided."""
     result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
-    count, outcome = np.zeros((2, 1), np.int64)
+    quads, counts, outcome = (
+        np.empty((3 * len(triangles) // 2, 4), np.int64),
+        np.zeros(2, np.int64),
+        np.zeros(1, np.int64),
+    )
     places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
     given = flips, *places, len(facets), np.ascontiguousarray(facets)
-    compiled.call("link_triangles", n, len(result), result, *given, edges, count, outcome)
-    return None if outcome[0] else (result, edges[: count[0]].copy())
+    compiled.call("link_triangles", n, len(result), result, *given, edges, quads, counts, outcome)
+    return None if outcome[0] else Legal(result, edges[: counts[0]].copy(), quads[: counts[1]].copy())

@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.disorder import disorder_marked
+from bubblemesh.kernels.library import library
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.packing.placement import displaced
@@ -80,18 +82,16 @@ class Annealing:
         coarse: bool = False,
     ) -> Relaxed:
         """The bubbles after all cycles, each a displacement and a relaxation, on a ``coarse`` level or the only one."""
-        total = Relaxed.none(net.bubbles)
+        parts = [Relaxed.none(net.bubbles)]
         cycles = self.cycles(len(net.bubbles), coarse)
         for cycle in range(cycles):
             displaced = self._displaced(net, 1 - cycle / cycles, random)
             net = connect_inside(displaced, domain, spacing, net)
             relaxed = relax(net, self.shake_steps)
-            total = total.followed_by(relaxed)
+            parts.append(relaxed)
             # The edges from before the relaxation still tell where the order is broken.
-            net = replace(net, bubbles=relaxed.bubbles)
-            if relaxed.lost:
-                net = connect_inside(relaxed.bubbles, domain, spacing)
-        return total
+            net = connect_inside(relaxed.bubbles, domain, spacing) if relaxed.lost else net.of(relaxed.bubbles)
+        return Relaxed.one_of(parts)
 
     def cycles(self, bubbles: int, coarse: bool = False) -> int:
         """Number of cycles on a level of so many bubbles, which is a ``coarse`` one or the only one."""
@@ -104,10 +104,12 @@ class Annealing:
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         """The bubbles after a displacement, whose amplitude is ``share`` times that of the first one."""
-        on_boundary = np.arange(len(net.bubbles)) < net.bubbles.boundary_count
-        beside = net.dilated(on_boundary)
-        amplitude = share * np.where(beside, self.amplitude_at_boundary * self.amplitude, self.amplitude)
-        amplitude[on_boundary | ~net.dilated(net.valence != REGULAR_VALENCE)] = 0
+        amplitudes = share * self.amplitude, share * (self.amplitude_at_boundary * self.amplitude)
+        compiled, count = library(), net.bubbles.boundary_count
+        if compiled is None:
+            amplitude = disorder_marked_in_numpy(net, *amplitudes)
+        else:
+            amplitude = disorder_marked(compiled, len(net.bubbles), net.edges, count, *amplitudes)
         return displaced(net.bubbles, slice(None), amplitude, random)
 
 
@@ -119,4 +121,12 @@ class SparingAnnealing(Annealing):
 
     def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
         displaced = super()._displaced(net, share, random)
-        return replace(displaced, x=np.where(self.calm(net.bubbles)[:, None], net.bubbles.x, displaced.x))
+        return displaced.moved(np.where(self.calm(net.bubbles)[:, None], net.bubbles.x, displaced.x))
+
+
+def disorder_marked_in_numpy(net: Net, inside: float, beside: float) -> Floats:
+    """Values (n,) of a net's bubbles as of `disorder_marked`, made in NumPy."""
+    on_boundary = np.arange(len(net.bubbles)) < net.bubbles.boundary_count
+    values = np.where(net.dilated(on_boundary), beside, inside)
+    values[on_boundary | ~net.dilated(net.valence != REGULAR_VALENCE)] = 0
+    return values

@@ -28,7 +28,8 @@ class Neighbours:
     @classmethod
     def along(cls, edges: Integers, x: Floats, d: Floats) -> "Neighbours":
         """Pairs at the ends of edges (m, 2)."""
-        return cls(edges, (d[edges[:, 0]] + d[edges[:, 1]]) / 2, x, d)
+        of_ends = d.take(edges)
+        return cls(edges, (of_ends[:, 0] + of_ends[:, 1]) / 2, x, d)
 
     @property
     def distances(self) -> Floats:

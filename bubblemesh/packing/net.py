@@ -1,14 +1,14 @@
 """Bubbles connected by a constrained Delaunay triangulation."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.linking import legalised
+from bubblemesh.kernels.linking import Legal, is_legal, legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
@@ -26,6 +26,11 @@ class Net:
     two_sided: Booleans  # (b,): facets with the domain on both sides
     triangles: Integers  # (t, 3): counter-clockwise
     edges: Integers  # (m, 2): every edge of a triangle once
+    legal: Legal | None = field(default=None, compare=False)  # what flips made these triangles and edges, if they did
+
+    def of(self, bubbles: Bubbles) -> "Net":
+        """The same facets and triangles, of other bubbles."""
+        return Net(bubbles, self.facets, self.facet_piece, self.two_sided, self.triangles, self.edges, self.legal)
 
     @cached_property
     def valence(self) -> Integers:
@@ -111,15 +116,17 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
 
     With ``triangles`` (t, 3), as in `connect`, they may be other bubbles.
     """
-    moved = replace(net, bubbles=bubbles)
+    moved = net.of(bubbles)
     held = _same_on_boundary(net.bubbles, bubbles)
     start = net.bubbles.x if held and triangles is None else bubbles.x
     known = net.triangles if triangles is None else triangles
-    if _all_within(known, bubbles):
-        # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
-        found = legalised(known, start, bubbles.x, net.facets)
-        if found is not None and (held or moved.has_simple_rim):
-            return replace(moved, triangles=found[0], edges=found[1])
+    if triangles is None and net.legal is not None and is_legal(net.legal, bubbles.x):
+        found: Legal | None = net.legal
+    else:
+        found = legalised(known, start, bubbles.x, net.facets) if _all_within(known, bubbles) else None
+    # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
+    if found is not None and (held or moved.has_simple_rim):
+        return Net(bubbles, net.facets, net.facet_piece, net.two_sided, found.triangles, found.edges, found)
     return _triangulated(moved)
 
 
@@ -138,14 +145,18 @@ def _all_within(triangles: Integers, bubbles: Bubbles) -> bool:
 
 def _triangulated(net: Net) -> Net:
     triangles, edges = linked(net.bubbles.x, net.facets, net.two_sided)
-    return replace(net, triangles=triangles, edges=edges)
+    return replace(net, triangles=triangles, edges=edges, legal=None)
 
 
 def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:
     """Whether the bubbles on the boundary are the same ones at the same places."""
     count = some.boundary_count
-    same = count == others.boundary_count and np.array_equal(some.piece, others.piece)
-    return same and np.array_equal(some.s, others.s) and np.array_equal(some.x[:count], others.x[:count])
+    same = count == others.boundary_count and _equal(some.piece, others.piece) and _equal(some.s, others.s)
+    return same and np.array_equal(some.x[:count], others.x[:count])
+
+
+def _equal(some: Floats | Integers, others: Floats | Integers) -> bool:
+    return some is others or np.array_equal(some, others)
 
 
 def connect_inside(
@@ -161,11 +172,11 @@ def connect_inside(
     """
     net = connect(bubbles, domain, before, triangles)
     kept = net.valence > 0
-    d = np.where(kept, 0.0, np.nan)
-    d[kept] = spacing.extended(bubbles.x[kept])
     if kept.all():
-        return replace(net, bubbles=replace(bubbles, d=d))
+        return net.of(bubbles.moved(bubbles.x, spacing.extended(bubbles.x)))
+    d = np.full(len(bubbles), np.nan)
+    d[kept] = spacing.extended(bubbles.x[kept])
     number = np.cumsum(kept) - 1
-    rest = replace(bubbles, d=d).select(np.flatnonzero(kept))
+    rest = bubbles.moved(bubbles.x, d).select(np.flatnonzero(kept))
     renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
-    return replace(net, bubbles=rest, **renumbered)
+    return replace(net, bubbles=rest, legal=None, **renumbered)

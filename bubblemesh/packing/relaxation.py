@@ -1,7 +1,7 @@
 """Relaxation: some steps of the motion, among neighbours near by or among neighbours in the triangulation."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -51,15 +51,15 @@ class Relaxed(NamedTuple):
         """The result of no step at all."""
         return cls(bubbles, 0, 0, np.zeros(0), 0)
 
+    @classmethod
+    def one_of(cls, parts: "Sequence[Relaxed]") -> "Relaxed":
+        """One relaxation of some, one after the other."""
+        bubbles, added, lost, speeds, evaluations = zip(*parts, strict=True)
+        return cls(bubbles[-1], sum(added), sum(lost), np.concatenate(speeds), sum(evaluations))
+
     def followed_by(self, other: "Relaxed") -> "Relaxed":
         """One relaxation of both, the other after this one."""
-        return Relaxed(
-            other.bubbles,
-            self.added + other.added,
-            self.lost + other.lost,
-            np.append(self.speeds, other.speeds),
-            self.evaluations + other.evaluations,
-        )
+        return Relaxed.one_of([self, other])
 
 
 class Relaxation(Protocol):
@@ -124,7 +124,7 @@ class Connected:
             viscosities = [damping(step, bubbles.touched) for step in range(begin, min(begin + self.refresh, steps))]
             x, speeds[begin : begin + self.refresh] = _moved(bubbles, acting, motion, viscosities)
             evaluations += len(x) * motion.evaluations * len(viscosities)
-            net = replace(net, bubbles=replace(bubbles, x=x))
+            net = net.of(bubbles.moved(x))
         return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
 
 

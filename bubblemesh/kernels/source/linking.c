@@ -50,31 +50,29 @@ static void sorted(int64_t n, int64_t count, Item *items, Item *spare, int64_t *
 
 typedef struct {
     int64_t n, t, *triangles; /* (t, 3) */
-    int64_t *twin;            /* (t, 3): the same edge's side in the triangle across, -1 on the rim */
+    int64_t *twin;            /* (t, 3): the same edge's side in the triangle across, -1 on the rim; NULL if not known */
+    int64_t *after;           /* (t, 3): next side in a list of those at the same node */
     Item *items, *spare;      /* (3 t,) */
-    int64_t *start;           /* (n + 1,) */
+    int64_t *start;           /* (n + 1,): where a node's items, or its list, begins */
 } Mesh;
 
-static void items_of_sides(Mesh *mesh)
-{
-    int64_t side;
-    for (side = 0; side < 3 * mesh->t; side++) {
-        int64_t a = mesh->triangles[side], b = mesh->triangles[next_side(side)];
-        Item item = {a < b ? a : b, a < b ? b : a, side};
-        mesh->items[side] = item;
-    }
-    sorted(mesh->n, 3 * mesh->t, mesh->items, mesh->spare, mesh->start);
-}
-
-static int same_edge(Item a, Item b)
-{
-    return a.low == b.low && a.high == b.high;
-}
-
-/* Triangles begin with their lowest node and ascend; edges (count, 2) with the lower node first ascend. */
+/* Triangles begin with their lowest node and ascend; edges (count, 2) with the lower node first ascend. Where twins are
+   known each edge is taken of one of its sides only. */
 static int64_t in_order(Mesh *mesh, int64_t *edges)
 {
-    int64_t k, count = 0, *triangles = mesh->triangles;
+    int64_t k, side, sides = 0, count = 0, *triangles = mesh->triangles;
+    for (side = 0; side < 3 * mesh->t; side++)
+        if (!mesh->twin || mesh->twin[side] < side) {
+            int64_t a = triangles[side], b = triangles[next_side(side)];
+            Item item = {a < b ? a : b, a < b ? b : a, 0};
+            mesh->items[sides++] = item;
+        }
+    sorted(mesh->n, sides, mesh->items, mesh->spare, mesh->start);
+    for (k = 0; k < sides; k++)
+        if (k == 0 || mesh->items[k].low != mesh->items[k - 1].low || mesh->items[k].high != mesh->items[k - 1].high) {
+            edges[2 * count] = mesh->items[k].low;
+            edges[2 * count++ + 1] = mesh->items[k].high;
+        }
     for (k = 0; k < mesh->t; k++) {
         int64_t *mine = triangles + 3 * k, a = mine[0], b = mine[1], c = mine[2];
         Item item = {a, b, c};
@@ -90,38 +88,47 @@ static int64_t in_order(Mesh *mesh, int64_t *edges)
         triangles[3 * k + 1] = mesh->items[k].high;
         triangles[3 * k + 2] = mesh->items[k].value;
     }
-    items_of_sides(mesh);
-    for (k = 0; k < 3 * mesh->t; k++)
-        if (k == 0 || !same_edge(mesh->items[k], mesh->items[k - 1])) {
-            edges[2 * count] = mesh->items[k].low;
-            edges[2 * count++ + 1] = mesh->items[k].high;
-        }
     return count;
+}
+
+/* First side known so far of the edge between two nodes, or -1: a node's list has sides of the edges to higher ones. */
+static int64_t known_side(const Mesh *mesh, int64_t low, int64_t high)
+{
+    int64_t side = mesh->start[low];
+    while (side >= 0 && mesh->triangles[side] != high && mesh->triangles[next_side(side)] != high)
+        side = mesh->after[side];
+    return side;
 }
 
 static void find_twins(Mesh *mesh)
 {
-    int64_t k;
-    items_of_sides(mesh);
-    for (k = 0; k < 3 * mesh->t; k++)
-        mesh->twin[k] = -1;
-    for (k = 1; k < 3 * mesh->t; k++)
-        if (same_edge(mesh->items[k], mesh->items[k - 1])) {
-            mesh->twin[mesh->items[k].value] = mesh->items[k - 1].value;
-            mesh->twin[mesh->items[k - 1].value] = mesh->items[k].value;
+    int64_t k, side, other;
+    for (k = 0; k < mesh->n; k++)
+        mesh->start[k] = -1;
+    for (side = 0; side < 3 * mesh->t; side++) {
+        int64_t a = mesh->triangles[side], b = mesh->triangles[next_side(side)], low = a < b ? a : b;
+        other = known_side(mesh, low, a < b ? b : a);
+        mesh->twin[side] = other;
+        if (other >= 0) {
+            mesh->twin[other] = side;
+        } else {
+            mesh->after[side] = mesh->start[low];
+            mesh->start[low] = side;
         }
+    }
 }
 
-/* Marks sides (t, 3) on facets (m, 2), which stay; the items still are those of the sides. */
+/* Marks sides (t, 3) on facets (m, 2), which stay; the lists still are those of `find_twins`. */
 static void fix(const Mesh *mesh, int64_t m, const int64_t *facets, char *fixed)
 {
-    int64_t k, place;
+    int64_t k;
     for (k = 0; k < m; k++) {
-        int64_t a = facets[2 * k], b = facets[2 * k + 1], low = a < b ? a : b, high = a < b ? b : a;
-        /* after the sort, a start is the end of its bucket */
-        for (place = low == 0 ? 0 : mesh->start[low - 1]; place < mesh->start[low]; place++)
-            if (mesh->items[place].high == high)
-                fixed[mesh->items[place].value] = 1;
+        int64_t a = facets[2 * k], b = facets[2 * k + 1], side = known_side(mesh, a < b ? a : b, a < b ? b : a);
+        if (side >= 0) {
+            fixed[side] = 1;
+            if (mesh->twin[side] >= 0)
+                fixed[mesh->twin[side]] = 1;
+        }
     }
 }
 
@@ -152,10 +159,12 @@ typedef struct {
 
 static void ask(Queue *queue, int64_t side)
 {
+    int64_t place;
     if (queue->waiting[side])
         return;
     queue->waiting[side] = 1;
-    queue->sides[(queue->first + queue->count++) % queue->room] = side;
+    place = queue->first + queue->count++;
+    queue->sides[place < queue->room ? place : place - queue->room] = side;
 }
 
 static void join(Mesh *mesh, int64_t side, int64_t twin)
@@ -212,7 +221,7 @@ static int64_t legalise(Mesh *mesh, const double *x, char *fixed, Queue *queue, 
         int64_t ahead, behind, other;
         int inside;
         side = queue->sides[queue->first];
-        queue->first = (queue->first + 1) % queue->room;
+        queue->first = queue->first + 1 < queue->room ? queue->first + 1 : 0;
         queue->count--;
         queue->waiting[side] = 0;
         if (mesh->twin[side] < 0 || fixed[side]) /* since another flip has turned its triangle */
@@ -255,25 +264,62 @@ static int64_t flip_on_the_way(Mesh *mesh, const double *start, const double *x,
     }
 }
 
-/* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in count (1,); if
-   flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2), as the nodes come there from
-   start (n, 2). Where rounding decides, or triangles are inverted, nothing is sure: then outcome (1,) is 1, else 0. */
-KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *start,
-                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int64_t *count,
-                              int64_t *outcome)
+/* The quads (count, 4) of two triangles each that the flips may turn: the ends of their edge, and their other nodes. */
+static int64_t list_quads(const Mesh *mesh, const char *fixed, int64_t *quads)
 {
-    Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL};
+    const int64_t *triangles = mesh->triangles;
+    int64_t side, count = 0;
+    for (side = 0; side < 3 * mesh->t; side++)
+        if (mesh->twin[side] > side && mesh->twin[mesh->twin[side]] == side && !fixed[side]) {
+            int64_t ahead = next_side(side), *quad = quads + 4 * count++;
+            quad[0] = triangles[side];
+            quad[1] = triangles[ahead];
+            quad[2] = triangles[next_side(ahead)];
+            quad[3] = triangles[next_side(next_side(mesh->twin[side]))];
+        }
+    return count;
+}
+
+/* Says in outcome (1,) whether triangles (t, 3) need no flips for nodes x (n, 2): 0 if all turn left and all quads
+   (count, 4) of them are Delaunay for sure, else 1. */
+KERNEL int64_t check_quads(int64_t t, const int64_t *triangles, int64_t count, const int64_t *quads, const double *x,
+                           int64_t *outcome)
+{
+    int64_t k;
+    *outcome = UNDECIDED;
+    for (k = 0; k < t; k++, triangles += 3)
+        if (!turns_left(x + 2 * triangles[0], x + 2 * triangles[1], x + 2 * triangles[2]))
+            return DONE;
+    for (k = 0; k < count; k++, quads += 4)
+        if (in_circle(x + 2 * quads[0], x + 2 * quads[1], x + 2 * quads[2], x + 2 * quads[3]) >= 0)
+            return DONE;
+    *outcome = DONE;
+    return DONE;
+}
+
+/* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in counts (2,); if
+   flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2), as the nodes come there from
+   start (n, 2), and with what more flips could turn in quads (3 t / 2, 4). Where rounding decides, or triangles are inverted, nothing is sure: then outcome (1,) is 1, else 0. */
+KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *start,
+                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int64_t *quads,
+                              int64_t *counts, int64_t *outcome)
+{
+    Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL, NULL};
     Queue queue = {NULL, 0, 3 * t + 1, 0, NULL};
     char *fixed = calloc((size_t)(3 * t + 1), 1);
     double *places = malloc((size_t)(flips ? 2 * n + 1 : 1) * sizeof *places);
     int64_t status = NO_MEMORY;
-    mesh.twin = malloc((size_t)(3 * t + 1) * sizeof *mesh.twin);
+    if (flips) {
+        mesh.twin = malloc((size_t)(3 * t + 1) * sizeof *mesh.twin);
+        mesh.after = malloc((size_t)(3 * t + 1) * sizeof *mesh.after);
+    }
     mesh.items = malloc((size_t)(3 * t + 1) * sizeof *mesh.items);
     mesh.spare = malloc((size_t)(3 * t + 1) * sizeof *mesh.spare);
     mesh.start = malloc((size_t)(n + 1) * sizeof *mesh.start);
     queue.sides = malloc((size_t)queue.room * sizeof *queue.sides);
     queue.waiting = calloc((size_t)queue.room, 1);
-    if (!fixed || !places || !mesh.twin || !mesh.items || !mesh.spare || !mesh.start || !queue.sides || !queue.waiting)
+    if (!fixed || !places || (flips && !(mesh.twin && mesh.after)) || !mesh.items || !mesh.spare || !mesh.start ||
+        !queue.sides || !queue.waiting)
         goto end;
     *outcome = DONE;
     if (flips) {
@@ -281,13 +327,16 @@ KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t 
         fix(&mesh, m, facets, fixed);
         *outcome = flip_on_the_way(&mesh, start, x, places, fixed, &queue);
     }
-    if (*outcome == DONE)
-        *count = in_order(&mesh, edges);
+    if (*outcome == DONE) {
+        counts[1] = flips ? list_quads(&mesh, fixed, quads) : 0;
+        counts[0] = in_order(&mesh, edges);
+    }
     status = DONE;
 end:
     free(fixed);
     free(places);
     free(mesh.twin);
+    free(mesh.after);
     free(mesh.items);
     free(mesh.spare);
     free(mesh.start);

@@ -1,6 +1,6 @@
 """Placement: where the first bubbles are, and how chance moves them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -46,7 +46,7 @@ class Perturbation:
     def __call__(self, bubbles: Bubbles, spacing: Spacing, random: np.random.Generator) -> Bubbles:
         """The bubbles after the displacement."""
         moved = displaced(bubbles, bubbles.interior, self.jitter, random)
-        return replace(moved, d=spacing(moved.x))
+        return moved.moved(moved.x, spacing(moved.x))
 
 
 def displaced(
@@ -55,4 +55,4 @@ def displaced(
     """The bubbles with k of them moved at random: standard deviations ``amplitude`` (k,) in units of their spacing."""
     x, scale = bubbles.x.copy(), amplitude * bubbles.d[which]
     x[which] += scale[:, None] * random.standard_normal((len(scale), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
-    return replace(bubbles, x=x)
+    return bubbles.moved(x)
