@@ -17,6 +17,7 @@ def main() -> None:
     atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway
     from bubblemesh.cli import main as command
 
+    gc.freeze()  # what is loaded stays: files with very many sides would have it looked through again and again
     command()
 
 

@@ -1,6 +1,7 @@
 """Names for the array types in signatures, and what NumPy lacks: rows of records, ranks, groups."""
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -48,6 +49,16 @@ def select(record: Columns, which: Integers | Booleans) -> Columns:
 def concatenated(records: Sequence[Columns]) -> Columns:
     """Record with the rows of all records, of which there is at least one."""
     return records[0]._make(np.concatenate(columns) for columns in zip(*records, strict=True))
+
+
+def least_of_rows(table: Floats) -> Floats:
+    """Least number (n,) of each row of a table (n, k) of few columns: much faster than NumPy's ``min``."""
+    return reduce(np.minimum, table.T)
+
+
+def largest_of_rows(table: Floats) -> Floats:
+    """Largest number (n,) of each row of a table (n, k) of few columns: much faster than NumPy's ``max``."""
+    return reduce(np.maximum, table.T)
 
 
 def gathered(points: Floats, which: Integers) -> Floats:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -84,23 +83,28 @@ class Boundary:
         sections: dict[int, Section] = {}  # by row
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
-        rows: list[tuple[int, ...]] = []
-        for path, ring in zip(paths, rings, strict=True):
+        # Lists for each column: rows of a table would take several times as long, of files with very many sides.
+        kind, index, start, end, label = (list[int]() for _ in range(5))
+        for path in paths:
             ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices] or [-1, -1]
-            for (start, end), (curve, label) in zip(pairwise(ends), path.sides, strict=True):
+            start += ends[:-1]
+            end += ends[1:]
+            for curve, name in path.sides:
                 if isinstance(curve, Section):
-                    sections[len(rows)] = curve
+                    sections[len(kind)] = curve
                     curve = curve.curve
-                kind = kinds.setdefault(type(curve), len(self.families) + len(kinds))
+                kind.append(kinds.setdefault(type(curve), len(self.families) + len(kinds)))
                 group = members.setdefault(type(curve), [])
-                number = labels.setdefault(label or path.label, len(labels))
-                rows.append((kind, len(group), 0, 0, start, end, number, ring, 0, right))
+                index.append(len(group))
                 group.append(curve)
+                label.append(labels.setdefault(name or path.label, len(labels)))
         for point in points:
             corners.setdefault(point, len(corners))
-        columns: dict[str, Any] = dict(zip(COLUMNS, np.array(rows, np.int64).reshape(-1, len(COLUMNS)).T, strict=True))
+        rows, ring = len(kind), np.repeat(np.array(rings, np.int64), [len(path.sides) for path in paths])
+        offset, lengths, left = np.zeros(rows), np.zeros(rows), np.zeros(rows, np.int64)
+        given = *_integers(kind, index), offset, lengths, *_integers(start, end, label), ring, left, left + right
+        columns: dict[str, Any] = dict(zip(COLUMNS, given, strict=True))
         families = *self.families, *(family(group) for group in members.values())
-        columns["offset"], columns["lengths"] = np.zeros(len(rows)), np.zeros(len(rows))
         for k in range(len(self.families), len(families)):
             columns["lengths"][columns["kind"] == k] = families[k].lengths
         for row, section in sections.items():
@@ -313,6 +317,11 @@ class Boundary:
         columns["offset"] += begin
         columns["start"][begins] = columns["end"][ends] = corner
         return replace(self, **columns)
+
+
+def _integers(*columns: list[int]) -> list[Integers]:
+    """Arrays of lists, which may be empty."""
+    return [np.array(column, np.int64) for column in columns]
 
 
 def default_label(ring: int, areas: int) -> str:

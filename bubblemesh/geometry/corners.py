@@ -69,12 +69,11 @@ LEAST_BEND = 0.06  # relative difference of the curvatures: the edges of one cur
 STRAIGHT = 1e-9  # radians over the length of the shorter piece
 
 
-def require_room(boundary: Boundary) -> None:
-    """Check that curves with a common tangent part fast enough for edges to follow both of them.
+def require_room(boundary: Boundary, ends: CornerFans) -> None:
+    """Check that curves with a common tangent, of all ``ends`` of pieces, part fast enough for edges to follow both.
 
     GeometryError, with the corner and the radii, if their curvatures are nearly the same.
     """
-    ends = corner_fans(boundary)
     one = np.arange(len(ends.corner))
     other = ends.following
     k, m = ends.curvature, ends.curvature[other]

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
@@ -88,10 +88,11 @@ class Domain:
         simple = cls(boundary, notes, given_outlines=given_outlines)
         inner = Parts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
         whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
-        require_room(whole)
         told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
         changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
-        return cls(whole, told, inner, given_outlines, changes)
+        domain = cls(whole, told, inner, given_outlines, changes)
+        require_room(whole, domain.corner_fans)
+        return domain
 
     @cached_property
     def periodic(self) -> Integers:
@@ -255,11 +256,21 @@ class Domain:
         reached[outside] = self._signed_distance(points[outside], reached[outside]) > -distance[outside]
         return reached
 
+    def deep_outside(self, points: Floats, depth: Floats) -> tuple[Booleans, Floats]:
+        """Mask (m,) of points (m, 2) outside, as far as ``depth`` (m,), and the nearest boundary points (m, 2)."""
+        nearest = self.nearest(points)
+        deep = nearest.distance >= depth
+        some = points[deep]
+        deep[deep] = -self._signed(some, self.contains(some), select(nearest, deep)) >= depth[deep]
+        return deep, nearest.foot
+
     def _signed_distance(self, points: Floats, inside: Booleans) -> Floats:
         """Distance (m,) to the boundary, positive inside, of points that are ``inside`` (m,) the polygonal copy."""
-        if len(points) == 0:
-            return np.zeros(0)
-        piece, s, foot, distance = self.nearest(points)
+        return self._signed(points, inside, self.nearest(points)) if len(points) else np.zeros(0)
+
+    def _signed(self, points: Floats, inside: Booleans, nearest: Nearest) -> Floats:
+        """Signed distance (m,) as of `_signed_distance`, by the nearest points on the boundary."""
+        piece, s, foot, distance = nearest
         boundary, inside = self.boundary, inside.copy()
         between_corners = boundary.closed[piece] | ((s > 0) & (s < boundary.lengths[piece]))
         # Close to a curve its tangent tells the side better than the chords do.

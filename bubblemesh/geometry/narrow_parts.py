@@ -37,6 +37,9 @@ class Gaps(NamedTuple):
     inner: Booleans  # (k,), whether a line or point inside the domain is at one end
 
 
+NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, bool))
+
+
 class ReentrantCorners(NamedTuple):
     """Corners (k,) that stand out into the domain, and directions (k, 2) of the lines there.
 
@@ -199,12 +202,15 @@ class Walls:
     def facing_corners(self, some: ReentrantCorners, reach: Floats) -> Gaps:
         """Gaps from corners to the nearest line or embedded point within reach (k,) that is not behind them."""
         domain, boundary = self.domain, self.domain.boundary
+        if len(some.corner) == 0:
+            return NO_GAPS
         open_ = ~boundary.closed
         alone = np.setdiff1d(np.arange(len(boundary.corners)), [boundary.start[open_], boundary.end[open_]])
         things = np.append(self.tree.geometries, shapely.points(boundary.corners[alone]))
         inner = np.append(boundary.inner[self.chords.piece], np.ones(len(alone), bool))
         on_ring = np.isin(some.corner, [boundary.start[~boundary.inner], boundary.end[~boundary.inner]])
-        tree, spots = shapely.STRtree(things), shapely.points(boundary.corners[some.corner])
+        tree = shapely.STRtree(things) if len(alone) else self.tree
+        spots = shapely.points(boundary.corners[some.corner])
         left, found = np.arange(len(spots)), []
         for share in 2.0 ** np.arange(-DOUBLINGS, 1):
             tip, thing = tree.query(spots[left], predicate="dwithin", distance=share * reach[left])

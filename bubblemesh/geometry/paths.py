@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -129,7 +129,7 @@ def family(members: Sequence[WholeCurve]) -> curves.Family:
     """The family that evaluates ``members``, which are of one kind."""
     if isinstance(members[0], Spline):
         return curves.Splines([one.fitted for one in members if isinstance(one, Spline)])
-    columns: Iterable[Any] = zip(*(one for one in members if not isinstance(one, Spline)), strict=True)
+    columns: Iterable[Any] = zip(*cast(Sequence[NamedTuple], members), strict=True)
     if isinstance(members[0], Polyline):  # of any number of points each
         return curves.Polylines(*columns)
     kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]

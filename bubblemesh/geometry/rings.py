@@ -1,6 +1,7 @@
 """Rings and open paths, made from the shapes that a case file offers."""
 
 from collections.abc import Sequence
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -93,9 +94,25 @@ def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = No
         pieces, ends = [*pieces, LineTo(first, label)], [*ends, first]
     sides, vertices, notes = _sides(first, pieces, ends, tolerance, label)
     vertices.pop()
-    if all(isinstance(side.curve, Line) for side in sides) and len(set(vertices)) < 3:
-        raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
+    if all(isinstance(side.curve, Line) for side in sides):
+        _require_three(vertices, first)
     return Ring(tuple(sides), tuple(vertices), notes)
+
+
+def straight_ring(vertices: Sequence[Point], label: str | None = None) -> Ring:
+    """Ring with straight sides between ``vertices``, no two of which in a row are the same.
+
+    GeometryError if fewer than three are different.
+    """
+    _require_three(vertices, vertices[0])
+    lines = map(Line, vertices, [*vertices[1:], vertices[0]])
+    return Ring(tuple(map(Side, lines, repeat(label))), tuple(vertices))
+
+
+def _require_three(vertices: Sequence[Point], first: Point) -> None:
+    """Refuse a ring of straight sides from ``first`` on that has fewer than three different vertices."""
+    if len(set(vertices)) < 3:
+        raise GeometryError(f"the ring at {place(first)} has fewer than three different points: give at least three")
 
 
 def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> OpenPath:

@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
@@ -19,7 +19,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
-from bubblemesh.readers.slips import Slips, clean_loop
+from bubblemesh.readers.slips import Slips, clean_loop, has_slips
 
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
@@ -129,26 +129,35 @@ def vertices_of(features: Iterable[Feature]) -> Floats:
 def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list[Point]:
     """The points as pairs of numbers, z left out; CaseError if a coordinate is no finite number."""
     try:
-        some = points if isinstance(points, np.ndarray) else [(point[0], point[1]) for point in points]
-        array = np.array(some, float).reshape(-1, 2)
-    except (TypeError, ValueError, IndexError):
+        array = _pairs(points)
+    except (TypeError, ValueError, LookupError, OverflowError):
         raise CaseError(f"{name}: coordinates must be pairs of numbers") from None
     bad = np.flatnonzero(~(np.abs(array) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
         where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_NUMBER:g}"
         raise CaseError(f"{name}: {where}: coordinates must be finite and at most {most}")
-    return [(x, y) for x, y in array.tolist()]
+    return list(map(tuple, array.tolist()))
+
+
+def _pairs(points: Sequence[Sequence[float]] | Floats) -> Floats:
+    """Array (n, 2) of the points, z left out; an error of Python or NumPy if they are no pairs of numbers."""
+    with suppress(TypeError, ValueError):  # at once where all have the same number of coordinates, as most do
+        array = np.array(points, float)
+        if array.ndim == 2 and array.shape[1] >= 2:
+            return array[:, :2]
+    return np.array([(point[0], point[1]) for point in points], float).reshape(-1, 2)
 
 
 def polygon_ring(points: Sequence[Point], name: str, label: str | None = None) -> tuple[Ring | None, Slips]:
     """Polygon that comes from the place ``name`` of a file, and what was dropped from it; None if it has no area."""
     if len(points) == 0:
         return None, Slips()
-    first, *others = points
-    pieces: list[Piece] = [LineTo(point) for point in others]
-    if points[-1] != first or not pieces:
-        pieces.append(LineTo(first))
-    start, pieces, slips = clean_loop(first, pieces)
+    corners = list(points[:-1] if len(points) > 1 and points[-1] == points[0] else points)
+    first, *others = corners
+    ends = [*others, first]
+    if not has_slips(np.array([first, *ends], float)):
+        return replace(rings.straight_ring(corners, label), origin=name), Slips()
+    start, pieces, slips = clean_loop(first, list(map(LineTo, ends)))
     if not pieces:
         return None, slips
     return replace(rings.path(start, pieces, label), origin=name), slips

@@ -51,11 +51,9 @@ def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece
     lines that has no area no piece is left.
     """
     ends = np.array([start, *(end_of(piece) for piece in pieces)], float)
-    straight = np.array([isinstance(piece, LineTo) for piece in pieces])
-    tolerance = SAME * float(np.ptp(ends, axis=0).max())
-    rounding = ROUNDINGS * float(np.spacing(np.abs(ends).max()))
-    if not _has_slips(np.diff(ends, axis=0), straight, tolerance, rounding):
+    if not has_slips(ends, np.array([isinstance(piece, LineTo) for piece in pieces])):
         return start, list(pieces), Slips()
+    tolerance, rounding = _tolerances(ends)
     loop = _Loop(tolerance, rounding)
     here = start
     for piece in pieces:
@@ -68,13 +66,23 @@ def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece
     return loop.pieces[0][0], kept, loop.slips
 
 
-def _has_slips(steps: Floats, straight: Booleans, tolerance: float, rounding: float) -> bool:
-    """Whether a loop with the ``steps`` (n, 2) from vertex to vertex has anything to drop."""
+def has_slips(ends: Floats, straight: Booleans | bool = True) -> bool:
+    """Whether a loop through ``ends`` (n + 1, 2), the last as the first, has anything for `clean_loop` to drop.
+
+    ``straight`` (n,) are its pieces that are straight lines, by default all.
+    """
+    tolerance, rounding = _tolerances(ends)
+    steps, straight = np.diff(ends, axis=0), np.broadcast_to(straight, len(ends) - 1)
     short = straight & (np.abs(steps).max(axis=1) <= tolerance)
     (ux, uy), (wx, wy) = steps.T, np.roll(steps, -1, axis=0).T
     longer = np.maximum(np.hypot(ux, uy), np.hypot(wx, wy))
     back = (ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= rounding * longer)
     return bool(short.any() or (back & straight & np.roll(straight, -1)).any())
+
+
+def _tolerances(ends: Floats) -> tuple[float, float]:
+    """Distance of points that are the same, and of lines that run back on each other."""
+    return SAME * float(np.ptp(ends, axis=0).max()), ROUNDINGS * float(np.spacing(np.abs(ends).max()))
 
 
 @dataclass

@@ -253,3 +253,14 @@ def test_clear_points_are_those_far_enough_inside(domain):
     distance = np.random.default_rng(6).uniform(0, 0.2, 5000)
     assert (domain.surely_inside(points, distance) == (domain.signed_distance(points) > distance)).all()
     assert domain.surely_inside(points[:0], distance[:0]).shape == (0,)
+
+
+def test_deep_outside_is_outside_and_far_enough():
+    domain = Domain.of(polygon(SQUARE_CORNERS), [circle((0, 0), 0.5)])
+    points, depth = random_points(5), np.random.default_rng(6).uniform(0, 0.6, 2000)
+    deep, feet = domain.deep_outside(points, depth)
+    distance = domain.signed_distance(points)
+    np.testing.assert_array_equal(deep, -distance >= depth)
+    assert deep.any()
+    assert (distance[~deep] > 0).any()
+    assert_allclose(np.hypot(*(feet - points).T), np.abs(distance), atol=1e-12)

@@ -17,6 +17,7 @@ from bubblemesh.geometry.rings import (
     path,
     polygon,
     rectangle,
+    straight_ring,
 )
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
@@ -205,3 +206,9 @@ def test_outline_is_computed_once_and_cannot_be_changed():
     assert ring.outline is ring.outline
     with pytest.raises(ValueError, match="read-only"):
         ring.outline[0] = 7
+
+
+def test_straight_ring_is_the_polygon_through_its_vertices():
+    assert straight_ring(SQUARE, "wall") == polygon(SQUARE, label="wall")
+    with pytest.raises(GeometryError, match="fewer than three different points"):
+        straight_ring([(0.0, 0.0), (1.0, 0.0)])

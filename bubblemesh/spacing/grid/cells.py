@@ -121,6 +121,8 @@ class Samples:
         front, done = self, list[Samples]()
         for _ in range(GRID_LEVELS + 1):
             split = coarse(front)
+            if front is self and not split.any():
+                return self
             done.append(front.select(~split))
             if not split.any():
                 break

@@ -12,6 +12,7 @@ from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
 
 GRID_LEVELS = 30
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+CROSS = np.array([[0, -1], [-1, 0], [0, 0], [1, 0], [0, 1]])
 COLUMN_BITS, ROW_BITS = 0x1555555555555555, 0x2AAAAAAAAAAAAAAA  # of a number in Morton's order
 MARGIN = 1e-9  # of the square's size: so far it reaches beyond what it covers
 
@@ -64,7 +65,7 @@ class Quadtree:
     @cached_property
     def sides(self) -> Floats:
         """Sides (n,) of the cells."""
-        return np.asarray(self.size / 2.0**self.level, float)
+        return np.asarray((self.size / 2.0 ** np.arange(GRID_LEVELS + 1))[self.level], float)
 
     @cached_property
     def divisible(self) -> Booleans:
@@ -84,6 +85,11 @@ class Quadtree:
     def corners(self, cells: Integers) -> Floats:
         """Corners (k, 4, 2) of some cells, to the last bit the same for all cells that share them."""
         return self._points(self._corners(cells))
+
+    def between_quarters(self) -> Floats:
+        """Corners (k, 5, 2) at which the quarters (4 k,) of cells, four of each in turn, meet: in the order of rows."""
+        width = 1 << (GRID_LEVELS - self.level[::4])
+        return self._points(self.column_row[3::4, None] + CROSS * width[:, None, None])
 
     def _corners(self, cells: Integers) -> Integers:
         """Columns and rows (k, 4, 2) of the corners of some cells."""

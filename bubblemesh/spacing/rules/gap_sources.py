@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers, members, select
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Gaps, Walls
+from bubblemesh.geometry.narrow_parts import NO_GAPS, Gaps, Walls
 from bubblemesh.messages import node_limit, place
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
@@ -26,7 +26,6 @@ APART_IN_GAP, FARTHEST_IN_GAP = (
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40
-NO_GAPS = Gaps(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0, bool))
 
 
 class NarrowPlace(NamedTuple):
@@ -141,7 +140,9 @@ def _probes(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]
     boundary = domain.boundary
     piece, begin, _ = short_intervals(domain, spacing)
     chord_piece, s, step = boundary.stations()
-    turn = np.abs(turning(boundary.tangents(chord_piece, s), boundary.tangents(chord_piece, s + step)))
+    turn, bent = np.zeros(len(s)), boundary.curved[chord_piece]
+    ends = (boundary.tangents(chord_piece[bent], at) for at in (s[bent], (s + step)[bent]))
+    turn[bent] = np.abs(turning(*ends))
     turns = np.diff(np.floor(np.cumsum(turn) / LARGEST_TURN), prepend=0) > 0
     piece, begin = np.append(piece, chord_piece[turns]), np.append(begin, s[turns])
     order = np.lexsort((begin, piece))

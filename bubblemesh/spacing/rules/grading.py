@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import Cells, interpolated, ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
@@ -89,7 +89,7 @@ def _limited(
     """The spacing as of `gradient_limited`, with its ground; the one given is that of fewer sources."""
     fine = sources.joined(_spots(domain, spacing))
     if ground is None:
-        samples = resolved(unresolved(domain), domain, spacing, fine)
+        samples = resolved(unresolved(domain, spacing), domain, spacing, fine)
         if len(sources) == 0 and steepest(samples, domain, growth) is None:
             return LimitedSpacing(spacing, growth=growth)
         ground = Ground.of(domain, spacing, samples, fine)
@@ -154,7 +154,7 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
     """
     grid, inside = samples.grid, samples.inside
     mine = values[grid.vertices.corners]
-    largest = np.where(inside, LARGEST_IN_SPACINGS * mine.min(axis=1), np.inf)
+    largest = np.where(inside, LARGEST_IN_SPACINGS * least_of_rows(mine), np.inf)
     if (grid.sides <= NEARLY * largest).all():
         largest = grid.sides.copy()
     steep = np.flatnonzero(inside & too_steep(samples, growth).any(axis=1))

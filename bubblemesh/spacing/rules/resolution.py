@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, members
+from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
@@ -14,6 +14,8 @@ from bubblemesh.spacing.spacing import Spacing
 
 SPLITS = 1000
 PLACES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of samples, from a cell's centre
+# Corners of quarters: from 0 to 3 the corners of the whole, from 4 on where the quarters meet.
+QUARTERS = np.array([[0, 4, 5, 6], [4, 1, 6, 7], [5, 6, 2, 8], [6, 7, 8, 3]])
 PAIRS = np.array([[0, 1], [0, 2], [0, 3], [0, 4], [1, 2], [3, 4], [1, 3], [2, 4]])
 NEAREST = 0.7  # sides: less than the distance of any pair
 TOLERANCE = 1e-3  # relative excess of the growth that does not count
@@ -32,9 +34,10 @@ class SteepestPlace(NamedTuple):
     growth: float
 
 
-def unresolved(domain: Domain) -> Samples:
-    """One cell around the domain, with samples that have it split."""
-    return Samples(Quadtree.around(domain.bounds), np.ones(1, bool), np.zeros((1, len(PLACES))))
+def unresolved(domain: Domain, spacing: Spacing) -> Samples:
+    """One cell around the domain, which is to be split in any case."""
+    grid = Quadtree.around(domain.bounds)
+    return Samples(grid, np.ones(1, bool), spacing.extended(_places(grid, np.zeros(1, np.int64))[0])[None])
 
 
 def resolved(
@@ -50,7 +53,7 @@ def resolved(
 
     def coarse(some: Samples) -> Booleans:
         grid = some.grid
-        sides = np.minimum(LARGEST_IN_SPACINGS * some.d.min(axis=1), LARGEST_IN_DOMAIN * domain.size)
+        sides = np.minimum(LARGEST_IN_SPACINGS * least_of_rows(some.d), LARGEST_IN_DOMAIN * domain.size)
         begin, end = ranks(key, grid.key), ranks(key, grid.ends)
         held = np.flatnonzero(begin < end)
         if len(held):
@@ -59,8 +62,8 @@ def resolved(
         split = some.inside & grid.divisible & (grid.sides > sides)
         return split | (grid.sides > largest) if some is samples else split
 
-    def values(grid: Quadtree, cells: Integers, _: Floats) -> Floats:
-        return spacing.extended(_places(grid, cells).reshape(-1, 2)).reshape(-1, len(PLACES))
+    def values(grid: Quadtree, _: Integers, whole: Floats) -> Floats:
+        return _of_quarters(grid, whole[::4], spacing)
 
     refined = samples.refined(domain, coarse, values)
     if len(refined.grid) == len(samples.grid):  # balanced as it was
@@ -83,7 +86,8 @@ def too_steep(samples: Samples, growth: float) -> Booleans:
     """Whether the spacing grows by more than ``growth`` per length, (n, 8), between the `PAIRS` of places of a cell."""
     limit, steep = growth * (1 + TOLERANCE), np.zeros((len(samples.d), len(PAIRS)), bool)
     # A quick look, which is generous: no pair is nearer than the centre and a corner.
-    may_be = np.flatnonzero(samples.d.max(axis=1) - samples.d.min(axis=1) > NEAREST * limit * samples.grid.sides)
+    rise = largest_of_rows(samples.d) - least_of_rows(samples.d)
+    may_be = np.flatnonzero(rise > NEAREST * limit * samples.grid.sides)
     steep[may_be] = _slopes(samples, may_be) > limit
     return steep
 
@@ -115,6 +119,17 @@ def _places(grid: Quadtree, cells: Integers) -> Floats:
     return np.concatenate([grid.centers[cells, None], grid.corners(cells)], axis=1)
 
 
+def _of_quarters(grid: Quadtree, whole: Floats, spacing: Spacing) -> Floats:
+    """Spacing (4 k, 5) at the places in quarters of cells, from that at the places (k, 5) in the cells as wholes.
+
+    It is asked for at the centres and where quarters meet: their other corners are those of the cells.
+    """
+    places = np.concatenate([grid.centers.reshape(-1, 4, 2), grid.between_quarters()], axis=1)
+    fresh = spacing.extended(places.reshape(-1, 2)).reshape(-1, 9)
+    of_corners = np.concatenate([whole[:, 1:], fresh[:, 4:]], axis=1)[:, QUARTERS]
+    return np.concatenate([fresh[:, :4, None], of_corners], axis=2).reshape(-1, len(PLACES))
+
+
 def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floats, Floats]) -> tuple[Floats, Floats]:
     """Places (k, 2) on thin walls and in their middles, and sides (k,) of cells there that keep both sides apart.
 
@@ -129,10 +144,13 @@ def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floa
     outward = np.column_stack([tangents[:, 1], -tangents[:, 0]])  # the domain is on the left
     radius = WIDEST_WALL * spacing(points)
     widest = radius.copy()
-    tried = np.arange(len(points))
+    tried, foot = np.arange(len(points)), np.full((len(points), 2), np.inf)
     while len(tried):
-        centers = points[tried] + radius[tried, None] * outward[tried]
-        tried = tried[-domain.signed_distance(centers) < FITTING * radius[tried]]
+        centers, depth = points[tried] + radius[tried, None] * outward[tried], FITTING * radius[tried]
+        # What was in the way of a disc twice as large often is in that of this one.
+        asked = np.flatnonzero(np.hypot(*(foot[tried] - centers).T) >= depth)
+        free, foot[tried[asked]] = domain.deep_outside(centers[asked], depth[asked])
+        tried = np.delete(tried, asked[free])
         radius[tried] /= 2
         tried = tried[radius[tried] > THINNEST_WALL * domain.size]
     thin = np.flatnonzero(radius < widest)

@@ -83,18 +83,22 @@ def short_intervals(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats,
     """Piece, begin and length (k,) of boundary intervals, short beside the spacing at their ends and middles."""
     boundary = domain.boundary
     piece = np.arange(len(boundary.lengths))
-    left = piece, np.zeros(len(piece)), np.asarray(boundary.lengths, float)
+    begin, length = np.zeros(len(piece)), np.asarray(boundary.lengths, float)
+    places = np.concatenate([begin, begin + length / 2, begin + length])
+    first, middle, last = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1)
     done = []
     for _ in range(HALVINGS):
-        piece, begin, length = left
-        places = np.concatenate([begin, begin + length / 2, begin + length])
-        d = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1).min(axis=0)
-        short = length <= LONGEST * d
+        short = length <= LONGEST * np.minimum(np.minimum(first, middle), last)
         done.append((piece[short], begin[short], length[short]))
-        left = halved(piece[~short], begin[~short], length[~short])
-        if len(left[0]) == 0:
+        piece, begin, length = halved(piece[~short], begin[~short], length[~short])
+        if len(piece) == 0:
             break
-    piece, begin, length = (np.concatenate(column) for column in zip(*done, left, strict=True))
+        # A half ends where the other one begins, but for rounding it would be known where the last one ends as well.
+        first, last, second = np.append(first[~short], middle[~short]), middle[~short], slice(len(piece) // 2, None)
+        places = np.append(begin + length / 2, begin[second] + length[second])
+        middle, ends = np.split(spacing(boundary.points(np.append(piece, piece[second]), places)), [len(piece)])
+        last = np.append(last, ends)
+    piece, begin, length = (np.concatenate(column) for column in zip(*done, (piece, begin, length), strict=True))
     order = np.lexsort((begin, piece))
     return piece[order], begin[order], length[order]
 

@@ -1,4 +1,4 @@
-"""Walls through which a growing spacing must not pass."""
+"""Cells that resolve a spacing, and walls through which a growing one must not pass."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,9 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.spacing.rules.resolution import thin_walls
-from bubblemesh.spacing.rules.sources import short_intervals
+from bubblemesh.spacing.rules.resolution import FITTING, WALL_CELL, WIDEST_WALL, resolved, thin_walls, unresolved
+from bubblemesh.spacing.rules.sources import Sources, short_intervals
+from bubblemesh.spacing.spacing import Spacing
 
 RECTANGLE = rings.rectangle(0, 0, 2, 1)
 
@@ -54,3 +55,32 @@ def test_walls_finer_than_can_be_told_cost_no_more_than_others():
 def test_embedded_lines_are_none():
     text = "domain: {outer: {rectangle: [0, 0, 1, 1]}, lines: [{path: [[0.2, 0.2], [0.8, 0.2]]}]}\nspacing: 0.1"
     assert len(found(case_domain(load_case("-", text=text)), uniform(0.05))[0]) == 0
+
+
+def test_samples_are_the_spacing_at_their_places_to_the_last_bit():
+    domain = Domain.of(rings.circle((0.3, -0.2), 0.77))
+    varied = Spacing(lambda x, y: 0.02 + 0.1 * np.hypot(x - 0.1, y) + 0.01 * np.sin(7 * x))
+    samples = resolved(unresolved(domain, varied), domain, varied, Sources.none())
+    grid = samples.grid
+    assert len(grid) > 1000
+    places = np.concatenate([grid.centers[:, None], grid.corners(np.arange(len(grid)))], axis=1)
+    np.testing.assert_array_equal(samples.d, varied.extended(places.reshape(-1, 2)).reshape(-1, 5))
+    assert resolved(samples, domain, varied, Sources.none()) is samples
+
+
+def test_walls_of_a_comb_are_found_as_by_asking_for_each_disc():
+    teeth = [(x, y) for k in range(20) for x, y in ((k, 0), (k + 0.7, 0), (k + 0.7, 5 - k % 3), (k + 0.72, 5 - k % 3))]
+    domain = Domain.of(rings.polygon([*((x / 5, y / 5) for x, y in teeth), (4, 0), (4, -1), (0, -1)][::-1]))
+    spacing = uniform(0.3)
+    piece, begin, length = short_intervals(domain, spacing)
+    places, _ = found(domain, spacing)
+    points, (tx, ty) = domain.boundary.points(piece, begin + length / 2), domain.boundary.tangents(piece, begin).T
+    radius, tried = np.full(len(points), WIDEST_WALL * 0.3), np.arange(len(points))
+    while len(tried):
+        centers = points[tried] + radius[tried, None] * np.column_stack([ty, -tx])[tried]
+        tried = tried[-domain.signed_distance(centers) < FITTING * radius[tried]]
+        radius[tried] /= 2
+        tried = tried[radius[tried] > 1e-9 * domain.size]
+    thin = radius < WIDEST_WALL * 0.3
+    assert thin.sum() > 50
+    assert len(places) == 2 * np.ceil(length[thin] / (WALL_CELL * radius[thin])).sum()
