@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+ShortIntegers = NDArray[np.int32]
 Booleans = NDArray[np.bool_]
 Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same length
 

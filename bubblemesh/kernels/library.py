@@ -7,10 +7,10 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 9  # of the library's functions, as in source/library.c
+VERSION = 10  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -24,7 +24,7 @@ class Library:
         if self._functions.kernels_version() != VERSION:
             raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
 
-    def call(self, name: str, *arguments: "Floats | Integers | int | float") -> None:
+    def call(self, name: str, *arguments: "Floats | Integers | ShortIntegers | int | float") -> None:
         """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
 
         MemoryError where it has too little memory.
@@ -33,7 +33,7 @@ class Library:
             raise MemoryError
 
 
-def _as_c(argument: "Floats | Integers | int | float") -> object:
+def _as_c(argument: "Floats | Integers | ShortIntegers | int | float") -> object:
     if isinstance(argument, np.ndarray):
         # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
         try:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers, ShortIntegers, each_once
 from bubblemesh.kernels.library import Library, library
 
 NO_PLACES, NO_FACETS = np.zeros((0, 2)), np.zeros((0, 2), np.int64)
@@ -15,7 +15,7 @@ class Legal(NamedTuple):
 
     triangles: Integers  # (t, 3)
     edges: Integers  # (m, 2)
-    quads: Integers  # (k, 4): two triangles with an edge that is no facet: its ends, and their other nodes
+    quads: ShortIntegers  # (k, 4): two triangles with an edge that is no facet: its ends, and their other nodes
 
 
 def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -70,11 +70,8 @@ def _linked(
 ) -> Legal | None:
     """Triangles and edges in order, and quads, after flips if these are wanted; None where they are undecided."""
     result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
-    quads, counts, outcome = (
-        np.empty((3 * len(triangles) // 2, 4), np.int64),
-        np.zeros(2, np.int64),
-        np.zeros(1, np.int64),
-    )
+    quads = np.empty((3 * len(triangles) // 2, 4), np.int32)  # they are kept for long, and are many
+    counts, outcome = np.zeros(2, np.int64), np.zeros(1, np.int64)
     places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
     given = flips, *places, len(facets), np.ascontiguousarray(facets)
     compiled.call("link_triangles", n, len(result), result, *given, edges, quads, counts, outcome)

@@ -1,6 +1,6 @@
 """The rounds of a packing: bubbles move, and their number is controlled, until the method's termination says stop."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,18 +54,16 @@ def rounds(
     round tells so.
     """
     random = method.perturbation.generator()
-    net, number, level = connect(method.perturbation(start, levels[0], random), domain), 0, 0
+    number = level = 0
     stages = stages_of(method, len(levels), len(start))
-    progress = Progress(stages, watch, net)
+    progress = Progress(stages, watch, connect(method.perturbation(start, levels[0], random), domain))
     try:
         for stage in stages:
             if stage.level > level:
                 level = stage.level
-                progress.net = net = connect(refined(net, domain, levels[level]), domain)
+                progress.net = connect(refined(progress.net, domain, levels[level]), domain)
             progress.begin(stage)
-            for done in LevelRun(domain, levels[level], method, random, progress).rounds(net, stage, number + 1):
-                number, net = done.number, done.net
-                yield done
+            number += yield from LevelRun(domain, levels[level], method, random, progress).rounds(stage, number + 1)
     except TimeUp as reason:
         yield _cut_short(progress.net, domain, levels[level + 1 :], number + 1, str(reason))
 
@@ -80,7 +78,10 @@ def _cut_short(net: Net, domain: Domain, levels: Sequence[Spacing], number: int,
 
 @dataclass(frozen=True)
 class LevelRun:
-    """The rounds on one level, and what stays the same through them."""
+    """The rounds on one level, and what stays the same through them.
+
+    The progress alone holds the net, which takes most of the memory: no copy of what it was stays behind.
+    """
 
     domain: Domain
     spacing: Spacing
@@ -88,37 +89,37 @@ class LevelRun:
     random: np.random.Generator
     progress: Progress
 
-    def rounds(self, net: Net, stage: Stage, first: int) -> Iterator[Round]:
-        """Rounds of a stage, numbered from ``first``."""
-        method, domain, spacing = self.method, self.domain, self.spacing
+    def rounds(self, stage: Stage, first: int) -> Generator[Round, None, int]:
+        """Rounds of a stage, numbered from ``first``; in the end, how many."""
+        method, progress = self.method, self.progress
         counts: list[tuple[int, int]] = []
         odd, reason = False, None
         while reason is None:
-            number, before = len(counts), len(net.bubbles)
+            number, before = len(counts), len(progress.net.bubbles)
             # 1. The bubbles move; in the round that anneals they are displaced before, again and again.
             steps = method.termination.steps(stage.opening and number == 0)
             if stage.annealing and number == 0:
                 coarse = not stage.finishing
-                relaxed = method.annealing(net, domain, spacing, self.random, self.relax, coarse)
+                relaxed = method.annealing(progress.net, self.domain, self.spacing, self.random, self.relax, coarse)
             else:
-                relaxed = self.relax(net, steps, number, odd)
+                relaxed = self.relax(progress.net, steps, number, odd)
             # 2. They are triangulated where they are now, with the spacing there.
-            net = connect_inside(relaxed.bubbles, domain, spacing, net)
+            progress.net = connect_inside(relaxed.bubbles, self.domain, self.spacing, progress.net)
             # 3. Where they are too many some are deleted, and gaps are filled.
-            change = method.population(net, domain, spacing, self.random)
-            self.progress.net = net = connect(change.bubbles, domain, net, change.triangles)
+            inserted = self.control()
             # 4. The change of their number tells whether to stop, and whether the odd ones get their own viscosity.
-            counts.append((before, len(change.bubbles)))
+            counts.append((before, len(progress.net.bubbles)))
             reason = method.termination(counts)
             odd = method.odd.active(*counts[-1])
             # 5. At the end of the packing they relax once more, or are smoothed.
             more = 0
             if reason is not None and stage.finishing:
-                net, more, last = self.finish(net, steps, number, odd)
+                more, last = self.finish(steps, number, odd)
                 relaxed = relaxed.followed_by(last)
-            inserted = relaxed.added + change.inserted + more
+            inserted += relaxed.added + more
             told = reason if stage.finishing else None
-            yield Round(first + number, before, inserted, net, relaxed.speeds, relaxed.evaluations, told)
+            yield Round(first + number, before, inserted, progress.net, relaxed.speeds, relaxed.evaluations, told)
+        return len(counts)
 
     def relax(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """Steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
@@ -133,25 +134,38 @@ class LevelRun:
         dynamics = Dynamics(method.force, method.motion, damping)
         return method.relaxation(net, self.domain, self.spacing, dynamics, steps)
 
-    def finish(self, net: Net, steps: int, number: int, odd: bool) -> tuple[Net, int, Relaxed]:
-        """Finish the packing; the net, the number of new bubbles, and the last relaxations as one.
+    def control(self) -> int:
+        """Control the population; the number of new bubbles."""
+        progress = self.progress
+        change = self.method.population(progress.net, self.domain, self.spacing, self.random)
+        progress.net = connect(change.bubbles, self.domain, progress.net, change.triangles)
+        return change.inserted
+
+    def control_again(self) -> int:
+        """Control the population between passes of the smoothing; the number of new bubbles."""
+        progress = self.progress
+        change = self.method.population(progress.net, self.domain, self.spacing, self.random)
+        if change.deleted + change.inserted:
+            progress.net = connect_inside(change.bubbles, self.domain, self.spacing, progress.net, change.triangles)
+        return change.inserted
+
+    def finish(self, steps: int, number: int, odd: bool) -> tuple[int, Relaxed]:
+        """Finish the packing; the number of new bubbles, and the last relaxations as one.
 
         A relaxation is repeated while bubbles are lost at the boundary. Between the passes of the smoothing the
         population is controlled, and after them the worst triangles are mended.
         """
-        method, domain, spacing = self.method, self.domain, self.spacing
-        total, inserted = Relaxed.none(net.bubbles), 0
+        method, domain, spacing, progress = self.method, self.domain, self.spacing, self.progress
+        total, inserted = Relaxed.none(progress.net.bubbles), 0
         for _ in range(method.smoothing.last_relaxations):
-            relaxed = self.relax(net, steps, number, odd)
-            total, net = total.followed_by(relaxed), connect(relaxed.bubbles, domain, net)
+            relaxed = self.relax(progress.net, steps, number, odd)
+            total, progress.net = total.followed_by(relaxed), connect(relaxed.bubbles, domain, progress.net)
             if relaxed.lost == 0:
                 break
         for smoothed in range(method.smoothing.passes):
             if smoothed:
-                change = method.population(net, domain, spacing, self.random)
-                if change.deleted + change.inserted:
-                    net = connect_inside(change.bubbles, domain, spacing, net, change.triangles)
-                    inserted += change.inserted
-            self.progress.net = net = method.smoothing(net, domain, spacing)
-            self.progress.add(SMOOTHING * len(net.bubbles))
-        return method.mending(net, domain, spacing, method.smoothing, self.random), inserted, total
+                inserted += self.control_again()
+            progress.net = method.smoothing(progress.net, domain, spacing)
+            progress.add(SMOOTHING * len(progress.net.bubbles))
+        progress.net = method.mending(progress.net, domain, spacing, method.smoothing, self.random)
+        return inserted, total

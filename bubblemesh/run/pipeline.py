@@ -174,18 +174,21 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * shared, on_share)
     with timed(seconds, "packing"):
         last_end = perf_counter()
+        last: Round | None = None
         for done in rounds(start, domain, levels, method, clock):
             rows.append(RoundRow.of(done, perf_counter() - last_end))
             speeds.append(done.speeds)
             on_round(rows[-1])
-            last_end = perf_counter()
+            last_end, last = perf_counter(), done if done.stop_reason is not None else None
+            del done  # or its net, which takes most of the memory, stays while the next round makes its own
+    assert last is not None  # the last round tells why it is
     refined: Refined | None = None
     if problem.demands:
         enter("refinement")
         with timed(seconds, "refinement"):
-            refined = Refinement(domain, problem.packing_spacing, problem.demands)(done.net, clock)
-            done = replace(done, net=refined.net)
-    return Packing(problem, first, tuple(rows), tuple(speeds), done, clock, seconds, refined)
+            refined = Refinement(domain, problem.packing_spacing, problem.demands)(last.net, clock)
+            last = replace(last, net=refined.net)
+    return Packing(problem, first, tuple(rows), tuple(speeds), last, clock, seconds, refined)
 
 
 def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result:

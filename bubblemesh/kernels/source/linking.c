@@ -20,7 +20,7 @@ static int64_t next_side(int64_t side)
 }
 
 typedef struct {
-    int64_t low, high, value;
+    int32_t low, high, value; /* nodes */
 } Item;
 
 /* Sorts items (count,) by their low, which are below n, then by high: those of the same low are few. */
@@ -52,7 +52,7 @@ typedef struct {
     int64_t n, t, *triangles; /* (t, 3) */
     int64_t *twin;            /* (t, 3): the same edge's side in the triangle across, -1 on the rim; NULL if not known */
     int64_t *after;           /* (t, 3): next side in a list of those at the same node */
-    Item *items, *spare;      /* (3 t,) */
+    Item *items, *spare;      /* as many as there are edges, and no fewer than triangles */
     int64_t *start;           /* (n + 1,): where a node's items, or its list, begins */
 } Mesh;
 
@@ -64,7 +64,7 @@ static int64_t in_order(Mesh *mesh, int64_t *edges)
     for (side = 0; side < 3 * mesh->t; side++)
         if (!mesh->twin || mesh->twin[side] < side) {
             int64_t a = triangles[side], b = triangles[next_side(side)];
-            Item item = {a < b ? a : b, a < b ? b : a, 0};
+            Item item = {(int32_t)(a < b ? a : b), (int32_t)(a < b ? b : a), 0};
             mesh->items[sides++] = item;
         }
     sorted(mesh->n, sides, mesh->items, mesh->spare, mesh->start);
@@ -74,7 +74,7 @@ static int64_t in_order(Mesh *mesh, int64_t *edges)
             edges[2 * count++ + 1] = mesh->items[k].high;
         }
     for (k = 0; k < mesh->t; k++) {
-        int64_t *mine = triangles + 3 * k, a = mine[0], b = mine[1], c = mine[2];
+        int32_t a = (int32_t)triangles[3 * k], b = (int32_t)triangles[3 * k + 1], c = (int32_t)triangles[3 * k + 2];
         Item item = {a, b, c};
         if (b < a && b < c)
             item.low = b, item.high = c, item.value = a;
@@ -269,24 +269,25 @@ static int64_t flip_on_the_way(Mesh *mesh, const double *start, const double *x,
 }
 
 /* The quads (count, 4) of two triangles each that the flips may turn: the ends of their edge, and their other nodes. */
-static int64_t list_quads(const Mesh *mesh, const char *fixed, int64_t *quads)
+static int64_t list_quads(const Mesh *mesh, const char *fixed, int32_t *quads)
 {
     const int64_t *triangles = mesh->triangles;
     int64_t side, count = 0;
     for (side = 0; side < 3 * mesh->t; side++)
         if (mesh->twin[side] > side && mesh->twin[mesh->twin[side]] == side && !fixed[side]) {
-            int64_t ahead = next_side(side), *quad = quads + 4 * count++;
-            quad[0] = triangles[side];
-            quad[1] = triangles[ahead];
-            quad[2] = triangles[next_side(ahead)];
-            quad[3] = triangles[next_side(next_side(mesh->twin[side]))];
+            int64_t ahead = next_side(side);
+            int32_t *quad = quads + 4 * count++;
+            quad[0] = (int32_t)triangles[side];
+            quad[1] = (int32_t)triangles[ahead];
+            quad[2] = (int32_t)triangles[next_side(ahead)];
+            quad[3] = (int32_t)triangles[next_side(next_side(mesh->twin[side]))];
         }
     return count;
 }
 
 /* Says in outcome (1,) whether triangles (t, 3) need no flips for nodes x (n, 2): 0 if all turn left and all quads
    (count, 4) of them are Delaunay for sure, else 1. */
-KERNEL int64_t check_quads(int64_t t, const int64_t *triangles, int64_t count, const int64_t *quads, const double *x,
+KERNEL int64_t check_quads(int64_t t, const int64_t *triangles, int64_t count, const int32_t *quads, const double *x,
                            int64_t *outcome)
 {
     int64_t k;
@@ -301,50 +302,65 @@ KERNEL int64_t check_quads(int64_t t, const int64_t *triangles, int64_t count, c
     return DONE;
 }
 
+/* Flips that make triangles Delaunay at x (n, 2) within facets (m, 2), as `link_triangles`; what takes memory only
+   meanwhile goes again, but the twins. */
+static int64_t flipped(Mesh *mesh, const double *start, const double *x, int64_t m, const int64_t *facets,
+                       int32_t *quads, int64_t *count, int64_t *outcome)
+{
+    Queue queue = {NULL, 0, 3 * mesh->t + 1, 0, NULL};
+    char *fixed = calloc((size_t)queue.room, 1);
+    double *places = malloc((size_t)(2 * mesh->n + 1) * sizeof *places);
+    int64_t status = NO_MEMORY;
+    mesh->twin = malloc((size_t)queue.room * sizeof *mesh->twin);
+    mesh->after = malloc((size_t)queue.room * sizeof *mesh->after);
+    queue.sides = malloc((size_t)queue.room * sizeof *queue.sides);
+    queue.waiting = calloc((size_t)queue.room, 1);
+    if (fixed && places && mesh->twin && mesh->after && queue.sides && queue.waiting) {
+        find_twins(mesh);
+        fix(mesh, m, facets, fixed);
+        *outcome = flip_on_the_way(mesh, start, x, places, fixed, &queue);
+        if (*outcome == DONE)
+            *count = list_quads(mesh, fixed, quads);
+        status = DONE;
+    }
+    free(fixed);
+    free(places);
+    free(mesh->after);
+    free(queue.sides);
+    free(queue.waiting);
+    return status;
+}
+
 /* Puts triangles (t, 3) of n nodes in order, and their edges into edges (3 t, 2), with their number in counts (2,); if
    flips are wanted, after those that make them Delaunay at x (n, 2) within facets (m, 2), as the nodes come there from
-   start (n, 2), and with what more flips could turn in quads (3 t / 2, 4). Where rounding decides, or triangles are inverted, nothing is sure: then outcome (1,) is 1, else 0. */
+   start (n, 2), and with what more flips could turn in quads (3 t / 2, 4). Where rounding decides, or triangles are
+   inverted, nothing is sure: then outcome (1,) is 1, else 0. */
 KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t flips, const double *start,
-                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int64_t *quads,
+                              const double *x, int64_t m, const int64_t *facets, int64_t *edges, int32_t *quads,
                               int64_t *counts, int64_t *outcome)
 {
     Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL, NULL};
-    Queue queue = {NULL, 0, 3 * t + 1, 0, NULL};
-    char *fixed = calloc((size_t)(3 * t + 1), 1);
-    double *places = malloc((size_t)(flips ? 2 * n + 1 : 1) * sizeof *places);
-    int64_t status = NO_MEMORY;
-    if (flips) {
-        mesh.twin = malloc((size_t)(3 * t + 1) * sizeof *mesh.twin);
-        mesh.after = malloc((size_t)(3 * t + 1) * sizeof *mesh.after);
-    }
-    mesh.items = malloc((size_t)(3 * t + 1) * sizeof *mesh.items);
-    mesh.spare = malloc((size_t)(3 * t + 1) * sizeof *mesh.spare);
-    mesh.start = malloc((size_t)(n + 1) * sizeof *mesh.start);
-    queue.sides = malloc((size_t)queue.room * sizeof *queue.sides);
-    queue.waiting = calloc((size_t)queue.room, 1);
-    if (!fixed || !places || (flips && !(mesh.twin && mesh.after)) || !mesh.items || !mesh.spare || !mesh.start ||
-        !queue.sides || !queue.waiting)
-        goto end;
+    int64_t status = n < INT32_MAX ? DONE : NO_MEMORY, side, most = 0;
     *outcome = DONE;
-    if (flips) {
-        find_twins(&mesh);
-        fix(&mesh, m, facets, fixed);
-        *outcome = flip_on_the_way(&mesh, start, x, places, fixed, &queue);
+    mesh.start = malloc((size_t)(n + 1) * sizeof *mesh.start);
+    if (!mesh.start)
+        status = NO_MEMORY;
+    if (status == DONE && flips)
+        status = flipped(&mesh, start, x, m, facets, quads, counts + 1, outcome);
+    if (status == DONE && *outcome == DONE) {
+        for (side = 0; side < 3 * t; side++)
+            most += !mesh.twin || mesh.twin[side] < side;
+        most = most < t ? t : most;
+        mesh.items = malloc((size_t)(most + 1) * sizeof *mesh.items);
+        mesh.spare = malloc((size_t)(most + 1) * sizeof *mesh.spare);
+        if (mesh.items && mesh.spare)
+            counts[0] = in_order(&mesh, edges);
+        else
+            status = NO_MEMORY;
     }
-    if (*outcome == DONE) {
-        counts[1] = flips ? list_quads(&mesh, fixed, quads) : 0;
-        counts[0] = in_order(&mesh, edges);
-    }
-    status = DONE;
-end:
-    free(fixed);
-    free(places);
     free(mesh.twin);
-    free(mesh.after);
     free(mesh.items);
     free(mesh.spare);
     free(mesh.start);
-    free(queue.sides);
-    free(queue.waiting);
     return status;
 }
