@@ -11,6 +11,7 @@ from bubblemesh.case import Case
 
 OURS, BEST, REFERENCE = "bubblemesh", "bubblemesh-best", "gmsh-frontal"
 RELOCATIONS = 10  # steps of Relocate2D; more hardly change the mesh
+LARGE = 3e5  # nodes of the largest case of those that would take longer than the rest together
 ITERATIONS = 200  # of JIGSAW's optimization; 16 are its default
 
 
@@ -49,8 +50,9 @@ TOOLS = {
     "gmsh-relocate": Tool(
         "Gmsh Frontal-Delaunay + Relocate2D",
         partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL, relocations=RELOCATIONS),
+        most_nodes=LARGE,
     ),
-    "gmsh-delaunay": Tool("Gmsh Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.DELAUNAY)),
+    "gmsh-delaunay": Tool("Gmsh Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.DELAUNAY), most_nodes=LARGE),
     "jigsaw": Tool("JIGSAW", with_jigsaw.mesh, installed=with_jigsaw.installed),
     "jigsaw-long": Tool(
         f"JIGSAW, {ITERATIONS} iterations",
@@ -64,7 +66,7 @@ TOOLS = {
         most_nodes=1e4,
         installed=with_jigsaw.restarts_installed,
     ),
-    "netgen": Tool("Netgen", with_netgen.mesh, installed=with_netgen.installed),
+    "netgen": Tool("Netgen", with_netgen.mesh, most_nodes=LARGE, installed=with_netgen.installed),
     "triangle": Tool("Triangle", with_triangle.mesh),
     "distmesh": Tool("DistMesh", with_distmesh.mesh, most_nodes=2000),
 }

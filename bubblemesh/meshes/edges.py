@@ -62,14 +62,31 @@ class SideTable:
         return triangle, number
 
 
+def find_sides(triangles: Integers, n: int, pairs: Integers) -> tuple[Integers, Integers]:
+    """Triangles (m,), of some (t, 3) with nodes below ``n``, with a side from the first to the second node of pairs.
+
+    And its number (m,) there: 0, 1 or 2; both are -1 for a pair (m, 2) that is no side. Where pairs are few this takes
+    much less than a `SideTable`.
+    """
+    wanted, which = np.unique(edge_keys(pairs, n), return_inverse=True)
+    found = np.full((2, len(wanted)), -1)
+    for number in range(3 if len(wanted) else 0):
+        place = find_keys(wanted, _keys(triangles[:, number], triangles[:, (number + 1) % 3], n))
+        triangle = np.flatnonzero(place >= 0)
+        found[0, place[triangle]], found[1, place[triangle]] = triangle, number
+    triangle, side = found[:, which.ravel()]
+    return triangle, side
+
+
 def unique_edges(triangles: Integers) -> tuple[Integers, Integers]:
     """Edges (e, 2) of triangles (t, 3) by nodes i < j, in lexicographic order, and the triangles (e,) at each of them.
 
     Their number is 1 on the boundary, 2 inside, more where the mesh is no surface.
     """
     keys, n = _undirected_keys(triangles)
-    keys, counts = np.unique(keys, return_counts=True)
-    return np.stack(np.divmod(keys, n), axis=1), counts
+    keys.sort()
+    first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1])[: len(keys)])
+    return np.stack(np.divmod(keys[first], n), axis=1), np.diff(first, append=len(keys))
 
 
 def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
@@ -82,8 +99,8 @@ def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
 def _undirected_keys(triangles: Integers) -> tuple[Integers, int]:
     """Keys (3 t,) of the sides with the lower node first, and the number of nodes."""
     n = int(triangles.max(initial=0)) + 1
-    i, j = directed_sides(triangles).T
-    return _keys(np.minimum(i, j), np.maximum(i, j), n), n
+    columns = [(triangles[:, k], triangles[:, (k + 1) % 3]) for k in range(3)]
+    return np.concatenate([_keys(np.minimum(i, j), np.maximum(i, j), n) for i, j in columns]), n
 
 
 def rim_nodes(triangles: Integers) -> Integers:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, MeshWarning
-from bubblemesh.meshes.edges import SideTable, edge_keys, find_keys, numbered_edges
+from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
 from bubblemesh.meshes.quality import Measures, Shape, radius_ratios, shape_quality
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
@@ -91,17 +91,14 @@ class Mesh:
     @cached_property
     def sides(self) -> Integers:
         """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
-        return np.column_stack(self._side_table.owner(self._side_table.find(self.facets)))
+        return np.column_stack(find_sides(self.triangles[:, :3], len(self.points), self.facets))
 
     @cached_property
     def outer(self) -> Booleans:
         """Mask (f,) of the facets that are boundary edges: those with a triangle on one side only."""
-        forth, back = (self._side_table.find(pairs) for pairs in (self.facets, self.facets[:, 1::-1]))
+        ends, triangles, n = self.facets[:, :2], self.triangles[:, :3], len(self.points)
+        forth, back = (find_sides(triangles, n, pairs)[0] for pairs in (ends, ends[:, ::-1]))
         return (forth < 0) != (back < 0)
-
-    @cached_property
-    def _side_table(self) -> SideTable:
-        return SideTable.of(self.triangles[:, :3], len(self.points))
 
     @cached_property
     def periodic_sides(self) -> tuple[PeriodicSides, ...]:

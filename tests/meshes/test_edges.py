@@ -5,7 +5,15 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from bubblemesh.meshes.edges import SideTable, directed_sides, numbered_edges, one_sided, rim_nodes, unique_edges
+from bubblemesh.meshes.edges import (
+    SideTable,
+    directed_sides,
+    find_sides,
+    numbered_edges,
+    one_sided,
+    rim_nodes,
+    unique_edges,
+)
 
 
 def random_triangles(seed, nodes=60):
@@ -65,6 +73,11 @@ def test_sides_are_found_by_their_nodes(seed):
     for pair, row, owner in zip(pairs.tolist(), rows.tolist(), owners, strict=True):
         assert (tuple(owner) if row >= 0 else None) == expected.get(tuple(pair))
     assert (rows >= 0).any()
+    few = np.column_stack(find_sides(triangles, 60, pairs))
+    assert [tuple(side) if side[0] >= 0 else None for side in few.tolist()] == [
+        expected.get(tuple(pair)) for pair in pairs.tolist()
+    ]
+    assert [len(column) for column in find_sides(triangles, 60, pairs[:0])] == [0, 0]
 
 
 @pytest.mark.parametrize("seed", range(5))
