@@ -14,10 +14,10 @@ from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.distances import (
     MOST_FORMULAS,
-    Distance,
     FromPoints,
     distance_to_labels,
     distance_to_line,
+    require_labels,
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
@@ -168,16 +168,24 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
     for size, own, until in points:
         nearest = FromPoints(np.array(points[size, own, until]))
         yield Proximity(nearest, size, growth if own is None else own, until)
+    labels: dict[tuple[float, float, float], list[str]] = {}  # by size, growth and reach
     for number, near in enumerate(models):
-        if isinstance(near, NearPoint) and (near.size, near.growth, near.until) in points:
-            continue
-        with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
-            distance = _distance(near, domain)
-        yield Proximity(distance, near.size, growth if near.growth is None else near.growth, near.until)
+        law = near.size, growth if near.growth is None else near.growth, near.until
+        if isinstance(near, NearLabel):
+            with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+                require_labels(domain, [near.label])
+            labels.setdefault(law, []).append(near.label)
+        elif isinstance(near, NearPoint):
+            if (near.size, near.growth, near.until) not in points:
+                yield Proximity(distance_to_line([near.point]), *law)
+        else:
+            yield Proximity(distance_to_line(near.line), *law)
     for label, size in terms.labels.items():
         with at_key("spacing", "labels", label):
-            distance = distance_to_labels(domain, [label])
-        yield Proximity(distance, size, growth)
+            require_labels(domain, [label])
+        labels.setdefault((size, growth, 0.0), []).append(label)
+    for law, alike in labels.items():  # the nearest of those that are alike takes one look, not one for each
+        yield Proximity(distance_to_labels(domain, tuple(dict.fromkeys(alike))), *law)
 
 
 def _alike(models: Sequence[NearTerm]) -> dict[tuple[float, float | None, float], list[tuple[float, float]]]:
@@ -201,12 +209,6 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
             line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
             yield shapely.get_coordinates(line)
     yield np.array([point.at for point in domain.parts.points if point.label in labels]).reshape(-1, 2)
-
-
-def _distance(near: NearTerm, domain: Domain) -> Distance:
-    if isinstance(near, NearLabel):
-        return distance_to_labels(domain, [near.label])
-    return distance_to_line([near.point] if isinstance(near, NearPoint) else near.line)
 
 
 def _limits_within(largest: Mapping[str, Value], domain: Domain) -> Iterator[Spacing]:

@@ -7,6 +7,7 @@ from partitions import domain_of
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.python.spacing import spacing_of
 from bubblemesh.problem.spacing import case_spacing
@@ -66,6 +67,10 @@ TERMS = [
     ("{near: [{point: [0.5, 0.5], size: 0.03}], value: 0.2}", np.minimum(0.03 + 0.2 * np.hypot(X - 0.5, Y - 0.5), 0.2)),
     ("{near: [{line: [[0, 0.5], [4, 0.5]], size: 0.05}]}", 0.05 + 0.2 * np.abs(Y - 0.5)),
     ("{labels: {bore: 0.05, well: 0.04}}", np.minimum(0.05 + 0.2 * BORE, 0.04 + 0.2 * WELL)),
+    (
+        "{near: [{label: bore, size: 0.05}, {label: well, size: 0.05}, {label: bore, size: 0.05, growth: 0.1}]}",
+        np.min([0.05 + 0.2 * BORE, 0.05 + 0.2 * WELL, 0.05 + 0.1 * BORE], axis=0),
+    ),
     ("{labels: {bore: 0.05}, growth: 0.1, maximum: 0.2}", np.minimum(0.05 + 0.1 * BORE, 0.2)),
     ("{labels: {bore: 0.05}, scale: 2}", 2 * (0.05 + 0.2 * BORE)),
     ("{labels: {bore: 0.01}, minimum: 0.05, maximum: 0.3}", np.clip(0.01 + 0.2 * BORE, 0.05, 0.3)),
@@ -88,6 +93,28 @@ TERMS = [
 @pytest.mark.parametrize(("spacing", "expected"), TERMS, ids=[spacing for spacing, _ in TERMS])
 def test_values_are_exact(spacing, expected):
     np.testing.assert_allclose(values(spacing), expected, rtol=1e-9)
+
+
+def test_labels_alike_take_one_look_for_the_nearest_of_them(monkeypatch):
+    holes = "".join(f"    - {{polygon: {ring(k)}, label: isle-{k}}}\n" for k in range(5))
+    islands = domain_of(f"domain:\n  outer: {{rectangle: [0, 0, 6, 2]}}\n  holes:\n{holes}")
+    near = ", ".join(f"{{label: isle-{k}, size: 0.05}}" for k in range(4))
+    terms = f"{{near: [{near}], labels: {{isle-4: 0.05}}}}"
+    case = load_case("sea.yaml", text=f"domain: {{outer: {{rectangle: [0, 0, 6, 2]}}}}\nspacing: {terms}\n")
+    spacing, asked = case_spacing(case, islands).at(None), []
+    look = Domain.distance_to
+    monkeypatch.setattr(Domain, "distance_to", lambda self, *given: asked.append(given) or look(self, *given))
+    found = spacing(np.array([[0.0, 0.0], [5.9, 1.0]]))
+    assert len(asked) == 1
+    corners = [np.array(ring(k)) for k in range(5)]
+    nearest = [min(np.hypot(*(points - at).T).min() for points in corners) for at in ([0, 0], [5.9, 1])]
+    np.testing.assert_allclose(found, 0.05 + 0.2 * np.array(nearest), rtol=0.02)
+
+
+def ring(k):
+    """An island of many corners, so that no formula gives the distance."""
+    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    return np.column_stack([k + 1 + 0.3 * np.cos(turn), 1 + 0.3 * np.sin(turn)]).round(6).tolist()
 
 
 def test_the_finest_counts_on_the_rim_of_a_region():

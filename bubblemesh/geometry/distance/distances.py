@@ -37,14 +37,19 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
 
     CaseError, with the known ones, if nothing has a label.
     """
-    for label in labels:
-        if label not in domain.labels:
-            raise CaseError(unknown("label", label, domain.labels))
+    require_labels(domain, labels)
     boundary = domain.boundary
     named = np.isin(boundary.labels, list(labels))[boundary.label]
     points = [point.at for point in domain.parts.points if point.label in labels]
     formula = ClosedForm.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
     return FromLabels(domain, tuple(labels)) if formula is None else formula
+
+
+def require_labels(domain: Domain, labels: Sequence[str]) -> None:
+    """CaseError, with the known labels, if nothing in a domain has one of these."""
+    for label in labels:
+        if label not in domain.labels:
+            raise CaseError(unknown("label", label, domain.labels))
 
 
 def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
