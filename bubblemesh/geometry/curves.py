@@ -100,15 +100,22 @@ class Arcs:
         return np.sign(self.sweep[index])[:, None] * np.column_stack([-np.sin(a), np.cos(a)])
 
 
-class _Shares(NamedTuple):
+class Shares(NamedTuple):
     """Increasing shares of [0, 1] of n curves, one curve after the other, for one search over all of them."""
 
     first: Integers  # (n + 1,), row of each curve's first share
     keys: Floats  # number of the curve plus the share
 
     @classmethod
-    def of(cls, shares: Sequence[Floats]) -> "_Shares":
+    def of(cls, shares: Sequence[Floats]) -> "Shares":
         return cls(np.cumsum([0, *map(len, shares)]), np.concatenate([k + share for k, share in enumerate(shares)]))
+
+    @classmethod
+    def of_table(cls, rising: Floats) -> "Shares":
+        """Shares of the last one of each row (n, k) of rising numbers, which begin with 0."""
+        count, most = rising.shape
+        keys = rising / rising[:, -1:] + np.arange(count)[:, None]
+        return cls(np.arange(count + 1) * most, keys.ravel())
 
     def before(self, index: Integers, share: Floats) -> Integers:
         """Row (m,) from which on the curve ``index`` (m,) holds ``share`` (m,); it is never the curve's last one."""
@@ -117,10 +124,52 @@ class _Shares(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Tabulated:
+class Tabulated:
     """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u."""
 
     exact = False
+
+    @property
+    def _columns(self) -> tuple[Floats, Floats, Floats]:
+        """Arc length, u and du/ds at the ends of the panels of all curves, one curve after the other."""
+        raise NotImplementedError
+
+    @property
+    def _shares(self) -> Shares:
+        """Arc lengths in the columns as shares of the curves' lengths."""
+        raise NotImplementedError
+
+    @property
+    def lengths(self) -> Floats:
+        raise NotImplementedError
+
+    def _position(self, index: Integers, u: Floats) -> Floats:
+        raise NotImplementedError
+
+    def _derivative(self, index: Integers, u: Floats) -> Floats:
+        raise NotImplementedError
+
+    def _parameter(self, index: Integers, s: Floats) -> Floats:
+        """u (m,) at arc length s (m,): cubic Hermite interpolation of the table."""
+        j = self._shares.before(index, s / self.lengths[index])
+        along, parameter, slope = self._columns
+        h = along[j + 1] - along[j]
+        t = (s - along[j]) / h
+        u0, u1 = parameter[j], parameter[j + 1]
+        m0, m1 = h * slope[j], h * slope[j + 1]
+        return u0 + t * (m0 + t * (3 * (u1 - u0) - 2 * m0 - m1 + t * (2 * (u0 - u1) + m0 + m1)))
+
+    def points(self, index: Integers, s: Floats) -> Floats:
+        return self._position(index, self._parameter(index, s))
+
+    def tangents(self, index: Integers, s: Floats) -> Floats:
+        derivative = self._derivative(index, self._parameter(index, s))
+        return derivative / np.hypot(*derivative.T)[:, None]
+
+
+@dataclass(frozen=True)
+class _TabulatedEach(Tabulated):
+    """Curves that each have a table of its own length."""
 
     @cached_property
     def _tables(self) -> list[tuple[Floats, Floats, Floats]]:
@@ -145,9 +194,9 @@ class _Tabulated:
         return s, u, slope
 
     @cached_property
-    def _shares(self) -> _Shares:
+    def _shares(self) -> Shares:
         """Arc lengths in the tables as shares of the curves' lengths."""
-        return _Shares.of([s / s[-1] for s, _, _ in self._tables])
+        return Shares.of([s / s[-1] for s, _, _ in self._tables])
 
     @cached_property
     def lengths(self) -> Floats:
@@ -167,12 +216,6 @@ class _Tabulated:
     def _least_chords(self, k: int) -> int:
         """Number of chords that curve k would have if it were straight."""
         return LEAST_CHORDS
-
-    def _position(self, index: Integers, u: Floats) -> Floats:
-        raise NotImplementedError
-
-    def _derivative(self, index: Integers, u: Floats) -> Floats:
-        raise NotImplementedError
 
     def stations(self) -> tuple[Integers, Floats]:
         # Short chords where the curvature is high, so that every chord turns as far and none is too long.
@@ -204,26 +247,9 @@ class _Tabulated:
         """Speeds (p, 5) of curves ``index`` (p,) at parameters u (p, 5) within their panels, which come in order."""
         return self._speed(np.repeat(index, u.shape[1]), u.ravel()).reshape(u.shape)
 
-    def _parameter(self, index: Integers, s: Floats) -> Floats:
-        """u (m,) at arc length s (m,): cubic Hermite interpolation of the table."""
-        j = self._shares.before(index, s / self.lengths[index])
-        along, parameter, slope = self._columns
-        h = along[j + 1] - along[j]
-        t = (s - along[j]) / h
-        u0, u1 = parameter[j], parameter[j + 1]
-        m0, m1 = h * slope[j], h * slope[j + 1]
-        return u0 + t * (m0 + t * (3 * (u1 - u0) - 2 * m0 - m1 + t * (2 * (u0 - u1) + m0 + m1)))
-
-    def points(self, index: Integers, s: Floats) -> Floats:
-        return self._position(index, self._parameter(index, s))
-
-    def tangents(self, index: Integers, s: Floats) -> Floats:
-        derivative = self._derivative(index, self._parameter(index, s))
-        return derivative / np.hypot(*derivative.T)[:, None]
-
 
 @dataclass(frozen=True)
-class Ellipses(_Tabulated):
+class Ellipses(_TabulatedEach):
     """Whole ellipses: ``center``, ``radii`` (n, 2), ``angle`` (n,) of the first axis and ``turn`` (n,), +1 or -1."""
 
     center: Floats
@@ -253,16 +279,16 @@ class Ellipses(_Tabulated):
 
 
 @dataclass(frozen=True)
-class Splines(_Tabulated):
+class Splines(_TabulatedEach):
     """Cubic splines, parametrised by chord length."""
 
     splines: Sequence[CubicSpline]
     panels: int = KNOT_PANELS  # of the arc length table between two knots
 
     @cached_property
-    def _breaks(self) -> _Shares:
+    def _breaks(self) -> Shares:
         """Parameters at the knots, between which the splines are cubic."""
-        return _Shares.of([spline.breaks for spline in self.splines])
+        return Shares.of([spline.breaks for spline in self.splines])
 
     @cached_property
     def _coefficients(self) -> Floats:
@@ -325,9 +351,9 @@ class Polylines:
         return np.concatenate(self._along)
 
     @cached_property
-    def _shares(self) -> _Shares:
+    def _shares(self) -> Shares:
         """Arc lengths at the vertices as shares of the polylines' lengths."""
-        return _Shares.of([s / s[-1] for s in self._along])
+        return Shares.of([s / s[-1] for s in self._along])
 
     @cached_property
     def lengths(self) -> Floats:

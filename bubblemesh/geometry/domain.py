@@ -16,7 +16,7 @@ from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
-from bubblemesh.geometry.paths import Area, Change, Ring
+from bubblemesh.geometry.paths import Area, Change, Ring, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import require_domain, simple_polygon
@@ -72,13 +72,14 @@ class Domain:
         GeometryError
             If rings cross, a hole is not inside, or areas overlap; the text names the ring and the coordinates.
         """
+        outlines(ring for area in areas for ring in area.rings)
         rings = [_turned(area.outer, +1) for area in areas]
         rings += [_turned(hole, -1) for area in areas for hole in area.holes]
         owner = [*range(len(areas)), *(number for number, area in enumerate(areas) for _ in area.holes)]
         names = [ring_name(number, ring.origin, len(areas)) for number, ring in enumerate(rings)]
-        outlines = [ring.outline for ring in rings]
-        tell_places_of(float(np.ptp(np.concatenate(outlines), axis=0).max()))
-        for ring, points, name in zip(rings, outlines, names, strict=True):
+        copies = outlines(rings)
+        tell_places_of(float(np.ptp(np.concatenate(copies), axis=0).max()))
+        for ring, points, name in zip(rings, copies, names, strict=True):
             with about(ring.key):
                 simple_polygon(points, name)
         boundary = split_at_contacts(Boundary.of(rings, owner))

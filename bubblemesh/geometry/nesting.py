@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import GeometryError, about
-from bubblemesh.geometry.paths import Area, Ring
+from bubblemesh.geometry.paths import Area, Ring, outlines
 from bubblemesh.geometry.validity import first_place
 
 Shapes = NDArray[np.object_]  # of polygons, not valid ones where rings cross
@@ -17,6 +17,7 @@ Shapes = NDArray[np.object_]  # of polygons, not valid ones where rings cross
 
 def shapes_of(areas: Sequence[Area]) -> Shapes:
     """Polygonal copies (n,) of areas, with their holes."""
+    outlines(ring for area in areas for ring in area.rings)
     return np.array(
         [shapely.Polygon(area.outer.outline, [hole.outline for hole in area.holes]) for area in areas], dtype=object
     )
@@ -28,7 +29,7 @@ def nested(areas: Sequence[Area], whole: int = 0) -> list[Area]:
     The first ``whole`` ones are areas of their own: one that lies only partly within another is no hole of it.
     """
     shapes = shapes_of(areas)
-    within, around = _enclosed(shapes, shapes)
+    within, around = enclosures(shapes, shapes)
     partly = (within < whole) & (around < whole) & ~shapely.covers(_solid(shapes[around]), shapes[within])
     within = within[~partly]
     removed = np.bincount(within, minlength=len(areas)) % 2 == 1
@@ -46,7 +47,7 @@ def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
     if len(areas) == 1 or not holes:
         return [replace(area, holes=(*area.holes, *holes)) for area in areas]
     inner, around = (shapes_of([Area(ring) for ring in some]) for some in (holes, [area.outer for area in areas]))
-    within, outer = _enclosed(inner, around)
+    within, outer = enclosures(inner, around)
     order = np.argsort(-shapely.area(around)[outer], kind="stable")  # the last one written stays
     owner = np.full(len(holes), -1)
     owner[within[order]] = outer[order]
@@ -64,7 +65,7 @@ def _solid(shapes: Shapes) -> Shapes:
     return shapely.polygons(shapely.get_exterior_ring(shapes))
 
 
-def _enclosed(inner: Shapes, around: Shapes) -> tuple[Integers, Integers]:
+def enclosures(inner: Shapes, around: Shapes) -> tuple[Integers, Integers]:
     """Numbers (k,) of inner shapes, and (k,) of larger ones that each of them lies within, unless they cross."""
     outer, within = shapely.STRtree(shapely.point_on_surface(inner)).query(around, predicate="contains")
     larger = shapely.area(around)[outer] > shapely.area(inner)[within]  # what is around a lake is not its island

@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.geometry import curves
+from bubblemesh.geometry.beziers import Beziers
 from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.geometry.similarity import UNMOVED, Similarity
 
@@ -65,6 +66,21 @@ class Ellipse(NamedTuple):
         return Ellipse(by.point(self.center), radii, by.angle_of(self.angle), self.turn * by.turn)
 
 
+class Bezier(NamedTuple):
+    """A cubic Bézier curve by its control points, which is regular: it stops nowhere, as it would at a cusp."""
+
+    start: Point
+    first: Point
+    second: Point
+    end: Point
+
+    def reversed(self) -> "Bezier":
+        return Bezier(*reversed(self))
+
+    def moved(self, by: Similarity) -> "Bezier":
+        return Bezier(*map(by.point, self))
+
+
 @dataclass(frozen=True, eq=False)
 class Spline:
     """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones.
@@ -100,7 +116,7 @@ class Polyline(NamedTuple):
         return Polyline(by.points(self.points))
 
 
-WholeCurve = Line | Arc | Ellipse | Spline | Polyline
+WholeCurve = Line | Arc | Ellipse | Bezier | Spline | Polyline
 
 
 class Section(NamedTuple):
@@ -132,8 +148,8 @@ def family(members: Sequence[WholeCurve]) -> curves.Family:
     columns: Iterable[Any] = zip(*cast(Sequence[NamedTuple], members), strict=True)
     if isinstance(members[0], Polyline):  # of any number of points each
         return curves.Polylines(*columns)
-    kind = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses}[type(members[0])]
-    return kind(*(np.array(column, float) for column in columns))
+    kinds = {Line: curves.Lines, Arc: curves.Arcs, Ellipse: curves.Ellipses, Bezier: Beziers}
+    return kinds[type(members[0])](*(np.array(column, float) for column in columns))
 
 
 class Side(NamedTuple):
@@ -172,10 +188,7 @@ class Ring:
     @cached_property
     def outline(self) -> Floats:
         """Polygonal copy (m, 2), computed once: to read and check a file takes it several times. It is read-only."""
-        from bubblemesh.geometry.polygonal_copy import outline_of  # of boundaries, which are made of rings
-
-        points = outline_of(self)
-        points.setflags(write=False)
+        (points,) = _outlined([self])
         return points
 
     def reversed(self) -> "Ring":
@@ -199,6 +212,24 @@ class Ring:
         changes = tuple(change.moved(by) for change in self.changes)
         vertices = tuple(map(by.point, self.vertices))
         return replace(self, sides=_moved(self.sides, by), vertices=vertices, changes=changes, given=given)
+
+
+def outlines(rings: Iterable[Ring]) -> list[Floats]:
+    """The outlines of rings; of many they are computed together, in a small part of the time that one by one takes."""
+    rings = list(rings)
+    new = [ring for ring in rings if "outline" not in vars(ring)]
+    for ring, points in zip(new, _outlined(new), strict=True):
+        vars(ring)["outline"] = points  # where the cached property keeps it
+    return [ring.outline for ring in rings]
+
+
+def _outlined(rings: Sequence[Ring]) -> list[Floats]:
+    from bubblemesh.geometry.polygonal_copy import outlines_of  # of boundaries, which are made of rings
+
+    found = outlines_of(rings)
+    for points in found:
+        points.setflags(write=False)
+    return found
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Fine polygonal copies of boundaries, whose chords keep apart where curves touch."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,11 +67,20 @@ class PolygonalCopy:
         return Chords(self.piece, self.s, self.step, self.points, self.points[self.successor])
 
 
-def outline_of(ring: Ring) -> Floats:
-    """Polygonal copy (m, 2) of a ring by itself."""
-    if all(isinstance(side.curve, Line) for side in ring.sides):
-        return np.array(ring.vertices, float)
-    return PolygonalCopy.of(Boundary.of([ring])).points
+def outlines_of(rings: Sequence[Ring]) -> list[Floats]:
+    """Polygonal copies (m, 2) of rings, each as it is without the others but for rounding."""
+    curved = [k for k, ring in enumerate(rings) if not all(isinstance(side.curve, Line) for side in ring.sides)]
+    found = [np.array(ring.vertices, float) for ring in rings]
+    if not curved:
+        return found
+    boundary = Boundary.of([rings[k] for k in curved])
+    piece, s, _ = boundary.stations()
+    ends = np.flatnonzero(np.diff(boundary.ring[piece])) + 1
+    for k, points in zip(curved, np.split(boundary.chord_starts(piece, s), ends), strict=True):
+        found[k] = points
+    for k in np.unique(boundary.ring[_at_contacts(boundary).any(axis=0)]).tolist():
+        found[curved[k]] = PolygonalCopy.of(Boundary.of([rings[curved[k]]])).points
+    return found
 
 
 def _graded_to_contacts(boundary: Boundary) -> tuple[Integers, Floats]:
@@ -79,12 +89,7 @@ def _graded_to_contacts(boundary: Boundary) -> tuple[Integers, Floats]:
     Two curves may touch there with a common tangent: only chords that shrink towards the contact keep apart.
     """
     none = np.zeros(0, np.int64), np.zeros(0)
-    curved = boundary.approximated & ~boundary.inner
-    if not curved.any():
-        return none
-    rings_at = np.bincount(boundary.ring_corners()[0], minlength=len(boundary.corners))
-    contact = np.append((rings_at > 1) | _cusps(boundary), False)  # the last entry answers for start = -1
-    forward, backward = np.flatnonzero(contact[boundary.start] & curved), np.flatnonzero(contact[boundary.end] & curved)
+    forward, backward = map(np.flatnonzero, _at_contacts(boundary))
     if len(forward) + len(backward) == 0:
         return none
     # Equal lengths on both curves: the sharper curve's chords then turn away faster.
@@ -100,6 +105,16 @@ def _graded_to_contacts(boundary: Boundary) -> tuple[Integers, Floats]:
     along = np.concatenate([at.ravel() for _, at in ends])
     within = (along > 0) & (along < boundary.lengths[pieces])
     return pieces[within], along[within]
+
+
+def _at_contacts(boundary: Boundary) -> Booleans:
+    """Whether pieces of rings that are curved start, and whether they end, at a contact (2, p)."""
+    curved = boundary.approximated & ~boundary.inner
+    if not curved.any():
+        return np.zeros((2, len(curved)), bool)
+    rings_at = np.bincount(boundary.ring_corners()[0], minlength=len(boundary.corners))
+    contact = np.append((rings_at > 1) | _cusps(boundary), False)  # the last entry answers for start = -1
+    return contact[np.stack([boundary.start, boundary.end])] & curved
 
 
 def _cusps(boundary: Boundary) -> Booleans:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.paths import Arc, Curve, Ellipse, Line, Point, Side, Spline, as_point
+from bubblemesh.geometry.paths import Arc, Bezier, Curve, Ellipse, Line, Point, Side, Spline, as_point
 from bubblemesh.geometry.paths import OpenPath as OpenPath  # what the functions here return
 from bubblemesh.geometry.paths import Ring as Ring
 from bubblemesh.messages import place
@@ -34,6 +34,15 @@ class ArcTo(NamedTuple):
     label: str | None = None
 
 
+class BezierTo(NamedTuple):
+    """The cubic Bézier curve to the point ``to`` by its inner control points, which is regular: it stops nowhere."""
+
+    to: Point
+    first: Point
+    second: Point
+    label: str | None = None
+
+
 class SplineTo(NamedTuple):
     """The cubic spline through the points ``through``, whose last is its end."""
 
@@ -41,7 +50,7 @@ class SplineTo(NamedTuple):
     label: str | None = None
 
 
-Piece = LineTo | ArcTo | SplineTo
+Piece = LineTo | ArcTo | BezierTo | SplineTo
 
 
 def end_of(piece: Piece) -> Point:
@@ -166,13 +175,17 @@ def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
         return Line(start, end), []
     if isinstance(piece, ArcTo):
         return _arc(start, piece, end)
+    if isinstance(piece, BezierTo):
+        return Bezier(start, piece.first, piece.second, end), []
     knots = np.array([start, *piece.through[:-1], end], float)
     repeated = np.flatnonzero((np.diff(knots, axis=0) == 0).all(axis=1))
     notes = [f"duplicate spline point {place(knots[i])} merged" for i in repeated]
     knots = np.delete(knots, repeated, axis=0)
     if len(knots) < 2 or (len(knots) < 4 and start == end):
         raise GeometryError(f"the spline at {place(start)} has too few different points to be a curve")
-    return Spline(knots), notes
+    spline = Spline(knots)
+    _ = spline.fitted  # knots that are too near to each other are told here
+    return spline, notes
 
 
 def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:

@@ -20,7 +20,7 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import nested, shapes_of
 from bubblemesh.geometry.paths import Area, Line, OpenPath, Point, Ring, as_point
-from bubblemesh.geometry.rings import LineTo, Piece, SplineTo, end_of
+from bubblemesh.geometry.rings import BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted
 from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import Clip, CompoundCurve, Feature, vertices_of
@@ -242,8 +242,8 @@ def _along(piece: Piece, run: Floats) -> tuple[Point, Piece]:
     start, end = as_point(run[0]), as_point(run[-1])
     if isinstance(piece, LineTo):
         return start, piece._replace(to=end)
-    if isinstance(piece, SplineTo):
-        return start, piece._replace(through=list(map(as_point, run[1:])))
+    if isinstance(piece, BezierTo | SplineTo):
+        return start, SplineTo(list(map(as_point, run[1:])), piece.label)
     center = np.array(piece.center)
     radius = np.hypot(*(np.array(piece.to) - center))
     ends = (center + (point - center) * (radius / np.hypot(*(point - center))) for point in run[[0, -1]])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
+from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.slips import Slips
 
@@ -61,6 +61,8 @@ def _middle(start: Floats, piece: Piece) -> Floats:
     match piece:
         case LineTo():
             return np.zeros((0, 2))
+        case BezierTo():
+            return np.array([piece.first, piece.second], float)
         case SplineTo():
             return np.array([*piece.through[:-1]], float).reshape(-1, 2)
         case ArcTo():

@@ -13,7 +13,7 @@ from bubblemesh.arrays import Floats, Integers, components
 from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
-from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
+from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted, place
 from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import CompoundCurve
@@ -184,17 +184,28 @@ def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
 
 
 def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Piece:
-    """The piece from ``start`` with moved ends: an arc keeps its angle, a spline its inner points."""
+    """The piece from ``start`` with moved ends: an arc keeps its angle, a Bézier curve what it does at each end.
+
+    A spline keeps its inner points.
+    """
     if isinstance(piece, LineTo):
         return piece._replace(to=new_end)
     if isinstance(piece, SplineTo):
         return piece._replace(through=[*piece.through[:-1], new_end])
     if new_start == start and new_end == piece.to:
         return piece
+    if isinstance(piece, BezierTo):
+        first, second = _carried(piece.first, start, new_start), _carried(piece.second, piece.to, new_end)
+        return piece._replace(to=new_end, first=first, second=second)
     # Points as complex numbers: the similarity that takes the old chord to the new one takes the centre along.
     p, q, c, a, b = (complex(*point) for point in (start, piece.to, piece.center, new_start, new_end))
     center = c + a - p if p == q else a + (c - p) * ((b - a) / (q - p))
     return piece._replace(to=new_end, center=(center.real, center.imag))
+
+
+def _carried(point: Point, old: Point, new: Point) -> Point:
+    """The point moved as another one is."""
+    return point[0] + new[0] - old[0], point[1] + new[1] - old[1]
 
 
 def reversed_curve(curve: CompoundCurve) -> CompoundCurve:
@@ -206,6 +217,8 @@ def reversed_curve(curve: CompoundCurve) -> CompoundCurve:
             pieces.append(piece._replace(through=[*reversed(list(piece.through)[:-1]), start]))
         elif isinstance(piece, ArcTo):
             pieces.append(piece._replace(to=start, left=not piece.left))
+        elif isinstance(piece, BezierTo):
+            pieces.append(piece._replace(to=start, first=piece.second, second=piece.first))
         else:
             pieces.append(piece._replace(to=start))
     return CompoundCurve(curve.end, tuple(pieces), curve.name)

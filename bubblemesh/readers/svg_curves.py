@@ -1,14 +1,15 @@
 """Curves of an SVG drawing's shapes: what is drawn without lifting the pen is one; y is turned to point up."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import svgelements
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.paths import Point
-from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo, end_of
+from bubblemesh.geometry.beziers import Beziers
+from bubblemesh.geometry.paths import Point, as_point
+from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.sampling import Parametric, splines
 from bubblemesh.readers.svg_source import Element
@@ -31,11 +32,11 @@ Size = tuple[float, float]  # width and height of a drawing, that lengths in per
 def curves_of(element: Element, transform: str, size: Size, name: str, label: str | None) -> list[CompoundCurve]:
     """The curves of a shape's subpaths, in the units of the drawing; ``name`` is what messages call them."""
     subpaths = [list(svgelements.Path(subpath)) for subpath in path_of(element, transform, size).as_subpaths()]
-    bent = [segment for segments in subpaths for segment in segments if _is_sampled(segment)]
-    sampled = iter(splines([_parametric(segment, name) for segment in bent]))
+    bent = [segment for segments in subpaths for segment in segments if _is_bent(segment)]
+    found = iter(_bent(bent, name))
     curves = []
     for segments in subpaths:
-        pieces, start = _pieces(segments, sampled, name)
+        pieces, start = _pieces(segments, found, name)
         if pieces:
             pieces[-1] = _ending(pieces[-1], start)
             curves.append(CompoundCurve(start, tuple(piece._replace(label=label) for piece in pieces), name))
@@ -56,29 +57,45 @@ def path_of(element: Element, transform: str, size: Size) -> Any:
     return abs(svgelements.Path(shape))
 
 
-def _pieces(segments: list[Any], sampled: Iterator[list[Floats]], name: str) -> tuple[list[Piece], Point]:
-    """Pieces of a subpath, and its start; of segments that are sampled the next ones of the points are taken."""
+def _bent(segments: Sequence[Any], name: str) -> Iterator[list[Piece]]:
+    """Pieces of each of some Bézier curves and parts of ellipses: themselves where they can be, else splines."""
+    beziers = [k for k, segment in enumerate(segments) if not isinstance(segment, svgelements.Arc)]
+    points = finite_points([_up(point) for k in beziers for point in _controls(segments[k])], name)
+    start, first, second, end = (points[n::4] for n in range(4))
+    regular = Beziers(*(np.array(some, float).reshape(-1, 2) for some in (start, first, second, end))).regular
+    made = map(BezierTo, end, first, second)
+    exact = {k: piece for k, piece, can_be in zip(beziers, made, regular.tolist(), strict=True) if can_be}
+    sampled = iter(splines([_parametric(one, name) for k, one in enumerate(segments) if k not in exact]))
+    for k in range(len(segments)):
+        yield [exact[k]] if k in exact else [SplineTo(list(map(as_point, knots[1:]))) for knots in next(sampled)]
+
+
+def _controls(segment: Any) -> list[Any]:
+    """The four control points of a Bézier curve, of which a quadratic one has three."""
+    if isinstance(segment, svgelements.CubicBezier):
+        return [segment.start, segment.control1, segment.control2, segment.end]
+    start, control, end = segment.start, segment.control, segment.end
+    return [start, start + (control - start) * (2 / 3), end + (control - end) * (2 / 3), end]
+
+
+def _pieces(segments: list[Any], bent: Iterator[list[Piece]], name: str) -> tuple[list[Piece], Point]:
+    """Pieces of a subpath, and its start; of segments that are neither straight nor round they are the next ones."""
     pieces: list[Piece] = []
     start = here = (0.0, 0.0)
-    for segment in segments:
-        if segment.end is None:
-            continue
-        (end,) = finite_points([_up(segment.end)], name)
+    drawn = [segment for segment in segments if segment.end is not None]
+    for segment, end in zip(drawn, finite_points([_up(one.end) for one in drawn], name), strict=True):
         if isinstance(segment, svgelements.Move):
             start = end
         elif _same(end, here) and isinstance(segment, svgelements.Line | svgelements.Close):
             continue
         else:
-            if _is_sampled(segment):
-                pieces += [SplineTo([(x, y) for x, y in points[1:].tolist()]) for points in next(sampled)]
-            else:
-                pieces += _plain(segment, end, name)
+            pieces += next(bent) if _is_bent(segment) else _plain(segment, end, name)
         here = end
     return pieces, start
 
 
-def _is_sampled(segment: Any) -> bool:
-    """Whether a segment is a curve that a spline has to follow."""
+def _is_bent(segment: Any) -> bool:
+    """Whether a segment is neither straight nor part of a circle."""
     straight = isinstance(segment, svgelements.Move | svgelements.Line | svgelements.Close)
     return segment.end is not None and not straight and not _is_round(segment)
 

@@ -1,6 +1,7 @@
 """Areas that subpaths of one element bound together by its fill rule."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +13,8 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, turns
-from bubblemesh.geometry.paths import Area, Ring
+from bubblemesh.geometry.nesting import enclosures
+from bubblemesh.geometry.paths import Area, Ring, outlines
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
 
@@ -35,20 +37,20 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
     By ``evenodd`` what an odd number of loops is around is filled, by ``nonzero`` what they do not turn around as often
     to the left as to the right. Loops that cross are replaced by the rims of what they fill.
     """
-    outlines = [_outline(loop) for loop in loops]
-    shapes = np.array([shapely.Polygon(points) for points in outlines], dtype=object)
+    copies = _outlines(loops)
+    shapes = np.array([shapely.Polygon(points) for points in copies], dtype=object)
     if not _cross(shapes):
-        kept = _bounding(shapes, [_is_left(points) for points in outlines], rule)
+        kept = _bounding(shapes, [_is_left(points) for points in copies], rule)
         dropped = len(loops) - int(kept.sum())
         what = f"{counted(dropped, 'subpath')} within what is filled left out, by fill-rule nonzero"
         return Filled([loop for loop, keep in zip(loops, kept, strict=True) if keep], [], (what,) if dropped else ())
-    _require_few_crossings(outlines, loops[0].name)
-    bounding = [loop for loop, points in zip(loops, outlines, strict=True) if np.ptp(points, axis=0).any()]
+    _require_few_crossings(copies, loops[0].name)
+    bounding = [loop for loop, points in zip(loops, copies, strict=True) if np.ptp(points, axis=0).any()]
     straight = ""
     try:
         areas = enclosed(rule, [_ring(loop) for loop in bounding])
     except GeometryError as error:
-        areas = _enclosed_by_chords(outlines, rule, loops[0].pieces[0].label)
+        areas = _enclosed_by_chords(copies, rule, loops[0].pieces[0].label)
         straight = f" of straight lines, since {error}"
     made = [replace(ring, origin=loops[0].name) for area in areas for ring in area.rings]
     rims = counted(len(made), "ring")
@@ -89,18 +91,21 @@ def _enclosed_by_chords(outlines: Sequence[Floats], rule: FillRule, label: str |
 
 def area_of(loop: CompoundCurve) -> float:
     """Area within a loop, in terms of the square of its extent."""
-    points = _outline(loop)
+    (points,) = _outlines([loop])
     x, y = (points - points[0]).T
     size = float(np.ptp(points, axis=0).max())
     return abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2 / size**2 if size > 0 else 0.0
 
 
-def _outline(loop: CompoundCurve) -> Floats:
-    """Points (m, 2) along a loop; three times its start if it has no extent."""
-    try:
-        return _ring(loop).outline
-    except GeometryError:
-        return np.array([loop.start] * 3)
+def _outlines(loops: Sequence[CompoundCurve]) -> list[Floats]:
+    """Points (m, 2) along each loop; three times its start if it has no extent."""
+    found, whole = [np.array([loop.start] * 3) for loop in loops], dict[int, Ring]()
+    for k, loop in enumerate(loops):
+        with suppress(GeometryError):
+            whole[k] = _ring(loop)
+    for k, points in zip(whole, outlines(whole.values()), strict=True):
+        found[k] = points
+    return found
 
 
 def _ring(loop: CompoundCurve) -> Ring:
@@ -126,7 +131,6 @@ def _bounding(shapes: "NDArray[np.object_]", left: list[bool], rule: FillRule) -
     if rule == "evenodd":
         return np.ones(len(shapes), bool)
     turn = np.where(left, 1, -1)
-    inner, around = shapely.STRtree(shapes).query(shapes, predicate="covered_by")
-    inner, around = inner[inner != around], around[inner != around]
+    inner, around = enclosures(shapes, shapes)
     outside = np.bincount(inner, turn[around], minlength=len(shapes)).astype(np.int64)
     return np.asarray((outside != 0) != (outside + turn != 0))

@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ellipe
 
 from bubblemesh.geometry import cubic_splines
+from bubblemesh.geometry.beziers import Beziers
 from bubblemesh.geometry.curves import Arcs, Ellipses, Lines, Splines, turning
 
 OPEN_KNOTS = np.array([[0, 0], [1, 2], [3, 1], [4, 4], [6, 3.5]])
@@ -25,6 +26,7 @@ FAMILIES = {
     "ellipses": Ellipses(
         np.array([[0, 0], [5, -1.0]]), np.array([[2, 1], [0.5, 3]]), np.array([0.3, -1]), np.array([1.0, -1])
     ),
+    "beziers": Beziers(*np.array([[[0, 0], [2, 3]], [[0, 2], [3, 5]], [[3, 2], [4, 1]], [[4, 0], [6, 2.0]]])),
     "splines": splines(OPEN_KNOTS, CLOSED_KNOTS),
 }
 every_family = pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)

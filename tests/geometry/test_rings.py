@@ -6,10 +6,11 @@ from numpy.testing import assert_allclose
 
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import Line, family
+from bubblemesh.geometry.paths import Line, family, outlines
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.rings import (
     ArcTo,
+    BezierTo,
     LineTo,
     SplineTo,
     circle,
@@ -201,9 +202,29 @@ def test_polygon_is_the_list_without_its_repetitions_or_an_error(points):
     assert_closed(ring)
 
 
+def test_outlines_of_rings_together_are_those_of_each_alone():
+    def made():
+        cusp = [ArcTo((22, 2), (20, 2), True), LineTo((21, 1)), ArcTo((20, 0), (20, 1), False)]
+        bent = [BezierTo((2, 9), (0, 10), (2, 10)), LineTo((0, 9))]
+        return [
+            MIXED,
+            polygon(SQUARE),
+            circle((2, 2), 0.5),
+            path((20, 0), cusp),
+            path((0, 9), bent),
+            path((0, 9), [ArcTo((-2, 9), (-1, 9), True), LineTo((0, 9))]),  # meets the one before in a corner
+            ellipse((5, 5), (2, 1)),
+        ]
+
+    for together, ring in zip(outlines(made()), made(), strict=True):
+        assert_allclose(together, PolygonalCopy.of(Boundary.of([ring])).points, rtol=0, atol=1e-13)
+        assert not together.flags.writeable
+
+
 def test_outline_is_computed_once_and_cannot_be_changed():
     ring = path((0, 0), [SplineTo([(1, 1), (2, 0)]), LineTo((0, 0))])
     assert ring.outline is ring.outline
+    assert outlines([ring])[0] is ring.outline
     with pytest.raises(ValueError, match="read-only"):
         ring.outline[0] = 7
 

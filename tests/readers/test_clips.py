@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from ezdxf.xclip import XClip
 from geometry_files import SVG, area, domain, labels_of
+from scipy.optimize import brentq
 
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError
+from bubblemesh.geometry.paths import family
 from bubblemesh.readers.embedded import read_lines, read_points
 from bubblemesh.readers.formats import read_areas, read_regions
 from bubblemesh.readers.selection import Selection
@@ -65,6 +67,27 @@ class TestSvg:
         kinds = sorted(type(side.curve).__name__ for side in one.outer.sides)
         assert set(kinds) == {"Arc", "Line"}
         assert area(path) == pytest.approx(2 * np.pi, rel=1e-3)
+
+    def test_bezier_curves_stay_curves_where_they_are_cut(self, svg):
+        path = svg('<path d="M2 1C8 1 8 4 2 4Z" clip-path="url(#Corner)"/>')
+        (one,) = read_areas(path, Selection())
+        assert {type(getattr(side.curve, "curve", side.curve)).__name__ for side in one.outer.sides} == {
+            "Bezier",
+            "Line",
+        }
+        u = 0.5 - np.sqrt(1 / 12)  # where 2 + 18 u (1 - u) is 5
+        y = 1 + 9 * u**2 - 6 * u**3
+        np.testing.assert_allclose(sorted(one.outer.vertices)[2:], [(5, y - 5), (5, -y)], atol=1e-6)
+
+    def test_lines_of_bezier_curves_are_cut(self, svg):
+        path = svg('<path fill="none" stroke="red" d="M2 1C8 1 8 4 2 4" clip-path="url(#Corner)"/>')
+        lines = read_lines(path, Selection())
+        assert sorted(line.vertices[0] for line in lines)[0] == (2, -1)
+        family_of = [family([line.sides[0].curve]) for line in lines]
+        x, y = np.vstack([one.points(np.zeros(9, int), np.linspace(0, one.lengths[0], 9)) for one in family_of]).T
+        assert x.max() == pytest.approx(5)
+        u = np.array([brentq(lambda t, y=y: 1 + 9 * t**2 - 6 * t**3 + y, 0, 1) for y in y])
+        np.testing.assert_allclose(x, 2 + 18 * u * (1 - u), atol=1e-3)
 
     def test_transforms_of_the_shape_move_its_clip(self, svg):
         path = svg('<g transform="translate(10 0) scale(2)"><rect width="9" height="9" clip-path="url(#Corner)"/></g>')

@@ -6,6 +6,7 @@ from geometry_files import SVG, area, domain, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Bezier
 from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
@@ -29,7 +30,7 @@ class TestPictures:
         )
         ((outer, *holes),) = [area.rings for area in read_areas(written("a.svg", SVG.format(shapes)), Selection())]
         assert [type(side.curve).__name__ for side in outer.sides] == ["Line", "Line", "Arc", "Line", "Line"]
-        assert sorted(type(hole.sides[0].curve).__name__ for hole in holes) == ["Arc", "Spline", "Spline"]
+        assert sorted(type(hole.sides[0].curve).__name__ for hole in holes) == ["Arc", "Bezier", "Spline"]
         assert Domain.of(outer, []).polygon.area == pytest.approx(1200 - 100 + 25 * np.pi, rel=1e-4)
 
     def test_a_bezier_curve_is_followed(self, written):
@@ -37,7 +38,41 @@ class TestPictures:
         t = np.linspace(0, 1, 1001)[:, None]
         exact = 3 * t * (1 - t) ** 2 * [0, -20] + 3 * t**2 * (1 - t) * [20, -20] + t**3 * [20, 0]
         away = Domain.of(ring).nearest(exact).distance
-        assert away.max() < 1e-4
+        assert away.max() < 1e-12
+
+    def test_bezier_curves_stay_what_they_are(self, written):
+        d = "M0 0 Q 3 6 6 0 T 12 0 C 12 9 6 9 6 6 S 0 9 0 0 Z"
+        (ring,) = read_rings(written("a.svg", SVG.format(f'<path d="{d}"/>')), Selection())
+        assert [type(side.curve) for side in ring.sides] == [Bezier] * 4
+        wanted = [
+            [(0, 0), (2, -4), (4, -4), (6, 0)],
+            [(6, 0), (8, 4), (10, 4), (12, 0)],
+            [(12, 0), (12, -9), (6, -9), (6, -6)],
+            [(6, -6), (6, -3), (0, -9), (0, 0)],
+        ]
+        np.testing.assert_allclose([side.curve for side in ring.sides], wanted, atol=1e-12)
+
+    @pytest.mark.parametrize("d", ["M0 0 C 0 0 8 0 8 8 H0 Z", "M0 0 C 8 8 -2 8 6 0 V9 H0 Z"])
+    def test_a_bezier_curve_that_stops_is_followed_by_splines(self, written, d):
+        areas = read_areas(written("a.svg", SVG.format(f'<path d="{d}"/>')), Selection(part="largest"))
+        (ring,) = areas[0].rings
+        assert "Spline" in {type(getattr(side.curve, "curve", side.curve)).__name__ for side in ring.sides}
+
+    def test_bezier_curves_join_either_way_and_their_ends_close_gaps(self, written):
+        one, other = "M0 0 C 0 4 8 4 8 0", "M0.02 0 C 0 -4 8 -4 8.02 0"
+        shapes = f'<g fill="none" stroke="red"><path d="{one}"/><path d="{other}"/></g>'
+        (ring,) = read_rings(written("a.svg", SVG.format(shapes)), Selection(join=0.1))
+        first, second = (np.array(side.curve) for side in ring.sides)
+        np.testing.assert_allclose(first, [(0.01, 0), (0.01, -4), (8.01, -4), (8.01, 0)], atol=1e-12)
+        np.testing.assert_allclose(second, [(8.01, 0), (7.99, 4), (-0.01, 4), (0.01, 0)], atol=1e-12)
+
+    def test_bezier_curves_given_twice_count_once(self, written):
+        one, other = "M0 0 C 0 4 8 4 8 0", "M0 0 C 0 -4 8 -4 8 0"
+        back = "M8 0 C 8 4 0 4 0 0"
+        paths = "".join(f'<path d="{d}"/>' for d in (one, other, back))
+        shapes = f'<g fill="none" stroke="red">{paths}</g>'
+        (ring,) = read_rings(written("a.svg", SVG.format(shapes)), Selection())
+        assert len(ring.sides) == 2
 
     def test_names_of_elements_groups_and_layers_are_labels(self, written):
         text = """

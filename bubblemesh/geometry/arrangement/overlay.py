@@ -21,7 +21,7 @@ from bubblemesh.geometry.arrangement.partition import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import with_holes
-from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side
+from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side, outlines
 from bubblemesh.geometry.validity import simple_polygon
 
 BESIDE_CORNER = 0.01  # of the shortest piece at a corner: so far from it pieces are put in order around it
@@ -53,7 +53,7 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
     areas = [area for operand in operands for area in operand]
     owner = np.repeat(np.arange(len(operands)), [len(operand) for operand in operands])
     rings = [ring for area in areas for ring in area.rings]
-    copies = [ring.outline for ring in rings]
+    copies = outlines(rings)
     for ring, copy in zip(rings, copies, strict=True):
         with about(ring.key):
             simple_polygon(copy, f"the ring ({ring.origin})" if ring.origin else "the ring")
@@ -78,10 +78,10 @@ def areas_beside(
     assembly = _Assembly(split, before, [side.curve for ring in rings for side in ring.sides])
     found = [assembly.ring(loop) for loop in _simple(split, _loops(split, runs))]
     notes = tuple(dict.fromkeys(note for ring in rings for note in ring.notes))
-    outlines = [ring.outline for ring in found]
+    copies = outlines(found)
     if any(ring.given is not None for ring in rings):
-        found = [replace(ring, given=points) for ring, points in zip(found, outlines, strict=True)]
-    turns = [shapely.is_ccw(shapely.linearrings(points)) for points in outlines]
+        found = [replace(ring, given=points) for ring, points in zip(found, copies, strict=True)]
+    turns = [shapely.is_ccw(shapely.linearrings(points)) for points in copies]
     outer = [Area(ring) for ring, turn in zip(found, turns, strict=True) if turn]
     result = with_holes(outer, [ring for ring, turn in zip(found, turns, strict=True) if not turn])
     return [replace(area, outer=replace(area.outer, notes=() if k else notes)) for k, area in enumerate(result)]

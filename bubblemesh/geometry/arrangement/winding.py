@@ -13,7 +13,7 @@ from bubblemesh.geometry.arrangement.overlay import areas_beside, size_of
 from bubblemesh.geometry.arrangement.partition import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import Area, OpenPath, Ring
+from bubblemesh.geometry.paths import Area, OpenPath, Ring, outlines
 
 BATCH = 500  # places that are looked at together, for the memory that it takes
 
@@ -32,7 +32,7 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     """
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
     before = Boundary.empty().with_inner(paths)
-    size = size_of(np.vstack([ring.outline for ring in rings]))
+    size = size_of(np.vstack(outlines(rings)))
     split = noded(before, size, 0, Parts(lines=paths))
     chords = split.chords()
     lines = np.stack([chords.start, chords.end], axis=1)
