@@ -19,7 +19,6 @@ class Unfilled(NamedTuple):
 
     cover: Cover  # of the domain
     after_periodic: LimitedSpacing
-    detail: Sources  # short edges and tight curves of the boundary
     for_packing: LimitedSpacing
     expected_nodes: float
 
@@ -47,9 +46,8 @@ def with_narrow_parts_filled(walls: Walls, rules: Rules, before: Unfilled, max_n
         if len(gaps) == 0:
             break
         growth = STEEPEST_GROWTH if rules.growth is None else min(rules.growth, STEEPEST_GROWTH)
-        sources = before.detail.joined(gaps)
         filled = limited_for_packing_across_sides(
-            walls.domain, before.after_periodic, sources, growth, before.for_packing.ground
+            walls.domain, before.after_periodic, gaps, growth, before.for_packing.ground
         )
         try:
             return Filled(

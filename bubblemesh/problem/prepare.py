@@ -97,7 +97,7 @@ def check_spacing(
             expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
         walls = Walls(domain)
         filled = with_narrow_parts_filled(
-            walls, rules, Unfilled(cover, after_periodic, short.joined(coarse), for_packing, expected), max_nodes
+            walls, rules, Unfilled(cover, after_periodic, for_packing, expected), max_nodes
         )
         from_files = any(region.area.outer.origin for region in domain.parts.regions)
         detail = Detail(

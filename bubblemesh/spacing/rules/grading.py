@@ -23,12 +23,12 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 
 @dataclass(frozen=True)
 class Ground:
-    """What limits of a spacing in a domain can begin with, if their sources are those that it was made with or more."""
+    """What limits of a spacing in a domain can begin with, whatever more sources they have."""
 
-    samples: Samples  # that resolve the spacing, these sources, and thin walls of the domain
+    sources: Sources  # that it was made with, and the spacing's own spots
+    samples: Samples  # that resolve the spacing, the sources, and thin walls of the domain
     given: Floats  # (v,): the spacing at the vertices in the domain, infinite at others
     along: Sources  # the spacing along the boundary
-    walls: Sources  # on thin walls, for the sizes of cells only
 
     @classmethod
     def of(cls, domain: Domain, spacing: Spacing, samples: Samples, sources: Sources) -> "Ground":
@@ -36,16 +36,15 @@ class Ground:
         intervals = short_intervals(domain, spacing)
         places, sides = thin_walls(domain, spacing, intervals)
         walls = Sources(places, np.full(len(places), np.inf), sides)
-        samples = resolved(samples, domain, spacing, sources.joined(walls))
+        samples = resolved(samples, domain, spacing, walls)
         given = _in_domain(samples.grid.vertices.points, domain, spacing)
-        return cls(samples, given, _on_boundary(domain, spacing, intervals), walls)
+        return cls(sources, samples, given, _on_boundary(domain, spacing, intervals))
 
-    def with_sources(self, domain: Domain, spacing: Spacing, sources: Sources) -> "Ground":
-        """The ground with its samples made to resolve more sources."""
-        samples = resolved(self.samples, domain, spacing, sources.joined(self.walls))
-        return replace(
-            self, samples=samples, given=_at_vertices(samples.grid, domain, spacing, self.samples.grid, self.given)
-        )
+    def with_sources(self, domain: Domain, spacing: Spacing, more: Sources) -> "Ground":
+        """The ground with more sources."""
+        samples = resolved(self.samples, domain, spacing, more)
+        given = _at_vertices(samples.grid, domain, spacing, self.samples.grid, self.given)
+        return replace(self, sources=self.sources.joined(more), samples=samples, given=given)
 
 
 @dataclass(frozen=True)
@@ -74,28 +73,24 @@ class Limit:
         return interpolated(self.cells, self.vertices, self.values, points)
 
 
-def gradient_limited(domain: Domain, spacing: Spacing, growth: float, sources: Sources) -> LimitedSpacing:
-    """The spacing, made to grow by at most ``growth`` per length, and from the sources' sizes on.
-
-    Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is. The method is that
-    of Persson (see `limited_values`).
-    """
-    return replace(_limited(domain, spacing, growth, sources), ground=None)
-
-
-def _limited(
+def gradient_limited(
     domain: Domain, spacing: Spacing, growth: float, sources: Sources, ground: Ground | None = None
 ) -> LimitedSpacing:
-    """The spacing as of `gradient_limited`, with its ground; the one given is that of fewer sources."""
-    fine = sources.joined(_spots(domain, spacing))
+    """The spacing, made to grow by at most ``growth`` per length, and from the sources' sizes on.
+
+    Distances are taken within the domain. A spacing that grows slowly everywhere is left as it is; any other keeps its
+    ``ground``. One that is given has been made of the same spacing, and its sources count as well. The method is that
+    of Persson (see `limited_values`).
+    """
     if ground is None:
+        fine = sources.joined(_spots(domain, spacing))
         samples = resolved(unresolved(domain, spacing), domain, spacing, fine)
         if len(sources) == 0 and steepest(samples, domain, growth) is None:
             return LimitedSpacing(spacing, growth=growth)
         ground = Ground.of(domain, spacing, samples, fine)
     else:
-        ground = ground.with_sources(domain, spacing, fine)
-    samples, given, small = ground.samples, ground.given, fine.joined(ground.walls)
+        ground = ground.with_sources(domain, spacing, sources)
+    fine, samples, given = ground.sources, ground.samples, ground.given
     grid = samples.grid
     values = np.full(len(given), np.inf)
     for _ in range(ROUNDS):
@@ -107,7 +102,7 @@ def _limited(
         largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
             break
-        samples = resolved(samples, domain, spacing, small, largest)
+        samples = resolved(samples, domain, spacing, Sources.none(), largest)
     lowered = values < given * (1 - LOWERED)
     active = lowered[grid.vertices.corners].any(axis=1, keepdims=True)
     limited = _below(spacing, Limit(grid.cells, np.where(active, grid.vertices.corners, -1), values))
@@ -124,14 +119,15 @@ def limited_for_packing(
 ) -> LimitedSpacing:
     """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most.
 
-    It keeps its ``ground``, with which the next one begins that is made of the same spacing and more sources.
+    It keeps its ``ground``, with which the next one begins that is made of the same spacing and more sources: only
+    these are given then.
     """
     if before.growth is None or before.growth > STEEPEST_GROWTH:
-        return _limited(domain, before.spacing, STEEPEST_GROWTH, sources, ground)
+        return gradient_limited(domain, before.spacing, STEEPEST_GROWTH, sources, ground)
     if len(sources) == 0:
         return before
     # It grows slowly but for the cells in which it is interpolated.
-    return replace(_limited(domain, before.spacing, growth, sources, ground), steepest=before.steepest)
+    return replace(gradient_limited(domain, before.spacing, growth, sources, ground), steepest=before.steepest)
 
 
 def _spots(domain: Domain, spacing: Spacing) -> Sources:

@@ -65,21 +65,23 @@ def resolved(
     def values(grid: Quadtree, _: Integers, whole: Floats) -> Floats:
         return _of_quarters(grid, whole[::4], spacing)
 
-    refined = samples.refined(domain, coarse, values)
-    if len(refined.grid) == len(samples.grid):  # balanced as it was
+    split = coarse(samples)
+    if not split.any():  # balanced as it was
         return samples
+    parts = [samples.select(~split), samples.quarters(split, domain, values).refined(domain, coarse, values)]
     for _ in range(SPLITS):
-        wanted = refined.grid.unbalanced()
-        large = refined.grid.among(wanted)
-        if not large.any():
+        wanted = parts[-1].grid.unbalanced()  # only what is new may be too small for what is beside it
+        large = [part.grid.among(wanted) for part in parts]
+        if not any(some.any() for some in large):
             break
 
         def larger(some: Samples, wanted: Integers = wanted) -> Booleans:
             return coarse(some) | some.grid.among(wanted)
 
-        fresh = refined.quarters(large, domain, values).refined(domain, larger, values)
-        refined = Samples.merged([refined.select(~large), fresh])
-    return refined
+        fresh = Samples.merged([part.quarters(some, domain, values) for part, some in zip(parts, large, strict=True)])
+        parts = [part.select(~some) if some.any() else part for part, some in zip(parts, large, strict=True)]
+        parts.append(fresh.refined(domain, larger, values))
+    return Samples.merged(parts)
 
 
 def too_steep(samples: Samples, growth: float) -> Booleans:

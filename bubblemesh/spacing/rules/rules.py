@@ -55,7 +55,7 @@ class Rules:
         if self.across:
             gaps = GapSources(self.across, min(growth, STEEPEST_GROWTH), self._least, max_nodes)
             sources = sources.joined(gaps(domain, spacing))
-        return gradient_limited(domain, spacing, growth, sources)
+        return replace(gradient_limited(domain, spacing, growth, sources), ground=None)
 
     def affordable_gaps(self, walls: Walls, spacing: Spacing, max_nodes: float) -> tuple[Sources, NarrowPlace | None]:
         """Sources by which one spacing fits across narrow parts, unless the rules have an ``across`` of their own.
@@ -86,9 +86,11 @@ def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> Limited
     if len(sources) == 0:
         return after_rules
     growth = STEEPEST_GROWTH if after_rules.growth is None else after_rules.growth
-    found = _settled(
-        domain, after_rules, sources, lambda before, s, _: gradient_limited(domain, before.spacing, growth, s)
-    )
+
+    def limited(before: LimitedSpacing, sources: Sources, ground: Ground | None) -> LimitedSpacing:
+        return gradient_limited(domain, before.spacing, growth, sources, ground)
+
+    found = replace(_settled(domain, after_rules, sources, limited), ground=None)
     return found if after_rules.growth is None else replace(found, steepest=after_rules.steepest)
 
 
@@ -99,7 +101,7 @@ def limited_for_packing_across_sides(
     growth: float = STEEPEST_GROWTH,
     ground: Ground | None = None,
 ) -> LimitedSpacing:
-    """The spacing, `limited_for_packing` also across periodic sides; ``ground`` is that of fewer sources."""
+    """The spacing, `limited_for_packing` also across periodic sides; the sources of a ``ground`` count as well."""
 
     def limited(before: LimitedSpacing, sources: Sources, ground: Ground | None) -> LimitedSpacing:
         return limited_for_packing(domain, before, sources, growth, ground)
@@ -118,14 +120,14 @@ def _settled(
 
     It keeps the ground that is limited by the sources only, which others may share.
     """
-    result, told = limited(before, sources, ground), Sources.none()
+    result, told, beside = limited(before, sources, ground), Sources.none(), Sources.none()
     ground = result.ground
     for _ in range(PASSES if result is not before else 0):
         more = _finer_opposite(domain, result.spacing)
         if len(more) == 0 or np.array_equal(more.points, told.points):  # told in vain
             break
-        sources, told = sources.joined(more), more
-        result = replace(limited(before, sources, ground), ground=ground)
+        beside, told = beside.joined(more), more
+        result = replace(limited(before, beside, ground), ground=ground)
     return result
 
 

@@ -191,13 +191,14 @@ def test_more_sources_on_the_ground_of_the_first_ones_give_the_same_spacing(spac
     domain = Domain.of(rings.rectangle(-1, -1, 1, 1), [slit, rings.circle((0.3, 0.6), 0.1)])
     random = np.random.default_rng(2)
     many = Sources(random.uniform(-1, 1, (60, 2)), random.uniform(0.002, 0.1, 60))
-    some = many.select(np.arange(20))
+    some, more = many.select(np.arange(20)), many.select(np.arange(20, 60))
     before = LimitedSpacing(spacing)
     first = limited_for_packing(domain, before, some)
-    assert len(first.ground.with_sources(domain, spacing, many).given) > len(first.ground.given) + 100
+    assert len(first.ground.with_sources(domain, spacing, more).given) > len(first.ground.given) + 100
     for growth in (0.2, STEEPEST_GROWTH):
         held = replace(before, growth=growth)
-        anew, on_ground = (limited_for_packing(domain, held, many, growth, ground) for ground in (None, first.ground))
+        anew = limited_for_packing(domain, held, many, growth)
+        on_ground = limited_for_packing(domain, held, more, growth, first.ground)
         assert on_ground.spacing(INSIDE).tobytes() == anew.spacing(INSIDE).tobytes()
         assert (on_ground.share, on_ground.ratio_at) == (anew.share, anew.ratio_at)
 
