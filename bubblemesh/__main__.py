@@ -9,6 +9,9 @@ from types import FrameType
 
 from bubblemesh.errors import INTERRUPTED
 
+# NumPy's threads for large matrices, of which a mesh takes none, would wait busily while the process begins.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 def main() -> None:
     """Entry point of the command."""

@@ -24,7 +24,8 @@ TAG = "<{}>"
 class Strict(BaseModel):
     """A mapping of a case file: frozen, with no keys but its own."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    # Validators are built when one is needed: that of a case has those of all its parts in it.
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 def described(value: object) -> str:

@@ -232,6 +232,3 @@ RingKeys = Annotated[
     Discriminator(RINGS.tag),
     BeforeValidator(RINGS.checked),
 ]
-
-for _ring in (UnionRing, MinusRing, IntersectionRing):
-    _ring.model_rebuild()
