@@ -12,11 +12,16 @@ from bubblemesh.errors import INTERRUPTED
 # NumPy's threads for large matrices, of which a mesh takes none, would wait busily while the process begins.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+MANY = (
+    10_000  # objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads
+)
+
 
 def main() -> None:
     """Entry point of the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
+    gc.set_threshold(MANY)
     atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway
     from bubblemesh.cli import main as command
 

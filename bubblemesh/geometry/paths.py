@@ -193,7 +193,7 @@ class Ring:
 
     def reversed(self) -> "Ring":
         """The ring run the other way."""
-        sides = tuple(side._replace(curve=side.curve.reversed()) for side in reversed(self.sides))
+        sides = tuple(Side(side.curve.reversed(), side.label) for side in reversed(self.sides))
         return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
 
     def labelled(self, label: str | None) -> "Ring":

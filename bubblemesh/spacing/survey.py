@@ -2,17 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from bubblemesh.arrays import GAUSS, Floats, Integers, members
+from bubblemesh.arrays import GAUSS, Floats, Integers, members, select
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.triangulation import triangulated
 from bubblemesh.messages import node_limit, place
 from bubblemesh.spacing.spacing import Spacing
+
+Parts = TypeVar("Parts", "Triangles", "Intervals")
 
 LARGEST_PART = 1 / 32  # of the domain's size: parts that large are halved before they are trusted
 TOLERANCE = 1e-3  # relative, of an integral
@@ -36,6 +38,20 @@ class Cover(NamedTuple):
     def of(cls, domain: Domain) -> "Cover":
         """Cover of a domain; inner pieces lie in the area and count there."""
         return cls(_triangles(domain), _intervals(domain))
+
+
+class Triangles(NamedTuple):
+    """Triangles with the spacing on their edges."""
+
+    corners: Floats  # (t, 3, 2)
+    d: Floats  # (t, 3): at the middles of the edges from each corner to the next
+
+
+class Intervals(NamedTuple):
+    """Parts of the boundary with the spacing on them."""
+
+    ends: Floats  # (k, 3): piece, begin and end arc length
+    d: Floats  # (k, 2): at the places of the Gauss rule
 
 
 class Extremes(NamedTuple):
@@ -91,8 +107,11 @@ def ideal_nodes(
     taken on a ``cover`` of the domain. LimitError if it is more than ``max_nodes``.
     """
     cover, limits = cover or Cover.of(domain), (tolerance, max_nodes)
-    over_area = _integral(cover.triangles, lambda t: _over_triangles(t, spacing), _halved_triangles, *limits)
-    along = _integral(cover.intervals, lambda p: _over_intervals(p, domain, spacing), _halved_intervals, *limits)
+    triangles, intervals = _sampled_triangles(cover.triangles, spacing), _sampled(cover.intervals, domain, spacing)
+    over_area = _integral(triangles, _over_triangles, lambda some: _halves(some, spacing), *limits)
+    along = _integral(
+        intervals, _over_intervals, lambda some: _sampled(_halved_intervals(some.ends), domain, spacing), *limits
+    )
     ideal = max(over_area + along + domain.piece_count - domain.hole_count, FEWEST)
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
@@ -115,9 +134,9 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
 
 
 def _integral(
-    parts: Floats,
-    over: Callable[[Floats], Floats],
-    halved: Callable[[Floats], Floats],
+    parts: Parts,
+    over: Callable[[Parts], Floats],
+    halved: Callable[[Parts], Parts],
     tolerance: float,
     max_nodes: int,
 ) -> float:
@@ -136,10 +155,10 @@ def _integral(
         settling = total + float(both[change < SETTLING * both].sum())
         unsure = change > max(SHARE * tolerance * settling, NEGLIGIBLE)
         total += float(both[~unsure].sum())
-        parts, coarse = halves[np.tile(unsure, 2)], fine[:, unsure].ravel()
+        parts, coarse = select(halves, np.tile(unsure, 2)), fine[:, unsure].ravel()
         if total > 2 * max_nodes:
             raise _too_many(total + float(coarse.sum()), max_nodes)
-        if len(parts) == 0 or len(parts) > MOST_PARTS:
+        if len(coarse) == 0 or len(coarse) > MOST_PARTS:
             break
     return total + float(coarse.sum())
 
@@ -210,19 +229,37 @@ def _edge_lengths(triangles: Floats) -> Floats:
 
 def _halved_triangles(triangles: Floats) -> Floats:
     """Halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
-    first = _edge_lengths(triangles).argmax(axis=1)
-    rows = np.arange(len(triangles))
-    a, b, c = (triangles[rows, (first + k) % 3] for k in range(3))
+    a, b, c = np.moveaxis(np.take_along_axis(triangles, _from_longest(triangles)[..., None], axis=1), 1, 0)
     middle = (a + b) / 2
     return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
 
-def _over_triangles(triangles: Floats, spacing: Spacing) -> Floats:
+def _from_longest(triangles: Floats) -> Integers:
+    """Numbers (t, 3) of the corners of triangles, in turn from where the longest edge begins."""
+    return (_edge_lengths(triangles).argmax(axis=1)[:, None] + np.arange(3)) % 3
+
+
+def _sampled_triangles(triangles: Floats, spacing: Spacing) -> Triangles:
+    """Triangles (t, 3, 2) with the spacing on their edges."""
+    middles = (triangles + np.roll(triangles, -1, axis=1)) / 2
+    return Triangles(triangles, spacing(middles.reshape(-1, 2)).reshape(-1, 3))
+
+
+def _halves(whole: Triangles, spacing: Spacing) -> Triangles:
+    """Halves as of `_halved_triangles`: they have two edges of the whole ones, and one in common."""
+    corners = _halved_triangles(whole.corners)
+    first, second = np.split(corners, 2)
+    fresh = np.stack([first[:, 0] + first[:, 1], first[:, 1] + first[:, 2], second[:, 0] + second[:, 1]]) / 2
+    cut_1, common, cut_2 = spacing(fresh.reshape(-1, 2)).reshape(3, -1)
+    _, second_d, first_d = np.take_along_axis(whole.d, _from_longest(whole.corners), axis=1).T
+    d = [np.stack([cut_1, common, first_d], axis=1), np.stack([cut_2, second_d, common], axis=1)]
+    return Triangles(corners, np.concatenate(d))
+
+
+def _over_triangles(triangles: Triangles) -> Floats:
     """Integrals (t,) of 2 / (sqrt(3) d^2), by the midpoints of the edges (exact to second order)."""
-    middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
-    d = spacing(middle.reshape(-1, 2)).reshape(-1, 3)
     with np.errstate(over="ignore", divide="ignore"):  # no nodes, or more than any limit
-        return np.abs(doubled_areas(triangles)) / np.sqrt(3) * (1 / d**2).mean(axis=1)
+        return np.abs(doubled_areas(triangles.corners)) / np.sqrt(3) * (1 / triangles.d**2).mean(axis=1)
 
 
 def _halved_intervals(intervals: Floats) -> Floats:
@@ -231,12 +268,19 @@ def _halved_intervals(intervals: Floats) -> Floats:
     return np.concatenate([np.column_stack([piece, begin, middle]), np.column_stack([piece, middle, end])])
 
 
-def _over_intervals(intervals: Floats, domain: Domain, spacing: Spacing) -> Floats:
-    """Integrals (k,) of 1 / (2 d) along boundary intervals, by two Gauss points."""
+def _sampled(intervals: Floats, domain: Domain, spacing: Spacing) -> Intervals:
+    """Boundary intervals (k, 3) with the spacing at their two Gauss points."""
     piece: Integers = intervals[:, 0].astype(np.int64)
     begin, end = intervals[:, 1], intervals[:, 2]
-    inverse = [1 / spacing(domain.boundary.points(piece, begin + t * (end - begin))) for t in GAUSS]
-    return (end - begin) * (inverse[0] + inverse[1]) / 4
+    d = [spacing(domain.boundary.points(piece, begin + t * (end - begin))) for t in GAUSS]
+    return Intervals(intervals, np.stack(d, axis=1))
+
+
+def _over_intervals(intervals: Intervals) -> Floats:
+    """Integrals (k,) of 1 / (2 d) along boundary intervals."""
+    _, begin, end = intervals.ends.T
+    inverse = 1 / intervals.d
+    return (end - begin) * (inverse[:, 0] + inverse[:, 1]) / 4
 
 
 def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, tuple[float, float]]:

@@ -156,7 +156,10 @@ class Quadtree:
         width = 1 << 2 * (GRID_LEVELS - self.level)  # in columns, as a number in Morton's order
         lower_right, upper_left = _to_the_right(self.key, width), _upwards(self.key, width)
         of_corners = np.stack([self.key, lower_right, upper_left, _upwards(lower_right, width)], axis=1)
-        key = each_once(of_corners.ravel())
+        # Most corners are the lower left one of some cell, and so in order already.
+        beside = of_corners[:, 1:].ravel()
+        others = beside[self.key[ranks(self.key, beside, with_equal=True) - 1] != beside]
+        key = np.sort(np.append(self.key, each_once(others)), kind="stable")
         corners = ranks(key, of_corners.ravel()).reshape(-1, 4)
         hanging = []
         for first, last, onwards in ((0, 1, _to_the_right), (2, 3, _to_the_right), (0, 2, _upwards), (1, 3, _upwards)):
