@@ -9,19 +9,20 @@ from types import FrameType
 
 from bubblemesh.errors import INTERRUPTED
 
-# NumPy's threads for large matrices, of which a mesh takes none, would wait busily while the process begins.
+# What libraries need not do at each start: NumPy's threads, for large matrices, of which a mesh takes none, would wait
+# busily; Pydantic would look for plugins in all packages that are installed.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-MANY = (
-    10_000  # objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads
-)
+# Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads.
+MANY_OBJECTS = 10_000
 
 
 def main() -> None:
     """Entry point of the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
-    gc.set_threshold(MANY)
+    gc.set_threshold(MANY_OBJECTS)
     atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway
     from bubblemesh.cli import main as command
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.paths import OpenPath, Point, Ring, Section, WholeCurve, family
 from bubblemesh.geometry.tracks import ROUNDING, Group, Tracks
@@ -152,8 +152,8 @@ class Boundary:
 
     def ring_corners(self) -> tuple[Integers, Integers]:
         """Corners (k,) of rings, and the ring (k,) of each; one at which rings touch comes once for each of them."""
-        mine = ~self.closed & ~self.inner
-        corner, ring = np.unique(np.column_stack([self.start, self.ring])[mine], axis=0).T
+        mine, rings = ~self.closed & ~self.inner, len(self.area_of_ring)
+        corner, ring = np.divmod(each_once(self.start[mine] * rings + self.ring[mine]), rings)
         return corner, ring
 
     @cached_property

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, select
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
@@ -169,7 +169,7 @@ class Domain:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Names of the sides, lines and points of the domain, each once."""
-        names = [self.boundary.labels[number] for number in np.unique(self.boundary.label)]
+        names = [self.boundary.labels[number] for number in each_once(self.boundary.label)]
         return tuple(dict.fromkeys([*names, *(point.label for point in self.parts.points)]))
 
     def distance_to(self, points: Floats, *labels: str) -> Floats:

@@ -110,7 +110,7 @@ class Walls:
             nearest = np.lexsort((at[apart], ray))
             nearest = nearest[np.diff(ray[nearest], prepend=-1) != 0]
             found.append((ray[nearest], select(gaps, nearest)))
-            left = np.setdiff1d(left[beyond[left] > near[left]], ray)
+            left = _without(left[beyond[left] > near[left]], ray, len(points))
         ray = np.concatenate([rays_found for rays_found, _ in found])
         return gaps_inside(self.domain, select(concatenated([gaps for _, gaps in found]), np.argsort(ray)))
 
@@ -205,7 +205,8 @@ class Walls:
         if len(some.corner) == 0:
             return NO_GAPS
         open_ = ~boundary.closed
-        alone = np.setdiff1d(np.arange(len(boundary.corners)), [boundary.start[open_], boundary.end[open_]])
+        ends = np.append(boundary.start[open_], boundary.end[open_])
+        alone = _without(np.arange(len(boundary.corners)), ends, len(boundary.corners))
         things = np.append(self.tree.geometries, shapely.points(boundary.corners[alone]))
         inner = np.append(boundary.inner[self.chords.piece], np.ones(len(alone), bool))
         on_ring = np.isin(some.corner, [boundary.start[~boundary.inner], boundary.end[~boundary.inner]])
@@ -223,8 +224,15 @@ class Walls:
             gaps = gaps_inside(domain, select(gaps, (width > 0) & (behind < BEHIND * width)), PARTS)
             order = np.lexsort((gaps.widths, gaps.number))
             found.append(select(gaps, order[np.diff(gaps.number[order], prepend=-1) != 0]))
-            left = np.setdiff1d(left, gaps.number)
+            left = _without(left, gaps.number, len(spots))
         return concatenated(found)
+
+
+def _without(some: Integers, others: Integers, count: int) -> Integers:
+    """Those of ``some`` numbers (k,) below ``count`` that are none of the ``others`` (m,)."""
+    gone = np.zeros(count, bool)
+    gone[others] = True
+    return some[~gone[some]]
 
 
 def reentrant_corners(domain: Domain) -> ReentrantCorners:

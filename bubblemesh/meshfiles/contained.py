@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from io import BufferedReader, TextIOWrapper
 from pathlib import Path, PurePath
 from typing import IO, Any, TypeVar
-from xml.etree import ElementTree
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.files import opened, read_bytes, require_readable
@@ -58,6 +57,8 @@ def _sizes(path: Path) -> dict[str, int]:
 
 
 def _check_xdmf(path: Path) -> None:
+    from xml.etree import ElementTree  # which a case without mesh files should not wait for
+
     sizes: dict[str, dict[str, int]] = {}
     total = 0
     for item in ElementTree.fromstring(read_bytes(path)).iter("DataItem"):

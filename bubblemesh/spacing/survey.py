@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from bubblemesh.arrays import GAUSS, Floats, Integers, members, select
+from bubblemesh.arrays import GAUSS, Floats, Integers, different_rows, members, select
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
@@ -175,15 +175,14 @@ def _triangles(domain: Domain) -> Floats:
     longest = LARGEST_PART * domain.size
     outline, edges = _outline(domain, longest)
     points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
-    return _refined(
-        points[triangulated(points, edges)], _halved_triangles, lambda t: _edge_lengths(t).max(axis=1), longest
-    )
+    triangles = points[triangulated(points, edges)]
+    return _refined(triangles, lambda t: _cut(t, _from_longest(t)), lambda t: _edge_lengths(t).max(axis=1), longest)
 
 
 def _outline(domain: Domain, longest: float) -> tuple[Floats, Integers]:
     """Points (m, 2) along the boundary, and edges (e, 2) between them that are no longer than ``longest``."""
     line = domain.polygonal_copy
-    corners, number = np.unique(line.points, axis=0, return_inverse=True)
+    corners, number = different_rows(line.points)
     begin, end = number, number[line.successor]
     parts = np.ceil(np.hypot(*(corners[end] - corners[begin]).T) / longest).astype(np.int64)
     chord, rank = members(parts)
@@ -227,9 +226,10 @@ def _edge_lengths(triangles: Floats) -> Floats:
     return np.hypot(delta[..., 0], delta[..., 1])
 
 
-def _halved_triangles(triangles: Floats) -> Floats:
-    """Halves (2 t, 3, 2) of triangles cut across their longest edge, all first halves first."""
-    a, b, c = np.moveaxis(np.take_along_axis(triangles, _from_longest(triangles)[..., None], axis=1), 1, 0)
+def _cut(triangles: Floats, order: Integers) -> Floats:
+    """Halves (2 t, 3, 2) of triangles cut across their first edge in an order (t, 3), all first halves first."""
+    rows = np.arange(len(triangles))
+    a, b, c = (triangles[rows, corner] for corner in order.T)
     middle = (a + b) / 2
     return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
@@ -246,13 +246,14 @@ def _sampled_triangles(triangles: Floats, spacing: Spacing) -> Triangles:
 
 
 def _halves(whole: Triangles, spacing: Spacing) -> Triangles:
-    """Halves as of `_halved_triangles`: they have two edges of the whole ones, and one in common."""
-    corners = _halved_triangles(whole.corners)
+    """Halves of triangles cut across their longest edge: they have two edges of the whole ones, and one in common."""
+    order = _from_longest(whole.corners)
+    corners = _cut(whole.corners, order)
     first, second = np.split(corners, 2)
     fresh = np.stack([first[:, 0] + first[:, 1], first[:, 1] + first[:, 2], second[:, 0] + second[:, 1]]) / 2
     cut_1, common, cut_2 = spacing(fresh.reshape(-1, 2)).reshape(3, -1)
-    _, second_d, first_d = np.take_along_axis(whole.d, _from_longest(whole.corners), axis=1).T
-    d = [np.stack([cut_1, common, first_d], axis=1), np.stack([cut_2, second_d, common], axis=1)]
+    _, onwards, back = np.take_along_axis(whole.d, order, axis=1).T
+    d = [np.stack([cut_1, common, back], axis=1), np.stack([cut_2, onwards, common], axis=1)]
     return Triangles(corners, np.concatenate(d))
 
 
