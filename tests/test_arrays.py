@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, gathered, members
+from bubblemesh.arrays import components, different_rows, gathered, members
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -24,6 +24,13 @@ def test_components_are_those_of_scipy(count, links):
 def test_a_long_chain_is_one_component():
     order = np.random.default_rng(0).permutation(20_000)
     assert components(np.column_stack([order[:-1], order[1:]]), len(order)).max() == 0
+
+
+@given(st.lists(st.tuples(st.integers(-2, 2), st.integers(-2, 2))))
+def test_different_rows_are_those_of_numpy(rows):
+    points = np.array(rows, float).reshape(-1, 2)
+    for mine, known in zip(different_rows(points), np.unique(points, axis=0, return_inverse=True), strict=True):
+        np.testing.assert_array_equal(mine, known.reshape(mine.shape))
 
 
 @pytest.mark.parametrize("rows", [0, 1, 7])

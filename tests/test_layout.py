@@ -129,3 +129,46 @@ def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path
     loaded = set(run.stdout.split())
     assert "meshio" in loaded
     assert not loaded & {"scipy", "matplotlib", "PIL", "distributed", "ezdxf", "pyogrio", "svgelements"}
+
+
+CHECKED = """
+import os, sys
+from bubblemesh.__main__ import main
+sys.argv = ["bubblemesh", "check", "case.yaml", "-q"]
+try:
+    main()
+except SystemExit as end:
+    assert not end.code
+"""
+
+
+def after_check(folder, code):
+    """What code prints that runs after a check of a small case, in the same process."""
+    hole = "{circle: {center: [0.5, 0.5], radius: 0.2}}"
+    (folder / "case.yaml").write_text(f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}, holes: [{hole}]}}\nspacing: 0.1")
+    command = [sys.executable, "-c", CHECKED + code]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_a_check_does_not_wait_for_what_it_does_not_need(tmp_path):
+    loaded = set(after_check(tmp_path, "print(*sys.modules)"))
+    assert "numpy" in loaded
+    assert not loaded & {"scipy", "numpy.ma", "xml.etree.ElementTree", "importlib.metadata"}
+
+
+def test_the_parts_of_a_case_build_no_validators_of_their_own(tmp_path):
+    code = (
+        "from bubblemesh.case.fields import Strict\n"
+        "kinds = [Strict]\n"
+        "for kind in kinds:\n"
+        "    kinds += kind.__subclasses__()\n"
+        "print(*(kind.__name__ for kind in kinds if kind.__pydantic_complete__))\n"
+    )
+    built = set(after_check(tmp_path, code))
+    assert "Case" in built
+    assert not built & {"RingDomain", "RectangleRing", "CircleRing", "UnionRing"}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts threads as Linux tells them")
+def test_a_check_starts_no_threads(tmp_path):
+    assert after_check(tmp_path, "print(len(os.listdir('/proc/self/task')))") == ["1"]

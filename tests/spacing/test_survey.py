@@ -8,7 +8,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import LineTo, circle, open_path, rectangle
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import surveyed
+from bubblemesh.spacing.survey import Cover, _halves, _sampled_triangles, surveyed
 
 ENOUGH = 10**6
 SQUARE = Domain.of(rectangle(-1, -1, 1, 1))
@@ -32,6 +32,14 @@ def ideal(area, boundary, holes=0):
 def test_ideal_nodes_of_a_uniform_square(d):
     found = surveyed(SQUARE, uniform(d), ENOUGH).ideal_nodes
     assert found == pytest.approx(ideal(4 / d**2, 8 / d), rel=1e-9)
+
+
+def test_halves_of_triangles_have_the_spacing_on_their_edges_to_the_last_bit():
+    spacing = Spacing(lambda x, y: 0.02 + 0.1 * np.hypot(x - 0.1, y))
+    whole = _sampled_triangles(Cover.of(PERFORATED).triangles, spacing)
+    for _ in range(3):
+        whole = _halves(whole, spacing)
+        np.testing.assert_array_equal(whole.d, _sampled_triangles(whole.corners, spacing).d)
 
 
 def test_each_hole_takes_one_node_off():
