@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
@@ -103,7 +103,7 @@ def _near(line: PolygonalCopy, reach: Floats) -> tuple[Integers, Integers]:
     other, found = shapely.STRtree(points).query(chords, predicate="dwithin", distance=reach)
     probe, chord = np.append(probe, found), np.append(chord, other)
     apart = line.ring[probe] != line.ring[chord]
-    return np.divmod(np.unique(probe[apart] * len(points) + chord[apart]), len(points))
+    return np.divmod(each_once(probe[apart] * len(points) + chord[apart]), len(points))
 
 
 def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
