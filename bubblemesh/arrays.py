@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ShortIntegers = NDArray[np.int32]
 Booleans = NDArray[np.bool_]
+Rows = TypeVar("Rows", Floats, Integers)
 Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same length
 
 LARGEST_NUMBER = 1e70  # of coordinates and lengths: their fourth powers, which predicates take, must stay finite
@@ -70,14 +71,20 @@ def gathered(points: Floats, which: Integers) -> Floats:
     return np.ascontiguousarray(points.T).take(which.T, axis=1).T
 
 
-def different_rows(points: Floats) -> tuple[Floats, Integers]:
-    """The different ones (k, 2) of points (n, 2), by x and then y, and the number (n,) of each point among them.
+def median(numbers: Floats) -> float:
+    """Median of numbers (n,), of which there is at least one: NumPy's would load its masked arrays."""
+    middle = (len(numbers) - 1) // 2, len(numbers) // 2
+    return float(np.sort(numbers)[np.array(middle)].mean())
+
+
+def different_rows(rows: Rows) -> tuple[Rows, Integers]:
+    """The different ones (k, m) of rows (n, m), ascending column by column, and the number (n,) of each among them.
 
     It is much faster than NumPy's ``unique`` along an axis, which compares rows as records.
     """
-    order = np.lexsort(points.T[::-1])
-    ascending, number = points[order], np.empty(len(points), np.int64)
-    fresh = np.append(True, (ascending[1:] != ascending[:-1]).any(axis=1))[: len(points)]
+    order = np.lexsort(rows.T[::-1])
+    ascending, number = rows[order], np.empty(len(rows), np.int64)
+    fresh = np.append(True, (ascending[1:] != ascending[:-1]).any(axis=1))[: len(rows)]
     number[order] = np.cumsum(fresh) - 1
     return ascending[fresh], number
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, different_rows, gathered, members
+from bubblemesh.arrays import components, different_rows, gathered, median, members
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -24,6 +24,12 @@ def test_components_are_those_of_scipy(count, links):
 def test_a_long_chain_is_one_component():
     order = np.random.default_rng(0).permutation(20_000)
     assert components(np.column_stack([order[:-1], order[1:]]), len(order)).max() == 0
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 8])
+def test_median_is_that_of_numpy(count):
+    numbers = np.random.default_rng(count).normal(size=count)
+    assert median(numbers) == np.median(numbers)
 
 
 @given(st.lists(st.tuples(st.integers(-2, 2), st.integers(-2, 2))))

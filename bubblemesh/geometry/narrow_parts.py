@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, members, select
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, median, members, select
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
@@ -118,7 +118,7 @@ class Walls:
         """Shares of the reach (m,) that are looked at, one after the other; most chords are shorter than the least."""
         shares = 4.0 ** np.arange(-DOUBLINGS // 2, 1)
         lengths = np.hypot(*(self.chords.end - self.chords.start).T)
-        useful = shares * np.median(reach) > np.median(lengths) if len(reach) else shares > 1
+        useful = shares * median(reach) > median(lengths) if len(reach) else shares > 1
         return np.asarray(shares[useful | (shares == 1)], float)
 
     def _met(self, points: Floats, directions: Floats, lengths: Floats) -> tuple[Integers, Integers]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers, different_rows, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
@@ -111,7 +111,7 @@ def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, 
     corner, ring = boundary.ring_corners()
     distance = np.full(len(probe), np.inf)
     rings = np.column_stack([line.ring[probe], line.ring[chord]])
-    for a, b in np.unique(rings, axis=0).tolist():
+    for a, b in different_rows(rings)[0].tolist():
         shared = np.intersect1d(corner[ring == a], corner[ring == b])
         if len(shared):
             mine = (rings == (a, b)).all(axis=1)

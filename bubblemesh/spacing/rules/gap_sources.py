@@ -77,7 +77,9 @@ class GapSources:
                 left_out = NarrowPlace((x, y), float(found.widths[worst]))
             found, size = select(found, size > finest), size[size > finest]
             # Where both halves of a part have passed by the gap that its middle has.
-            lost = ~np.isin(waiting.number, found.number % max(len(piece) // 2, 1))
+            seen = np.zeros(max(len(piece) // 2, 1), bool)
+            seen[found.number % len(seen)] = True
+            lost = ~seen[waiting.number]
             done.append(self._sources(select(waiting, lost), sizes[lost], HALFWAY))
             short = length[found.number] <= self._apart(size)
             done.append(self._sources(select(found, short), size[short], HALFWAY))
