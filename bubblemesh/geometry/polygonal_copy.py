@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.paths import Line, Ring
 
@@ -78,7 +78,7 @@ def outlines_of(rings: Sequence[Ring]) -> list[Floats]:
     ends = np.flatnonzero(np.diff(boundary.ring[piece])) + 1
     for k, points in zip(curved, np.split(boundary.chord_starts(piece, s), ends), strict=True):
         found[k] = points
-    for k in np.unique(boundary.ring[_at_contacts(boundary).any(axis=0)]).tolist():
+    for k in each_once(boundary.ring[_at_contacts(boundary).any(axis=0)]).tolist():
         found[curved[k]] = PolygonalCopy.of(Boundary.of([rings[curved[k]]])).points
     return found
 
