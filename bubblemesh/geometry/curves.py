@@ -5,9 +5,9 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -371,6 +371,18 @@ class Polylines:
     def tangents(self, index: Integers, s: Floats) -> Floats:
         j = self._shares.before(index, s / self.lengths[index])
         return (self._points[j + 1] - self._points[j]) / (self._s[j + 1] - self._s[j])[:, None]
+
+
+def selected(family: Family, which: Integers) -> Family:
+    """Some curves ``which`` (k,) of a family, as a family of their own."""
+
+    def kept(column: Any) -> Any:
+        if isinstance(column, int):  # it is for all curves
+            return column
+        return column[which] if isinstance(column, np.ndarray) else [column[k] for k in which.tolist()]
+
+    columns = {field.name: kept(getattr(family, field.name)) for field in fields(cast(Any, family))}
+    return type(family)(**columns)
 
 
 def turning(before: Floats, after: Floats) -> Floats:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -19,6 +20,7 @@ from bubblemesh.geometry.distance.projection import Nearest, Projection, project
 from bubblemesh.geometry.paths import Area, Change, Ring, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.validity import require_domain, simple_polygon
 from bubblemesh.messages import meant, ring_name, tell_places_of
 
@@ -26,8 +28,19 @@ FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal 
 AT_A_TIME = 1 << 13  # points: a late run can end between two calls
 
 
+class Held(NamedTuple):
+    """Pieces of a boundary whose bubbles are set beforehand, and stay there."""
+
+    pieces: Integers = np.zeros(0, np.int64)  # (h,)
+    piece: Integers = np.zeros(0, np.int64)  # (k,): of each of their bubbles, ascending
+    s: Floats = np.zeros(0)  # (k,): its arc length, ascending on each piece
+
+
+NOTHING_HELD = Held()
+
+
 @dataclass(frozen=True)
-class Domain:
+class Domain(Uncached):
     """One area or several, each inside its outer ring and outside its holes.
 
     Attributes
@@ -42,6 +55,8 @@ class Domain:
         Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
     changes : tuple of Change
         What the case has changed of the rings as given.
+    held : Held
+        Pieces whose bubbles are set beforehand.
     """
 
     boundary: Boundary
@@ -49,6 +64,7 @@ class Domain:
     parts: Parts = field(default_factory=Parts)
     given_outlines: dict[int, Floats] = field(default_factory=dict)
     changes: tuple[Change, ...] = ()
+    held: Held = NOTHING_HELD
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
@@ -107,10 +123,11 @@ class Domain:
         return matching_pieces(self.boundary, self.parts.periodic)
 
     @cached_property
-    def on_periodic_side(self) -> Booleans:
-        """Mask (p,) of the boundary pieces with a counterpart, whose bubbles must not move one by one."""
+    def tied(self) -> Booleans:
+        """Mask (p,) of the pieces whose bubbles must not move one by one: they are held, or match those of others."""
         found = np.zeros(len(self.boundary.kind), bool)
         found[self.periodic] = True
+        found[self.held.pieces] = True
         return found
 
     @cached_property

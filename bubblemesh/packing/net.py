@@ -104,10 +104,10 @@ def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None, triangl
     they are now, however many these are.
     """
     if before is None or (triangles is None and len(bubbles) != len(before.bubbles)):
-        return _triangulated(_unconnected(bubbles, domain))
+        return _triangulated(unconnected(bubbles, domain))
     if _same_on_boundary(before.bubbles, bubbles):
         return reconnect(before, bubbles, triangles)
-    net = _unconnected(bubbles, domain)
+    net = unconnected(bubbles, domain)
     return reconnect(before, bubbles, triangles) if net.has_facets_of(before) else _triangulated(net)
 
 
@@ -130,8 +130,8 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
     return _triangulated(moved)
 
 
-def _unconnected(bubbles: Bubbles, domain: Domain) -> Net:
-    """Bubbles with their boundary edges, and no triangles."""
+def unconnected(bubbles: Bubbles, domain: Domain) -> Net:
+    """Bubbles of a domain with their boundary edges, and no triangles."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
     return Net(bubbles, facets, piece, domain.boundary.inner[piece], np.zeros((0, 3), int), np.zeros((0, 2), int))
 

@@ -230,7 +230,7 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     ratio = relative_lengths(bubbles, net.facets)
     crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
     straight = np.zeros(n, bool)
-    bound = domain.boundary.curved | domain.boundary.inner | domain.on_periodic_side
+    bound = domain.boundary.curved | domain.boundary.inner | domain.tied
     straight[bubbles.sliding] = ~bound[bubbles.piece]
     return straight & crowded & (net.valence == FEWEST_ON_A_WALL)
 

@@ -83,7 +83,7 @@ class Smoothing:
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         contact = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
-        free[bubbles.sliding] &= ~domain.on_periodic_side[bubbles.piece]
+        free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
         scale, weights = np.where(free, d * d, 0.0), (self.spacing_weight, MOMENTUM, self.shape_step)
         descent = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, bubbles.corners, *weights)
         for _ in range(self.shape_steps):

@@ -110,7 +110,7 @@ def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValue
         _by_region(rest, domain, own or {}),
         *_limits_within(terms.regions, domain),
         *_near(terms, domain),
-        *(Spacing(data, key=_always(key)) for key, data in functions.items()),
+        *(Spacing(data, key=_Always(key)) for key, data in functions.items()),
     )
     spots = np.vstack([*_spots(terms, domain), *(data.spots for data in functions.values())])
     astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in functions.items()))
@@ -235,9 +235,14 @@ def _bound(value: Value, domain: Domain, *path: str | int) -> Spacing:
     with at_key(*path):
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
         term = bound.measuring(partial(distance_to_labels, domain))
-    return Spacing(term, key=_always(Key(path)), costly=costly(term))
+    return Spacing(term, key=_Always(Key(path)), costly=costly(term))
 
 
-def _always(key: Key) -> Callable[[Floats], Key]:
+@dataclass(frozen=True)
+class _Always:
     """The key of a term, at any point."""
-    return lambda point: key
+
+    key: Key
+
+    def __call__(self, point: Floats) -> Key:
+        return self.key

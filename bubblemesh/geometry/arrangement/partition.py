@@ -38,7 +38,7 @@ def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> B
     areas = areas_of(whole, parts)
     require_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
     whole = without_doubles(whole, TOUCHING * size)
-    whole = _clipped(whole, parts.points, TOUCHING * size)
+    whole = clipped(whole, parts.points, TOUCHING * size)
     _require_lines(whole, parts.lines)
     whole = _sided(whole, areas)
     _require_seen(whole, parts.regions)
@@ -84,7 +84,7 @@ def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     return boundary.select(np.flatnonzero(keep))
 
 
-def _clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
+def clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
     """The boundary without inner pieces outside the domain, and without the corners that only these had.
 
     GeometryError if an embedded point is outside, or where another one is.

@@ -13,6 +13,7 @@ from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
+from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.validity import explained, first_place, simple_polygon
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
@@ -20,7 +21,7 @@ BELLY = 0.01  # of the square of a chord's length: more than the area between it
 
 
 @dataclass(frozen=True)
-class Region:
+class Region(Uncached):
     """A part of the domain: an area with a name, and a label for those of its sides that have none."""
 
     area: Area

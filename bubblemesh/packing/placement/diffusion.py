@@ -24,6 +24,7 @@ from bubblemesh.spacing.spacing import Spacing
 AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
 HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
 FEWEST_ON_A_CLOSED_CURVE = 3
+HELD = 0.75  # part of the bubbles held on a piece that a spacing has to ask for, for these to be taken
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ def boundary_bubbles(domain: Domain, spacing: Spacing) -> Bubbles:
 def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]:
     """Pieces (m,) and arc lengths (m,) that divide each boundary piece equally in the integral of ds / d.
 
-    A piece gets as many intervals as the integral says, to the nearest whole number and at least one.
+    A piece gets as many intervals as the integral says, to the nearest whole number and at least one. What the domain
+    holds is as it is there, but for spacings so coarse that they ask for much less.
     """
     boundary = domain.boundary
     piece, begin, length = short_intervals(domain, spacing)
@@ -93,8 +95,12 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     total = np.bincount(piece, weight, minlength=len(boundary.lengths))
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
     intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
+    held = domain.held
+    given = np.bincount(held.piece, minlength=len(total))
+    taken = np.zeros(len(total), bool)
+    taken[held.pieces] = intervals[held.pieces] >= HELD * (given[held.pieces] + 1)  # else the spacing is a coarser one
     # A closed curve has a bubble at its start, an open piece a corner.
-    count = np.where(boundary.closed, intervals, intervals - 1)
+    count = np.where(taken, 0, np.where(boundary.closed, intervals, intervals - 1))
     owner, rank = members(count)
     rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
@@ -105,7 +111,10 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     share = (target - (reached - weight)[panel]) / weight[panel]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
-    return _mirrored(domain, owner, boundary.wrapped(owner, s))
+    mine = taken[held.piece]
+    owner, s = np.append(owner, held.piece[mine]), np.append(boundary.wrapped(owner, s), held.s[mine])
+    order = np.argsort(owner, kind="stable")
+    return _mirrored(domain, owner[order], s[order])
 
 
 def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:

@@ -1,5 +1,6 @@
 """Grading: a spacing that grows away from where it is fine by no more than a given rate."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -226,14 +227,23 @@ def _away(grid: Quadtree, vertices: Integers, sources: Sources) -> Floats:
     return np.hypot(away[..., 0], away[..., 1])
 
 
+@dataclass(frozen=True)
+class _Lower:
+    """The smaller one of a spacing's function and a limit."""
+
+    function: Callable[[Floats, Floats], Floats]
+    limit: Limit
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        d = np.broadcast_to(np.asarray(self.function(x, y), float), np.shape(x))
+        return np.minimum(d, self.limit(np.column_stack([x, y])))  # no number stays none
+
+
 def _below(spacing: Spacing, limit: Limit) -> Spacing:
     """The spacing where it is below a limit, else the limit."""
-
-    def function(x: Floats, y: Floats) -> Floats:
-        d = np.broadcast_to(np.asarray(spacing.function(x, y), float), np.shape(x))
-        return np.minimum(d, limit(np.column_stack([x, y])))  # no number stays none
-
-    return replace(spacing, function=function, floor=min(spacing.floor, float(limit.values.min()) / 2))
+    return replace(
+        spacing, function=_Lower(spacing.function, limit), floor=min(spacing.floor, float(limit.values.min()) / 2)
+    )
 
 
 def _change(samples: Samples, given: Floats, values: Floats) -> tuple[float, float, tuple[float, float] | None]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -11,6 +11,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import Key
 from bubblemesh.geometry.arrangement.regions import Region
+from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term, costly
 
@@ -64,6 +65,16 @@ class ShapeUnion:
     """The places inside any of some shapes, of which there may be hundreds."""
 
     shapes: tuple[shapely.Geometry, ...]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ShapeUnion.prepared, (self.shapes,)
+
+    @classmethod
+    def prepared(cls, shapes: tuple[shapely.Geometry, ...]) -> "ShapeUnion":
+        """The union of shapes that are prepared here: those of another process come as mere shapes."""
+        for shape in shapes:
+            shapely.prepare(shape)
+        return cls(shapes)
 
     @cached_property
     def _boxes(self) -> Boxes:
@@ -123,7 +134,7 @@ def by_region(rest: Spacing, own: Sequence[RegionSpacing]) -> Spacing:
 
 
 @dataclass(frozen=True)
-class _Regions:
+class _Regions(Uncached):
     """Regions with spacings of their own, those within others after them."""
 
     rest: Spacing
