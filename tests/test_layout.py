@@ -22,23 +22,42 @@ MAY_IMPORT = {
     "readers": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
+    "parts": FOUNDATION | {"geometry", "meshes", "packing", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
     "problem": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
-    | {"__version__", "case", "geometry", "kernels", "meshes", "meshfiles", "packing", "pages", "problem", "spacing"},
+    | {
+        *{"__version__", "case", "geometry", "kernels", "meshes", "meshfiles", "packing", "pages", "parts", "problem"},
+        "spacing",
+    },
     "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "packing", "problem", "run", "spacing"},
     "batch": FOUNDATION
-    | {"__version__", "case", "geometry", "meshes", "meshfiles", "pages", "pictures", "problem", "readers", "run"},
+    | {
+        *{"__version__", "case", "geometry", "meshes", "meshfiles", "pages", "parts", "pictures", "problem", "readers"},
+        "run",
+    },
     "api": FOUNDATION
-    | {"adaptivity", "case", "geometry", "meshes", "meshfiles", "packing", "pictures", "problem", "run", "spacing"},
+    | {
+        "adaptivity",
+        "case",
+        "geometry",
+        "meshes",
+        "meshfiles",
+        "packing",
+        "parts",
+        "pictures",
+        "problem",
+        "run",
+        "spacing",
+    },
     "console": FOUNDATION | {"batch", "meshes", "problem", "run"},
     "cli": FOUNDATION
     | {
         *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "packing"},
-        *{"pictures", "problem", "run", "spacing"},
+        *{"parts", "pictures", "problem", "run", "spacing"},
     },
     "__init__": {"api"},
     "__main__": {"cli", "errors"},

@@ -1,5 +1,6 @@
 """Many cases, in worker processes of this machine or of a cluster."""
 
+from bubblemesh.batch.crew import crew_of
 from bubblemesh.batch.dispatch import Progress
 from bubblemesh.batch.plan import BatchOptions, Entry, case_files, parse_shard, plan_cases, planned
 from bubblemesh.batch.preview import Preview, preview_of, totals_of
@@ -13,6 +14,7 @@ __all__ = [
     "Progress",
     "Row",
     "case_files",
+    "crew_of",
     "parse_shard",
     "plan_cases",
     "planned",

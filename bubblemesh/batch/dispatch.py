@@ -113,7 +113,7 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
             progress.note(number, finished_rounds, nodes)
         for future in ended:
             entry, job = running.pop(future)
-            problem = _problem(future, workers)
+            problem = problem_of(future, workers)
             recalled[job.number] += problem is LEFT
             times = submitted[job.number] - recalled[job.number]
             attempts = max(times, begun[job.number])  # a cluster tries again by itself
@@ -124,7 +124,7 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
             yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts))
 
 
-def _problem(future: Future[Outcome], workers: Workers) -> BaseException | None:
+def problem_of(future: Future[Any], workers: Workers) -> BaseException | None:
     """Why an ended future has no result, None if it has one; FileError if the workers are out of reach."""
     if future in workers.recalled:
         return LEFT

@@ -147,6 +147,10 @@ class Case(Strict):
     largest: Positive | None = Field(
         default=None, description="Largest area of a triangle: the spacing is finer, and nodes are added, if need be."
     )
+    parts: Literal["auto"] | Count | None = Field(
+        default=None,
+        description="Number of parts to pack side by side and join, or auto; else the mesh is made in one piece.",
+    )
     method: str = Field(default="multilevel", description="Name of the packing method.")
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")

@@ -13,6 +13,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "seed": ("packing", "seed"),
     "repair": ("domain", "repair"),
     "angle_min": ("angle_min",),
+    "parts": ("parts",),
     "time_limit": ("limits", "seconds"),
 }
 # Keys whose plain value is short for a mapping with one key.

@@ -1,6 +1,7 @@
 """Commands on cases: to mesh one or many, to tell what that would take, and to write one."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +12,9 @@ from bubblemesh.cli.options import (
     CASE_OPTIONS,
     AsJson,
     CaseFile,
+    Cluster,
     FormatsNamed,
+    Jobs,
     Output,
     Overrides,
     Picture,
@@ -26,6 +29,7 @@ from bubblemesh.errors import CaseError, FileError, located
 if TYPE_CHECKING:
     from bubblemesh.batch import Entry
     from bubblemesh.case import Case
+    from bubblemesh.parts.work import Crew
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
     from bubblemesh.run.pipeline import OnRound, OnShare, Result
@@ -48,6 +52,8 @@ def run(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the case and estimate the mesh only.")] = False,
     picture: Picture = None,
+    jobs: Jobs = None,
+    cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
@@ -61,7 +67,8 @@ def run(
         return
     if picture is not None:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
-    deliver(partial(pipeline.mesh_case, loaded), loaded, case, place, as_json, quiet)
+    with crew_for(loaded, jobs, cluster) as crew:
+        deliver(partial(pipeline.mesh_case, loaded, crew=crew), loaded, case, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -140,14 +147,10 @@ def batch(
     output: Annotated[
         str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder of all results and the summary.")
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; else one for each core.")
-    ] = None,
+    jobs: Jobs = None,
     resume: Annotated[bool, typer.Option("--resume", help="Keep results whose inputs have not changed.")] = False,
     shard: Annotated[str, typer.Option("--shard", metavar="I/N", help="Mesh part I of N, for job arrays.")] = "1/1",
-    cluster: Annotated[
-        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers mesh the cases.")
-    ] = None,
+    cluster: Cluster = None,
     formats: FormatsNamed = None,
     solvers: SolversNamed = None,
     overrides: Overrides = (),
@@ -218,6 +221,20 @@ def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None =
 
     text = read_input() if case == "-" and text is None else text
     return load_case(case, overrides=overrides, untrusted=untrusted, text=text)
+
+
+def crew_for(case: "Case", jobs: int | None, cluster: str | None) -> "AbstractContextManager[Crew]":
+    """Who packs the parts of a case: worker processes, here or on a cluster; this process, if there is one part."""
+    from bubblemesh.parts.work import alone
+
+    if case.parts is None:
+        if jobs is not None or cluster is not None:
+            raise CaseError("--jobs and --cluster: a mesh in one piece takes one process: add --parts auto")
+        return nullcontext(alone)
+    from bubblemesh import batch as many
+    from bubblemesh import console
+
+    return many.crew_of(many.workers_at(jobs, cluster), lambda message: console.warn([message]))
 
 
 def destination_of(

@@ -41,7 +41,19 @@ Untrusted = Annotated[
     bool,
     typer.Option("--untrusted", help="The case is a stranger's: only files below its folder, and limits by default."),
 ]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Worker processes; else one for each core.")
+]
+Cluster = Annotated[
+    str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler whose workers do the meshing.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and errors only.")]
+
+
+def count_or_word(text: str) -> int | str:
+    """A number where the text is one."""
+    return int(text) if text.isascii() and text.isdigit() else text
+
 
 # Options that set keys of the case: what each sets stands under its name in case/overrides.py, which spells its flag.
 CASE_OPTIONS: dict[str, Any] = {
@@ -53,6 +65,10 @@ CASE_OPTIONS: dict[str, Any] = {
     ],
     "angle_min": Annotated[
         float | None, typer.Option(metavar="DEGREES", help="Least angle, up to 30: nodes are added for it.")
+    ],
+    "parts": Annotated[
+        str | None,
+        typer.Option(metavar="N", help="Pack in so many parts, or auto.", parser=count_or_word),
     ],
     "time_limit": Annotated[
         float | None, typer.Option(metavar="SECONDS", help="End then, with the mesh as it is once there is one.")

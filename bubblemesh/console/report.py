@@ -100,6 +100,9 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["budget"] = f"{budget['nodes']} nodes, met by the spacing times {budget['scale']:.4g}, in {meshes}"
     if "refinement" in figures:
         rows["refined"] = _refinement(figures["refinement"])
+    if "parts" in figures:
+        parts = figures["parts"]
+        rows["parts"] = f"{parts['number']} of {parts['least_nodes']} to {parts['most_nodes']} nodes"
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = duration(run_seconds(figures["seconds"]))

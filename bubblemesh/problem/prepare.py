@@ -82,6 +82,9 @@ def check_spacing(
             raise CaseError(
                 "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
             )
+    with about(Key(["parts"])):
+        if task.parts != 1 and not task.method.relaxation.boundary_stays:
+            raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
     with timed(seconds, "spacing"):
         spacing, rules, cover = request.at(scale), request.rules, Cover.of(domain)
         survey = surveyed(domain, spacing, max_nodes, cover)
@@ -144,6 +147,7 @@ def task_of(case: Case, domain: Domain) -> Task:
         time_limit=case.limits.seconds,
         parameters=parameters,
         order=case.output.order,
+        parts=None if case.parts == "auto" else case.parts or 1,
         requirements=case.require.model_dump(exclude_none=True),
         least_angle=case.angle_min or 0.0,
         largest=inf if case.largest is None else case.largest,

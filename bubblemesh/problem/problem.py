@@ -29,6 +29,7 @@ class Task:
     time_limit: float | None  # seconds after which the packing ends as it is
     parameters: dict[str, Any]  # defaults included, as reports tell them
     order: int = 1  # of the triangles, 1 or 2
+    parts: int | None = 1  # that are packed side by side; as many as are worth it if None
     requirements: Mapping[str, float] = field(default_factory=dict)  # quality_min, quality_mean, angle_min if required
     least_angle: float = 0.0  # degrees, for which nodes are added
     largest: float = np.inf  # area of a triangle

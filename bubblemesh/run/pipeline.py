@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from time import perf_counter, thread_time
 from typing import Any
 
+import numpy as np
+
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
@@ -19,6 +21,8 @@ from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Demands, Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
+from bubblemesh.parts.work import Crew, Deadline, Figures, Record, alone
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
@@ -27,6 +31,7 @@ from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.assembly import mesh_of
 from bubblemesh.run.report import (
     NodeTargetRow,
+    PartsRow,
     RefinementRow,
     Report,
     RoundRow,
@@ -86,7 +91,12 @@ class Clock:
         self.on_share(share)
         if time_left() < self.reserve:
             self.over = True
-            raise TimeUp(f"the time limit of {self.limit:g} s")
+            raise TimeUp(self.reason)
+
+    @property
+    def reason(self) -> str:
+        """Why a packing ends at its limit."""
+        return f"the time limit of {self.limit:g} s"
 
     @property
     def warnings(self) -> list[str]:
@@ -111,6 +121,7 @@ class Packing:
     clock: Clock
     seconds: dict[str, float]
     refined: Refined | None = None  # if there are demands on each triangle
+    parts: PartsRow | None = None  # if it was packed in parts
 
     @property
     def nodes(self) -> int:
@@ -124,10 +135,16 @@ class Packing:
         return 1.0 if target is None else target.scale
 
 
-def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShare = lambda share: None) -> Result:
+def mesh_case(
+    case: Case,
+    on_round: OnRound = lambda row: None,
+    on_share: OnShare = lambda share: None,
+    crew: Crew = alone,
+) -> Result:
     """Mesh a case.
 
-    ``on_round`` is told of each round as it ends, ``on_share`` again and again what share of the packing is done.
+    ``on_round`` is told of each round as it ends, ``on_share`` again and again what share of the packing is done. The
+    ``crew`` packs the parts, if the case asks for any.
 
     Raises
     ------
@@ -136,7 +153,7 @@ def mesh_case(case: Case, on_round: OnRound = lambda row: None, on_share: OnShar
     """
     if not isinstance(case, Case):
         raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
-    return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share))
+    return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
 
 
 def mesh_problem(
@@ -144,10 +161,11 @@ def mesh_problem(
     on_round: OnRound = lambda row: None,
     on_share: OnShare = lambda share: None,
     adaptation: Mapping[str, Any] | None = None,
+    crew: Crew = alone,
 ) -> Result:
     """Mesh a problem; ``adaptation`` is what the report tells of the solution that the sizes come from."""
     begun = perf_counter() - sum(problem.seconds.values())
-    packings = [pack(problem, on_round, on_share)]
+    packings = [pack(problem, on_round, on_share, crew)]
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
         if time_left() < sum(packings[-1].seconds[stage] for stage in ("placement", "packing")):
             break
@@ -155,12 +173,24 @@ def mesh_problem(
         problem = correct(problem, target, found)
         if problem.node_target is None or problem.node_target.scale in [packing.scale for packing in packings]:
             break
-        packings.append(pack(problem, on_round, on_share))
+        packings.append(pack(problem, on_round, on_share, crew))
     return _finish(packings, begun, adaptation)
 
 
-def pack(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
-    """Place bubbles and run the rounds of the method, as long as the run's time limit leaves time to finish."""
+def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
+    """Pack a problem, in parts if the task asks for them, as long as the run's time limit leaves time to finish."""
+    parts = problem.task.parts or enough_parts(problem.expected_nodes)
+    packing = _in_parts(problem, parts, on_round, on_share, crew) if parts > 1 else _whole(problem, on_round, on_share)
+    if not problem.demands:
+        return packing
+    enter("refinement")
+    with timed(packing.seconds, "refinement"):
+        refined = Refinement(problem.domain, problem.packing_spacing, problem.demands)(packing.last.net, packing.clock)
+    return replace(packing, last=replace(packing.last, net=refined.net), refined=refined)
+
+
+def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
+    """Place bubbles and run the rounds of the method."""
     task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
     begun, worked = perf_counter(), thread_time()
     with timed(seconds, "placement"):
@@ -182,13 +212,38 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
             last_end, last = perf_counter(), done if done.stop_reason is not None else None
             del done  # or its net, which takes most of the memory, stays while the next round makes its own
     assert last is not None  # the last round tells why it is
-    refined: Refined | None = None
-    if problem.demands:
-        enter("refinement")
-        with timed(seconds, "refinement"):
-            refined = Refinement(domain, problem.packing_spacing, problem.demands)(last.net, clock)
-            last = replace(last, net=refined.net)
-    return Packing(problem, first, tuple(rows), tuple(speeds), last, clock, seconds, refined)
+    return Packing(problem, first, tuple(rows), tuple(speeds), last, clock, seconds)
+
+
+def _in_parts(problem: Problem, parts: int, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
+    """Pack so many parts side by side; each of them, and each strip along the cuts, is told of as a round."""
+    task, seconds = problem.task, dict(problem.seconds)
+    rows, records = list[RoundRow](), list[Record]()
+
+    def on_done(record: Record) -> None:
+        records.append(record)
+        rows.append(RoundRow.of_part(len(records), record))
+        on_round(rows[-1])
+
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
+    deadline = Deadline.within(time_left() - clock.reserve)
+    together = Together(problem.packing_spacing, problem.method, task.max_nodes, deadline, crew, on_done, on_share)
+    with timed(seconds, "packing"):
+        parted = packed_in_parts(problem.domain, problem.expected_nodes, parts, together)
+    clock.over = any(record.late for record in records)
+    last = Round(
+        number=len(rows),
+        before=len(parted.net.bubbles),
+        inserted=0,
+        net=parted.net,
+        speeds=np.zeros(0),
+        evaluations=0,
+        stop_reason=clock.reason if clock.over else "all parts and the seams between are packed",
+    )
+    start = StartRow(*Figures.together([record.start for record in records[:parts]]))
+    nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
+    row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams)
+    return Packing(problem, start, tuple(rows), speeds, last, clock, seconds, parts=row)
 
 
 def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result:
@@ -246,6 +301,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
         adaptation=adaptation,
+        parts=best.parts,
     )
     return Result(mesh, fields, report, best.speeds, _verdict(best, figures))
 

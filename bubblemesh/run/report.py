@@ -12,6 +12,7 @@ from bubblemesh.meshes.quality import TARGET_SPACING, Measures, radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.refinement import Demands, Refined
 from bubblemesh.packing.rounds import Round
+from bubblemesh.parts.work import Record
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 
@@ -67,6 +68,34 @@ class RoundRow:
             seconds=seconds,
         )
 
+    @classmethod
+    def of_part(cls, number: int, done: Record) -> Self:
+        """Figures of all rounds of a part, or of all strips of a pass over the seams, as one."""
+        return cls(
+            round=number,
+            iterations=len(done.speeds),
+            nodes_before=done.start.nodes,
+            nodes_after=done.end.nodes,
+            deleted=done.deleted,
+            inserted=done.inserted,
+            mean_speed=float(done.speeds[-1]) if len(done.speeds) else 0.0,
+            quality_mean=done.end.quality_mean,
+            quality_min=done.end.quality_min,
+            force_evaluations=done.evaluations,
+            seconds=done.seconds,
+        )
+
+
+@dataclass(frozen=True)
+class PartsRow:
+    """Parts that were packed side by side: their number and nodes, the nodes along the cuts and of the seams."""
+
+    number: int
+    least_nodes: int
+    most_nodes: int
+    on_cuts: int
+    in_seams: int
+
 
 @dataclass(frozen=True)
 class SpacingChange:
@@ -121,8 +150,9 @@ class RefinementRow:
 class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 
-    It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. Parts that are None unless the case asks for
-    them (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``) have no key.
+    It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
+    (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``) has no
+    key.
     """
 
     case: str
@@ -155,6 +185,7 @@ class Report(Mapping[str, Any]):
     budget: NodeTargetRow | None = None
     refinement: RefinementRow | None = None
     adaptation: Mapping[str, Any] | None = None
+    parts: PartsRow | None = None
 
     @cached_property
     def data(self) -> dict[str, Any]:
@@ -172,7 +203,7 @@ class Report(Mapping[str, Any]):
         return len(self.data)
 
 
-OPTIONAL = ("rules", "periodic", "deviation", "repairs", "budget", "refinement", "adaptation")
+OPTIONAL = ("rules", "periodic", "deviation", "repairs", "budget", "refinement", "adaptation", "parts")
 
 
 def _plain(value: Any) -> Any:

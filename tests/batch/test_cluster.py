@@ -99,6 +99,19 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_the_parts_of_one_mesh_are_packed_by_the_cluster_even_if_a_worker_dies(cluster, here):
+    Path("plate.yaml").write_text("domain: {outer: {rectangle: [0, 0, 2, 1]}}\nspacing: 0.008\nparts: 5\n")
+    line = [sys.executable, "-m", "bubblemesh", "run", "plate.yaml", "-o"]
+    subprocess.run([*line, "local", "--jobs", "1"], check=True, timeout=120)
+    cluster.hire(1)
+    leaving = cluster.workers.pop()
+    thread = Thread(target=lambda: (time.sleep(2.0), leaving.kill(), leaving.wait()))
+    thread.start()
+    subprocess.run([*line, "remote", "--cluster", cluster.address], check=True, timeout=120)
+    thread.join()
+    assert (here / "local" / "plate.msh").read_bytes() == (here / "remote" / "plate.msh").read_bytes()
+
+
 def test_a_cluster_gives_the_rows_and_the_bytes_of_this_machine(cluster, here):
     (here / "ring.txt").write_text("0 0\n1 0\n1 1\n0 1\n")
     Path("a.yaml").write_text(SMALL + "sweep: {packing.seed: [1, 2, 3]}\n")

@@ -1,0 +1,170 @@
+"""One mesh packed in parts: ``python -m benchmarks.large`` meshes in one piece, and in parts by 1 and 2 workers.
+
+It prints a table of wall and processor time, memory and quality, beside the cuts and away from them, and whether the
+meshes of the parts are the same bytes. ``-o docs/large.md`` writes the table between the marks of that page.
+"""
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import shapely
+
+from benchmarks.peers.machine import machine
+from bubblemesh.case import load_case
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.parts.cuts import cut
+from bubblemesh.parts.parted import enough_parts
+from bubblemesh.problem.prepare import prepare
+
+PEERS = Path(__file__).parents[1] / "configs" / "peers" / "example-3.yaml"
+# Nodes of Example 3 and of the coast at the scale 1; the number goes with the square of the scale.
+NODES_AT_ONE, COAST_AT_ONE = 668.0, 5100.0
+BESIDE, AWAY = 2.0, 10.0  # spacings from a cut, and from a wall
+BEGIN, END = "<!-- benchmarks.large -->", "<!-- end -->"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the command."""
+
+    name: str
+    seconds: float
+    cpu: float
+    main_mb: float  # peak memory of the process that was started
+    digest: str
+    folder: Path
+
+
+def case_of(nodes: float) -> str:
+    """Example 3 of the paper with about so many nodes."""
+    return (
+        f"base: {PEERS}\nname: large\nparameters: {{scale: {float(np.sqrt(NODES_AT_ONE / nodes)):.6g}}}\n"
+        "limits: {max_nodes: 20000000}\noutput: {formats: [xdmf]}\n"
+    )
+
+
+def coast_of(nodes: float, folder: Path) -> str:
+    """A coast of many vertices with islands, fine along the shore, with about so many nodes."""
+    random = np.random.default_rng(7)
+
+    def shore(center: tuple[float, float], radius: float, corners: int) -> shapely.Polygon:
+        turn = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+        waves = sum(random.normal(0, 0.3 / k**1.6) * np.cos(k * turn + random.uniform(0, 6.3)) for k in range(2, 60))
+        r = radius * (1 + 0.3 * np.tanh(waves))
+        return shapely.Polygon(np.column_stack([center[0] + r * np.cos(turn), center[1] + r * np.sin(turn)]))
+
+    sea, islands = shore((0, 0), 100, 1000), list[shapely.Polygon]()
+    while len(islands) < 25:
+        island = shore(tuple(random.uniform(-75, 75, 2)), random.uniform(2, 6), 60)
+        if sea.buffer(-3).contains(island) and all(island.distance(other) > 3 for other in islands):
+            islands.append(island)
+    (folder / "coast.geojson").write_text(shapely.to_geojson(sea.difference(shapely.union_all(islands))))
+    scale = float(np.sqrt(COAST_AT_ONE / nodes))
+    return (
+        "name: large\ndomain: {file: coast.geojson}\nlimits: {max_nodes: 20000000}\n"
+        f'spacing: "min({5 * scale}, {0.8 * scale} + 0.1*distance())"\noutput: {{formats: [xdmf]}}\n'
+    )
+
+
+def ran(name: str, path: Path, *options: str) -> Run:
+    """Run a case in a process of its own."""
+    folder = path.parent / name.replace(" ", "-")
+    command = [sys.executable, "-m", "bubblemesh", "run", str(path), "-q", "-o", str(folder), *options]
+    before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
+    subprocess.run(command, check=True)
+    seconds, after = perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    report = report_in(folder)
+    digest = sha256((folder / "large.h5").read_bytes()).hexdigest()[:12]
+    return Run(name, seconds, cpu, float(report["peak_memory_mb"]), digest, folder)
+
+
+def report_in(folder: Path) -> dict[str, Any]:
+    """The report of a run."""
+    report: dict[str, Any] = json.loads((folder / "large.report.json").read_text())
+    return report
+
+
+def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
+    """Mean quality and first percentile of the triangles beside the cuts, and of those away from them."""
+    problem = prepare(load_case(path))
+    parts = report_in(run.folder)["parts"]["number"]
+    cuts = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
+    lines = shapely.union_all(shapely.linestrings([line.vertices for line in cuts.lines]))
+    shapely.prepare(lines)
+    mesh = Mesh.read(run.folder / "large.xdmf")
+    centers = mesh.points[mesh.triangles].mean(axis=1)
+    away = shapely.distance(lines, shapely.points(centers)) / problem.packing_spacing.extended(centers)
+    wall = problem.domain.distance_at_least(centers) / problem.packing_spacing.extended(centers)
+    q = radius_ratios(mesh.points, mesh.triangles)
+    groups = {"beside": (away < BESIDE) & (wall > AWAY), "away": (away > AWAY) & (wall > AWAY)}
+    return {name: (float(q[mine].mean()), float(np.quantile(q[mine], 0.01))) for name, mine in groups.items()}
+
+
+def table(name: str, path: Path, parts: int) -> list[str]:
+    """Rows of a case: in one piece, and in parts by 1 and 2 workers."""
+    one = ran("one piece", path)
+    runs = [
+        ran(f"{jobs} worker{'s' * (jobs > 1)}", path, "--parts", str(parts), "--jobs", str(jobs)) for jobs in (1, 2)
+    ]
+    assert runs[0].digest == runs[1].digest, "the mesh depends on the number of workers"
+    q = beside_cuts(path, runs[0])
+    rows = []
+    for run in (one, *runs):
+        report = report_in(run.folder)
+        quality, nodes = report["quality"], report["nodes"]
+        cells = [
+            *(name, run.name, f"{nodes:,}", str(report.get("parts", {}).get("number", 1))),
+            *(f"{run.seconds:.1f}", f"{runs[0].seconds / run.seconds:.2f}", f"{run.cpu:.1f}"),
+            *(f"{run.cpu / one.cpu:.2f}", f"{run.main_mb:.0f}", f"{quality['mean']:.4f} / {quality['p01']:.3f}"),
+            "" if run is one else f"{q['beside'][0]:.4f} / {q['beside'][1]:.3f}",
+            "" if run is one else f"{q['away'][0]:.4f} / {q['away'][1]:.3f}",
+        ]
+        rows.append(f"| {' | '.join(cells)} |")
+    return rows
+
+
+HEAD = (
+    "| case | how | nodes | parts | wall s | speed-up | CPU s | / one piece | main MB | mean q, 1 % | beside | away |"
+    "\n|---|---|---|---|---|---|---|---|---|---|---|---|"
+)
+
+
+def main() -> None:
+    """Measure, print, and write the table."""
+    parser = argparse.ArgumentParser("python -m benchmarks.large", description=__doc__)
+    parser.add_argument("--nodes", nargs="+", type=float, default=[1e5, 1e6], help="about [%(default)s]")
+    parser.add_argument("--coast", nargs="*", type=float, default=[1e5], help="the same of the coast [%(default)s]")
+    parser.add_argument("-o", "--output", type=Path, help="page with the table")
+    options = parser.parse_args()
+    rows = list[str]()
+    with TemporaryDirectory() as place:
+        for name, nodes in [*(("Example 3", n) for n in options.nodes), *(("coast", n) for n in options.coast)]:
+            folder = Path(place, f"{name}-{nodes:g}".replace(" ", "-"))
+            folder.mkdir()
+            text = case_of(nodes) if name != "coast" else coast_of(nodes, folder)
+            path = folder / "large.yaml"
+            path.write_text(text)
+            rows += table(name, path, max(enough_parts(nodes), 2))
+            print("\n".join(rows[-3:]), flush=True)
+    text = f"{HEAD}\n" + "\n".join(rows) + f"\n\nMeasured on {machine()}.\n"
+    print(text)
+    if options.output:
+        page = options.output.read_text(encoding="utf-8")
+        before, rest = page.split(BEGIN)
+        options.output.write_text(f"{before}{BEGIN}\n{text}{END}{rest.split(END)[1]}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

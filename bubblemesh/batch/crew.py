@@ -1,0 +1,80 @@
+"""Workers that pack the parts of one mesh."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import ExitStack, contextmanager
+from time import sleep
+from typing import Any, TypeVar
+
+from bubblemesh.batch.dispatch import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of
+from bubblemesh.batch.run import Hire
+from bubblemesh.errors import BubblemeshError, FileError, LimitError
+from bubblemesh.parts.work import Crew
+
+T = TypeVar("T")
+Given = tuple[int, tuple[Any, ...]]  # number of a job, and its arguments
+MANY = 1 << 30  # parts: their number does not limit that of the workers
+
+
+@contextmanager
+def crew_of(hire: Hire, warn: Callable[[str], None]) -> Iterator[Crew]:
+    """Crew of workers that are hired when there is a first job, and end with the block."""
+    with ExitStack() as stack:
+        hired: list[Workers] = []
+
+        def call(function: Callable[..., T], jobs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
+            if not hired:
+                hired.append(stack.enter_context(hire(MANY)))
+            return called(hired[0], function, jobs, warn)
+
+        yield call
+
+
+def called(
+    workers: Workers, function: Callable[..., T], jobs: Iterable[tuple[Any, ...]], warn: Callable[[str], None]
+) -> Iterator[tuple[int, T]]:
+    """Results of a function for all jobs, as they come; a job whose worker dies is given to another one.
+
+    An error of the package that the function raises is raised here; LimitError or another for a job that takes a worker
+    with it each time, FileError if the workers are out of reach.
+    """
+    left, again = enumerate(jobs), list[Given]()
+    following: Given | None = next(left, None)
+    running = dict[Future[T], Given]()
+    # How often each job was given to a worker that died, and to one that left.
+    attempts, recalls = Counter[int](), Counter[int]()
+    missing: str | None = None
+    while following or again or running:
+        capacity, before, missing = workers.capacity(), missing, workers.missing()
+        for message in [*([missing] if missing and not before else []), *workers.refused()]:
+            warn(message)
+        while len(running) < capacity and (again or following):
+            if again:
+                given = again.pop()
+            elif following:
+                given, following = following, next(left, None)
+            running[workers.submit(function, *given[1])] = given
+        if not running:
+            sleep(TICK)
+        ended, _ = wait(running, TICK, FIRST_COMPLETED)
+        for future in ended:
+            number, job = running.pop(future)
+            problem = problem_of(future, workers)
+            if problem is None:
+                yield number, future.result()
+                continue
+            left_it = future in workers.recalled
+            recalls[number] += left_it
+            attempts[number] += not left_it
+            if not isinstance(problem, WorkerDied) or attempts[number] >= ATTEMPTS or recalls[number] >= RECALLS:
+                raise _as_ours(problem, workers, attempts[number])
+            again.append((number, job))
+
+
+def _as_ours(problem: BaseException, workers: Workers, attempts: int) -> BaseException:
+    if isinstance(problem, BubblemeshError):
+        return problem
+    code, words = workers.failure(problem)
+    kind = {error.exit_code: error for error in (FileError, LimitError)}.get(code, BubblemeshError)
+    return kind(f"a part of the mesh: {words}{f' (in each of {attempts} attempts)' if attempts > 1 else ''}")

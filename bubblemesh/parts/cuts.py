@@ -1,0 +1,219 @@
+"""Straight cuts of a domain into cells of about the same work: short, square to walls, far from corners."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
+from bubblemesh.spacing.grid.cells import Leaves, leaves
+from bubblemesh.spacing.spacing import Spacing
+
+SAMPLES = 2e5  # leaves, about, whose work is divided
+COARSEST = 1.0  # spacings: the least side of a leaf
+DIRECTIONS = 12
+SHIFTS = np.linspace(-0.06, 0.06, 7)  # of the work: how far a cut may be from an even division
+LOOKED_AT = 16  # cuts of those that cross the fewest bubbles
+POINTS = 200  # on a cut, at which the spacing is taken
+# What else counts, in bubbles along a cut.
+CROSSING = 10.0  # of a wall, a line or another cut, square to it
+OBLIQUE = 60.0  # more for one at no angle at all
+NEAR = 40.0  # a corner, or a node's distance from a wall that runs along
+CLEAR = 4.0  # spacings: what is farther is not near
+UNEVEN = 2.0  # per bubble of a perfect cut, and share of the work that is off
+TOUCHING = 1e-6  # of a cut's length: it meets what is so near to its ends
+BEYOND = 0.01  # of the domain's size: around it
+
+CUT = "cut"  # label of the lines
+
+
+class Cut(NamedTuple):
+    """A directed line; what is on its left goes one way, the rest the other."""
+
+    at: Point
+    angle: float
+    left: int  # number of the next cut there, or, as -1 - k, the cell k
+    right: int
+
+
+@dataclass(frozen=True)
+class Cuts:
+    """A tree of cuts of a box, and the lines along which they run."""
+
+    cuts: tuple[Cut, ...]
+    lines: tuple[OpenPath, ...]  # one for each cut, from one cut before it, or from the box, to another
+    cells: int  # their number
+    work: Floats  # (cells,): bubbles that each cell needs, about
+
+    def cell_of(self, points: Floats) -> Integers:
+        """Cell (n,) of each of the points (n, 2)."""
+        found = np.zeros(len(points), np.int64) if self.cuts else np.full(len(points), -1)
+        for number, cut in enumerate(self.cuts):  # later ones divide what the ones before have left
+            mine = np.flatnonzero(found == number)
+            left = _offset(points[mine], cut.at, cut.angle) > 0
+            found[mine] = np.where(left, cut.left, cut.right)
+        return -1 - found
+
+
+def _offset(points: Floats, at: Point, angle: float) -> Floats:
+    """Distance (n,) of points (n, 2) to the left of a line."""
+    x, y = (points - at).T
+    return np.cos(angle) * y - np.sin(angle) * x
+
+
+def cut(domain: Domain, spacing: Spacing, expected_nodes: float, cells: int) -> Cuts:
+    """Cut a domain into cells of the same work, as nearly as short and clear cuts allow."""
+    samples = leaves(domain, spacing, max(COARSEST, float(np.sqrt(expected_nodes / SAMPLES))))
+    return _Cutter(domain, spacing).cuts(samples, cells, expected_nodes)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """What is left to cut: leaves, within a convex polygon (k, 2), into so many cells."""
+
+    samples: Leaves
+    polygon: Floats
+    cells: int
+
+
+class _Choice(NamedTuple):
+    """A cut that may be made."""
+
+    at: Point
+    angle: float
+    length: float  # estimated, in bubbles
+    off: float  # share of the work on the wrong side
+
+
+class _Cutter:
+    def __init__(self, domain: Domain, spacing: Spacing) -> None:
+        self.spacing = spacing
+        chords = domain.boundary.chords()
+        self._chords = np.stack([chords.start, chords.end], axis=1)
+        self._corners = domain.boundary.corners
+        self._area = domain.polygon
+        self._domain = domain
+
+    def cuts(self, samples: Leaves, cells: int, expected_nodes: float) -> Cuts:
+        """The tree of cuts."""
+        x0, y0, x1, y1 = self._domain.bounds
+        around = BEYOND * self._domain.size
+        box = np.array(shapely.box(x0 - around, y0 - around, x1 + around, y1 + around).exterior.coords)[:-1]
+        total = float((samples.sides**2 / samples.d**2).sum())
+        made, lines, work = list[Cut](), list[OpenPath](), list[float]()
+        queue = [(_Piece(samples, box, cells), -1, True)]
+        for piece, parent, left in queue:
+            if piece.cells == 1:
+                number = -1 - len(work)
+                work.append(float((piece.samples.sides**2 / piece.samples.d**2).sum()) * expected_nodes / total)
+            else:
+                number = len(made)
+                choice = self._chosen(piece)
+                made.append(Cut(choice.at, choice.angle, 0, 0))
+                parts, ends = _divided(piece, choice)
+                lines.append(OpenPath((Side(Line(*ends)),), ends, CUT))
+                self._add(ends)
+                queue += [(parts[0], number, True), (parts[1], number, False)]
+            if parent >= 0:
+                before = made[parent]
+                made[parent] = before._replace(left=number) if left else before._replace(right=number)
+        return Cuts(tuple(made), tuple(lines), len(work), np.array(work))
+
+    def _add(self, ends: tuple[Point, Point]) -> None:
+        """A cut is a wall for those that follow."""
+        self._chords = np.concatenate([self._chords, [ends]])
+        crossed = shapely.get_coordinates(shapely.intersection(shapely.linestrings(ends), self._area.boundary))
+        self._corners = np.concatenate([self._corners, ends, crossed])
+
+    def _chosen(self, piece: _Piece) -> _Choice:
+        """The best cut of a piece."""
+        choices = sorted(_choices(piece), key=lambda choice: choice.length)[:LOOKED_AT]
+        return min(choices, key=lambda choice: self._cost(piece, choice))
+
+    def _cost(self, piece: _Piece, choice: _Choice) -> float:
+        """Bubbles along a cut, and what its crossings and what is near it are worth."""
+        ends = np.array(_divided(piece, choice)[1])
+        share = (np.arange(POINTS) + 0.5) / POINTS
+        points = ends[0] + share[:, None] * (ends[1] - ends[0])
+        inside = self._domain.contains(points)
+        d = self.spacing.extended(points)
+        step = float(np.hypot(*(ends[1] - ends[0]))) / POINTS
+        bubbles = float((step / d)[inside].sum())
+        return bubbles * (1 + UNEVEN * choice.off) + self._crossings(ends) + self._near(ends)
+
+    def _crossings(self, ends: Floats) -> float:
+        """What the crossings of a line between its ends (2, 2) are worth, by their angles; it ends at earlier cuts."""
+        (ux, uy) = way = ends[1] - ends[0]
+        ax, ay = ends[0]
+        chords = self._chords
+        side = ux * (chords[..., 1] - ay) - uy * (chords[..., 0] - ax)
+        across = side[:, 0] * side[:, 1] < 0
+        crossed, side = chords[across], side[across]
+        share = side[:, :1] / (side[:, :1] - side[:, 1:])
+        at = crossed[:, 0] + share * (crossed[:, 1] - crossed[:, 0])
+        along = ((at - ends[0]) @ (ux, uy)) / (ux * ux + uy * uy)
+        within = (along > -TOUCHING) & (along < 1 + TOUCHING)
+        other = (crossed[:, 1] - crossed[:, 0])[within]
+        cosine = np.abs(other @ way) / (np.hypot(*other.T) * np.hypot(ux, uy))
+        return float((CROSSING + OBLIQUE * cosine**2).sum())
+
+    def _near(self, ends: Floats) -> float:
+        """What corners near a line between its ends (2, 2) are worth."""
+        (ux, uy), length = ends[1] - ends[0], float(np.hypot(*(ends[1] - ends[0])))
+        x, y = (self._corners - ends[0]).T
+        along, aside = (ux * x + uy * y) / length, np.abs(ux * y - uy * x) / length
+        near = self._corners[(along >= 0) & (along <= length) & (aside <= CLEAR * self.largest)]
+        aside = aside[(along >= 0) & (along <= length) & (aside <= CLEAR * self.largest)]
+        room = aside / self.spacing.extended(near)
+        return float(NEAR * np.clip(1 - room / CLEAR, 0, 1).sum())
+
+    @property
+    def largest(self) -> float:
+        """More than any spacing near a corner."""
+        return float(self.spacing.extended(self._corners).max(initial=0.0))
+
+
+def _choices(piece: _Piece) -> Iterator[_Choice]:
+    """Cuts that divide the work of a piece about evenly among its cells, in several directions."""
+    centers, sides, d = piece.samples
+    work = sides**2 / d**2
+    goal = (piece.cells // 2) / piece.cells
+    for number in range(DIRECTIONS):
+        angle = np.pi * number / DIRECTIONS
+        height = _offset(centers, (0.0, 0.0), angle)
+        order = np.argsort(-height, kind="stable")  # from the left on
+        done = np.cumsum(work[order]) / work.sum()
+        for shift in SHIFTS:
+            place = int(np.searchsorted(done, goal + shift / piece.cells * 2))
+            if not 0 < place < len(order):
+                continue
+            middle = float(height[order[place - 1 : place + 1]].mean())
+            crossed = np.abs(height - middle) < sides / 2
+            at = as_point(middle * np.array([-np.sin(angle), np.cos(angle)]))
+            yield _Choice(at, angle, float((sides / d)[crossed].sum()), abs(float(shift)))
+
+
+def _divided(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tuple[Point, Point]]:
+    """What is on the left and on the right of a cut, and the two ends of it."""
+    at, angle = choice.at, choice.angle
+    left = _offset(piece.samples.centers, at, angle) > 0
+    corners, off = piece.polygon, _offset(piece.polygon, at, angle)
+    upper, lower, ends = list[Floats](), list[Floats](), list[Floats]()
+    for k in range(len(corners)):
+        (upper if off[k] > 0 else lower).append(corners[k])
+        following = (k + 1) % len(corners)
+        if (off[k] > 0) != (off[following] > 0):
+            share = off[k] / (off[k] - off[following])
+            ends.append(corners[k] + share * (corners[following] - corners[k]))
+            upper.append(ends[-1])
+            lower.append(ends[-1])
+    few = piece.cells // 2
+    pieces = tuple(
+        _Piece(Leaves(*(column[mine] for column in piece.samples)), np.array(polygon), cells)
+        for mine, polygon, cells in ((left, upper, few), (~left, lower, piece.cells - few))
+    )
+    return (pieces[0], pieces[1]), (as_point(ends[0]), as_point(ends[1]))

@@ -1,0 +1,75 @@
+"""Patches: packed parts, whose nodes have numbers that neighbours share along the cuts; joined, they are one net."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.net import Net, reconnect, unconnected
+from bubblemesh.parts.division import Division, Places
+from bubblemesh.parts.work import Packed
+from bubblemesh.spacing.spacing import Spacing
+
+
+class Patch(NamedTuple):
+    """Nodes of a part, by numbers that are theirs in the whole division."""
+
+    node: Integers  # (n,): corners of the division first, then bubbles held on cuts, then each part's own
+    x: Floats  # (n, 2)
+    piece: Integers  # (n,): piece of the division, -1 for corners and inner nodes
+    s: Floats  # (n,): arc length on it
+    triangles: Integers  # (t, 3): of these numbers
+
+
+def patch(division: Division, places: Places, part: Packed, first: int) -> Patch:
+    """A packed part as a patch, whose own nodes have the numbers from ``first`` on."""
+    bubbles, boundary, held = part.bubbles, division.boundary, division.held
+    piece, s = places.piece[bubbles.piece], bubbles.s
+    s = np.where(places.turned[bubbles.piece], boundary.lengths[piece] - s, s)
+    node = np.full(len(bubbles), -1)
+    node[: bubbles.corners] = places.corner
+    common = np.flatnonzero(np.isin(piece, held.pieces))
+    order = common[np.lexsort((s[common], piece[common]))]
+    mine = np.flatnonzero(np.isin(held.piece, places.piece))
+    node[bubbles.corners + order] = len(boundary.corners) + mine
+    own = np.flatnonzero(node < 0)
+    node[own] = first + np.arange(len(own))
+    pieces, along = np.full(len(node), -1), np.zeros(len(node))
+    pieces[bubbles.sliding], along[bubbles.sliding] = piece, s
+    along[bubbles.corners + order] = held.s[mine]
+    return Patch(node, bubbles.x, pieces, along, node[part.triangles])
+
+
+class Joined(NamedTuple):
+    """One net of all parts in the whole domain."""
+
+    net: Net
+    along: Integers  # (k,): bubbles on cuts
+    ends: Integers  # (j,): those of them at which cuts meet each other, the boundary, or inner lines
+
+
+def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Joined:
+    """Join packed parts, whose triangles become Delaunay across the cuts."""
+    whole, boundary = division.whole, division.boundary
+    shared = len(boundary.corners) + len(division.held.s)
+    node, row = np.unique(np.concatenate([patch.node for patch in patches]), return_index=True)
+    x, piece, s = (np.concatenate([getattr(patch, name) for patch in patches])[row] for name in ("x", "piece", "s"))
+    triangles = np.concatenate([patch.triangles for patch in patches])
+    # The same places on both sides of a cut, whichever way it runs for them.
+    held, corner = (node >= len(boundary.corners)) & (node < shared), node < len(boundary.corners)
+    x[corner] = boundary.corners[node[corner]]
+    x[held] = boundary.points(piece[held], s[held])
+    number, s = division.on_whole(node, piece, s)
+    slides = number >= 0
+    kept = node < len(whole.boundary.corners)
+    order = np.concatenate([np.flatnonzero(kept), np.flatnonzero(slides), np.flatnonzero(~kept & ~slides)])
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    touched = np.zeros(len(order), bool)
+    bubbles = Bubbles(x[order], spacing.extended(x[order]), number[slides], s[slides], int(kept.sum()), touched)
+    net = reconnect(unconnected(bubbles, whole), bubbles, place[np.searchsorted(node, triangles)])
+    ends = place[corner & ~kept]
+    on_cut = np.flatnonzero(held)[division.on_cut[piece[held]]]
+    return Joined(net, np.concatenate([ends, place[on_cut]]), ends)

@@ -1,0 +1,100 @@
+"""Seams: strips of a net along cuts are packed once more, with the bubbles of the cuts free, and put back."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import Lines
+from bubblemesh.geometry.domain import Domain, Held
+from bubblemesh.geometry.faces import face
+from bubblemesh.meshes.edges import directed_sides, edge_keys, one_sided
+from bubblemesh.packing.net import Net, reconnect
+from bubblemesh.parts.work import Packed
+from bubblemesh.spacing.spacing import Spacing
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A part of a net as a domain with straight sides, all of whose corners are bubbles that stay."""
+
+    rim: Integers  # (r,): bubbles of the net that are its corners
+    inside: Integers  # (k,): the others, which are free
+    triangles: Integers  # (t,): of the net
+    domain: Domain
+    x: Floats  # (k, 2): places of the bubbles inside
+
+
+def strips(net: Net, free: Booleans) -> Iterator[Strip]:
+    """Strips, apart from each other, in which the bubbles that are ``free`` (n,) may move."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(net.bubbles)
+    free = free & (np.arange(n) >= net.bubbles.boundary_count)
+    pairs = net.edges[free[net.edges].all(axis=1)]
+    _, group = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
+    # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
+    of_triangle = np.where(free, group, -1)[net.triangles].max(axis=1)
+    mine = np.flatnonzero(of_triangle >= 0)
+    mine = mine[np.argsort(of_triangle[mine], kind="stable")]
+    for triangles in np.split(mine, np.flatnonzero(np.diff(of_triangle[mine])) + 1):
+        if len(triangles):
+            yield _strip(net, free, triangles)
+
+
+def _strip(net: Net, free: Booleans, triangles: Integers) -> Strip:
+    n, sides = len(net.bubbles), directed_sides(net.triangles[triangles])
+    nodes = np.unique(sides)
+    rim, inside = nodes[~free[nodes]], nodes[free[nodes]]
+    outer = sides[np.sort(one_sided(sides, n))]
+    # Sides of the domain within the strip, and facets between others that stay, are lines in it.
+    within = np.isin(edge_keys(net.facets, n), edge_keys(sides, n))
+    within &= np.isin(edge_keys(net.facets[:, ::-1], n), edge_keys(sides, n))
+    ends = np.searchsorted(rim, np.concatenate([outer, net.facets[within]]))
+    return Strip(rim, inside, triangles, _polygon(net.bubbles.x[rim], ends, len(outer)), net.bubbles.x[inside])
+
+
+def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:
+    """The domain with straight sides between corners (k, 2): first ``outer`` ones of the rim, then lines within."""
+    count, start, end = len(ends), *ends.T
+    zeros, on_rim = np.zeros(count, np.int64), np.arange(count) < outer
+    lines = Lines(corners[start], corners[end])
+    boundary = Boundary(
+        families=(lines,),
+        kind=zeros,
+        index=np.arange(count),
+        offset=np.zeros(count),
+        lengths=lines.lengths,
+        start=start,
+        end=end,
+        label=zeros,
+        ring=zeros - 1,
+        left=zeros,
+        right=np.where(on_rim, -1, 0),
+        corners=corners,
+        labels=("rim",),
+    )
+    traced, _ = face(boundary, on_rim)
+    return Domain(traced, held=Held(np.arange(count)))
+
+
+def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -> tuple[Net, Integers]:
+    """The net with strips as they were packed again, and the new numbers (n,) of its bubbles, -1 for those within."""
+    n, gone, replaced = len(net.bubbles), np.zeros(len(net.bubbles), bool), np.zeros(len(net.triangles), bool)
+    for strip, _ in done:
+        gone[strip.inside] = replaced[strip.triangles] = True
+    number = np.where(gone, -1, np.cumsum(~gone) - 1)
+    rest, count = net.bubbles.select(np.flatnonzero(~gone)), n - int(gone.sum())
+    places, triangles = list[Floats](), [number[net.triangles[~replaced]]]
+    for strip, part in done:
+        inside = part.bubbles.x[len(strip.rim) :]
+        triangles.append(np.append(number[strip.rim], count + np.arange(len(inside)))[part.triangles])
+        places.append(inside)
+        count += len(inside)
+    x = np.vstack([np.zeros((0, 2)), *places])
+    grown = rest.append(x, spacing.extended(x))
+    kept = replace(net, facets=number[net.facets], legal=None)
+    return reconnect(kept, grown, np.concatenate(triangles)), number

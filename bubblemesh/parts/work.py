@@ -1,0 +1,143 @@
+"""The work on one part or strip, in whatever process it is done, and what is told of it."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from time import perf_counter, time
+from typing import Any, NamedTuple, Protocol, Self, TypeVar
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.methods import Method
+from bubblemesh.packing.net import connect
+from bubblemesh.packing.progress import TimeUp
+from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.spacing.grid.table import tabulated
+from bubblemesh.spacing.spacing import Spacing
+
+T = TypeVar("T")
+
+LATE = "the time limit"
+
+
+class Crew(Protocol):
+    """Who calls functions: this process, others, or those of a cluster."""
+
+    def __call__(self, function: Callable[..., T], jobs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
+        """Number and result of each job, which are arguments of the function, in any order."""
+
+
+def alone(function: Callable[..., T], jobs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
+    """Call a function for one job after the other, in this process."""
+    for number, job in enumerate(jobs):
+        yield number, function(*job)
+
+
+class Figures(NamedTuple):
+    """Figures of bubbles and their triangles."""
+
+    nodes: int
+    boundary_nodes: int
+    triangles: int
+    quality_mean: float
+    quality_min: float
+
+    @classmethod
+    def of(cls, bubbles: Bubbles, triangles: Integers) -> Self:
+        """Figures of bubbles that triangles (t, 3) connect."""
+        q = radius_ratios(bubbles.x, triangles)
+        return cls(len(bubbles), bubbles.boundary_count, len(q), float(q.mean()), float(q.min()))
+
+    @classmethod
+    def together(cls, parts: "Sequence[Figures]") -> Self:
+        """Figures of several as one; bubbles that two have in common count for both."""
+        nodes, boundary_nodes, triangles, mean, least = zip(*parts, strict=True)
+        average = float(np.average(mean, weights=triangles))
+        return cls(sum(nodes), sum(boundary_nodes), sum(triangles), average, min(least))
+
+
+class Record(NamedTuple):
+    """How a part was packed."""
+
+    start: Figures  # before the first round
+    end: Figures
+    deleted: int
+    inserted: int
+    speeds: Floats  # (iterations,): mean speed after each step
+    evaluations: int  # of the force on a bubble
+    late: bool  # whether the deadline ended it
+    seconds: float
+
+    @classmethod
+    def together(cls, parts: "Sequence[Record]") -> Self:
+        """The record of several, one after the other."""
+        start, end, deleted, inserted, speeds, evaluations, late, seconds = zip(*parts, strict=True)
+        figures, counts = (Figures.together(start), Figures.together(end)), (sum(deleted), sum(inserted))
+        return cls(*figures, *counts, np.concatenate(speeds), sum(evaluations), any(late), sum(seconds))
+
+
+class Packed(NamedTuple):
+    """Bubbles of a domain, with their triangles."""
+
+    bubbles: Bubbles
+    triangles: Integers  # (t, 3)
+    record: Record
+
+
+class Deadline(NamedTuple):
+    """A time at which work has to end with what there is; infinite if there is none."""
+
+    at: float  # seconds since 1970, on which clocks of several machines agree
+
+    @classmethod
+    def within(cls, seconds: float) -> "Deadline":
+        """The time after so many seconds."""
+        return cls(time() + seconds)
+
+    @property
+    def over(self) -> bool:
+        """Whether it is past."""
+        return time() >= self.at
+
+    def watch(self, share: float) -> None:
+        """TimeUp if the time is over."""
+        if self.over:
+            raise TimeUp(LATE)
+
+
+def packed(
+    domain: Domain, spacing: Spacing, method: Method, expected_nodes: float, max_nodes: int, deadline: Deadline
+) -> Packed:
+    """Pack a domain by itself."""
+    table = tabulated(domain, spacing)
+    levels = method.levels(domain, table, expected_nodes)
+    return _ended(domain, levels, method, method.placement(domain, levels[0], max_nodes), deadline)
+
+
+def packed_from(domain: Domain, spacing: Spacing, method: Method, x: Floats, deadline: Deadline) -> Packed:
+    """Pack a domain whose bubbles are all corners, but for those at x (k, 2), from there."""
+    table = tabulated(domain, spacing)
+    places, count = np.vstack([domain.boundary.corners, x]), len(domain.boundary.corners)
+    none = np.zeros(0, np.int64), np.zeros(0)
+    start = Bubbles(places, table.extended(places), *none, count, np.zeros(len(places), bool))
+    return _ended(domain, (table,), method, start, deadline)
+
+
+def _ended(domain: Domain, levels: tuple[Spacing, ...], method: Method, start: Bubbles, deadline: Deadline) -> Packed:
+    """All rounds of a packing."""
+    begun, speeds = perf_counter(), list[Floats]()
+    before = Figures.of(start, connect(start, domain).triangles)
+    deleted = inserted = evaluations = 0
+    last: Round | None = None
+    for last in rounds(start, domain, levels, method, deadline.watch):
+        speeds.append(last.speeds)
+        deleted, inserted = deleted + last.deleted, inserted + last.inserted
+        evaluations += last.evaluations
+    assert last is not None  # a packing has a round
+    bubbles, triangles = last.bubbles, last.net.triangles
+    figures, along = Figures.of(bubbles, triangles), np.concatenate(speeds)
+    seconds = perf_counter() - begun
+    record = Record(before, figures, deleted, inserted, along, evaluations, last.stop_reason == LATE, seconds)
+    return Packed(bubbles, triangles, record)

@@ -1,0 +1,128 @@
+"""Workers that pack the parts of one mesh: results of all jobs, whatever becomes of the workers."""
+
+import os
+import signal
+import sys
+from contextlib import contextmanager
+
+import pytest
+from commands import command
+
+from bubblemesh.batch import crew_of, workers_at
+from bubblemesh.batch.crew import called
+from bubblemesh.batch.dispatch import ATTEMPTS
+from bubblemesh.batch.local import local_workers
+from bubblemesh.errors import GeometryError, LimitError
+
+CASE = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}}
+spacing: 0.05
+"""
+
+
+@pytest.fixture(scope="module")
+def workers():
+    with local_workers(2) as some:
+        yield some
+
+
+def test_all_jobs_have_a_result(workers):
+    told = []
+    assert dict(called(workers, pow, ((k, 2) for k in range(20)), told.append)) == {k: k * k for k in range(20)}
+    assert told == []
+
+
+def test_no_jobs_have_no_results_and_hire_nobody():
+    @contextmanager
+    def hire(jobs):
+        raise AssertionError
+        yield
+
+    with crew_of(hire, print):
+        pass
+    with local_workers(1) as one:
+        assert list(called(one, pow, (), print)) == []
+
+
+def test_jobs_are_made_when_workers_are_free_for_them(workers):
+    made = []
+
+    def jobs():
+        for k in range(50):
+            made.append(k)
+            yield k, 1
+
+    results = called(workers, pow, jobs(), print)
+    next(results)
+    assert len(made) <= workers.capacity() + 2
+    results.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+def test_a_job_whose_worker_dies_is_given_to_another_one(workers, tmp_path):
+    marker = tmp_path / "died"
+    jobs = [(f"{marker!s}", k) for k in range(4)]
+    assert dict(called(workers, dying_once, jobs, print)) == {k: 10 * k for k in range(4)}
+    assert marker.exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+def test_a_job_that_takes_each_worker_with_it_is_an_error_that_says_so(workers):
+    with pytest.raises(LimitError, match=f"a part of the mesh: its worker process was killed.*in each of {ATTEMPTS}"):
+        list(called(workers, dying, [()], print))
+
+
+def test_an_error_of_the_package_comes_as_it_is(workers):
+    with pytest.raises(GeometryError, match="rings cross"):
+        list(called(workers, failing, [("rings cross",)], print))
+
+
+def test_hired_workers_are_those_of_the_command_line():
+    with crew_of(workers_at(1, None), print) as crew:
+        pids = {pid for _, pid in crew(os.getpid, [(), (), ()])}
+        assert len(pids) == 1
+        assert {pid for _, pid in crew(os.getpid, [()])} == pids
+    assert os.getpid() not in pids
+
+
+def test_a_run_in_parts_is_the_same_with_any_number_of_workers(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plate.yaml").write_text(CASE)
+    for jobs in ("1", "2"):
+        code, _, told = command("run", "plate.yaml", "--parts", "3", "--jobs", jobs, "-o", f"jobs-{jobs}")
+        assert code == 0, told
+    one, two = ((tmp_path / f"jobs-{jobs}" / "plate.msh").read_bytes() for jobs in ("1", "2"))
+    assert one == two
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--jobs", "2"], "--jobs and --cluster: a mesh in one piece takes one process: add --parts auto"),
+        (["--parts", "2", "--jobs", "2", "--cluster", "tcp://here:1"], "--jobs counts processes of this machine"),
+        (["--parts", "some"], "--parts: "),
+    ],
+)
+def test_options_that_do_not_go_together_are_told(tmp_path, monkeypatch, options, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plate.yaml").write_text(CASE)
+    code, _, told = command("run", "plate.yaml", *options)
+    assert code == 2
+    assert message in told
+
+
+def dying_once(marker, number):
+    """Ten times the number; the first call of all kills its process."""
+    try:
+        os.close(os.open(marker, os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        return 10 * number
+    return dying()
+
+
+def dying():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def failing(text):
+    raise GeometryError(text)

@@ -1,0 +1,232 @@
+"""Domains packed in parts: cuts, the parts' domains, what they have in common, and the joined meshes."""
+
+import pickle
+
+import numpy as np
+import pytest
+import shapely
+from invariants import (
+    check_area,
+    check_arrays,
+    check_edges,
+    check_facets_do_not_cross,
+    check_labels,
+    check_mesh,
+    check_nodes,
+)
+from partitions import MOONS
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.parts.cuts import cut
+from bubblemesh.parts.division import divided
+from bubblemesh.parts.work import Deadline, alone
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.pipeline import mesh_case
+
+SQUARE = "{rectangle: [0, 0, 4, 3]}"
+HOLES = f"""
+domain:
+  outer: {SQUARE}
+  holes:
+    - {{circle: {{center: [1, 1.5], radius: 0.4}}, label: bore}}
+    - {{polygon: [[2.5, 0.5], [3.5, 0.5], [3.5, 1], [2.5, 1]], label: slot}}
+spacing: 0.07
+"""
+REGIONS = f"""
+domain:
+  outer: {SQUARE}
+  region: matrix
+  regions:
+    - {{name: core, ring: {{circle: {{center: [2, 1.5], radius: 0.8}}}}}}
+    - {{name: bar, ring: {{rectangle: [0, 2.6, 4, 2.8]}}}}
+  lines:
+    - {{path: [[0.2, 0.3], [3.7, 0.5]], label: crack}}
+  points:
+    - {{at: [3.5, 1.5], label: well}}
+spacing: {{value: 0.1, regions: {{core: 0.06}}}}
+"""
+DISC = """
+domain:
+  outer: {circle: {center: [0, 0], radius: 1}}
+spacing: 0.04 + 0.05*hypot(x, y)
+"""
+AREAS = """
+domain:
+  outer:
+    - {rectangle: [0, 0, 1, 1]}
+    - {rectangle: [1.5, 0, 2.5, 1]}
+spacing: 0.05
+"""
+PERIODIC = f"""
+domain:
+  {MOONS.strip()}
+  periodic: [[left, right], [bottom, top]]
+spacing: 0.04 + 0.02*sin(pi*x)**2
+"""
+SPLINE = """
+domain:
+  outer:
+    path:
+      - [0, 0]
+      - {to: [2, 0], label: base}
+      - {spline: {through: [[2.4, 0.8], [1.4, 1.6], [0.3, 1.2], [0, 0]]}, label: curve}
+spacing: {value: 0.08, near: [{label: curve, size: 0.04, growth: 0.3}]}
+"""
+CASES = {name: text for name, text in globals().items() if isinstance(text, str) and text.startswith("\ndomain")}
+
+CHECKS = check_nodes, check_arrays, check_edges, check_facets_do_not_cross, check_area, check_labels
+
+
+def case(text, parts=None):
+    return load_case("parts.yaml", text=f"{text}\nparts: {parts}\n" if parts else text)
+
+
+def division_of(text, parts):
+    problem = prepare(case(text))
+    cuts = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
+    return problem, cuts, divided(problem.domain, cuts, problem.packing_spacing)
+
+
+def nodes_of(domain, places, division):
+    """Places (k, 2) of what a part holds, in the order of the division's pieces and arc lengths."""
+    held = domain.held
+    piece, turned = places.piece[held.piece], places.turned[held.piece]
+    s = np.where(turned, division.boundary.lengths[piece] - held.s, held.s)
+    return {
+        int(number): domain.boundary.points(held.piece[mine], held.s[mine])[np.argsort(s[mine])]
+        for number in np.unique(piece)
+        for mine in [np.flatnonzero(piece == number)]
+    }
+
+
+@pytest.mark.parametrize("parts", [2, 3, 7])
+@pytest.mark.parametrize("name", CASES)
+def test_parts_are_as_much_work_as_each_other_and_make_up_the_domain(name, parts):
+    problem, cuts, division = division_of(CASES[name], parts)
+    assert cuts.cells == parts
+    np.testing.assert_allclose(cuts.work, problem.expected_nodes / parts, rtol=0.35)
+    domains = [division.part(cell)[0] for cell in range(parts)]
+    assert all(domain.polygon.is_valid for domain in domains)
+    total = sum(domain.polygon.area for domain in domains)
+    assert total == pytest.approx(
+        problem.domain.polygon.area, rel=1e-3 if problem.domain.boundary.curved.any() else 1e-12
+    )
+    x0, y0, x1, y1 = problem.domain.bounds
+    points = np.random.default_rng(1).uniform([x0, y0], [x1, y1], (2000, 2))
+    points = points[problem.domain.signed_distance(points) > 0.01]
+    inside = np.array([domain.contains(points) for domain in domains])
+    np.testing.assert_array_equal(inside.sum(axis=0), 1)
+    np.testing.assert_array_equal(inside.argmax(axis=0), cuts.cell_of(points))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_neighbours_have_the_same_bubbles_along_their_cut(name):
+    _, cuts, division = division_of(CASES[name], 5)
+    found = {}
+    for cell in range(cuts.cells):
+        domain, places = division.part(cell)
+        np.testing.assert_allclose(
+            division.boundary.corners[places.corner], domain.boundary.corners, rtol=0, atol=1e-12
+        )
+        for piece, points in nodes_of(domain, places, division).items():
+            found.setdefault(piece, []).append(points)
+    between = set(np.flatnonzero(division.on_cut).tolist())
+    assert between
+    assert {len(found[piece]) for piece in between & set(found)} == {2}
+    for points in found.values():
+        for other in points[1:]:
+            np.testing.assert_allclose(points[0], other, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_mesh_of_parts_is_as_good_as_that_of_one_piece(name):
+    one, many = mesh_case(case(CASES[name])), mesh_case(case(CASES[name], 4))
+    mesh = many.mesh
+    for check in CHECKS[len(mesh.regions) > 1 :]:  # corners of regions come before other boundary nodes
+        check(mesh)
+    assert mesh.labels == one.mesh.labels
+    assert mesh.regions == one.mesh.regions
+    assert mesh.point_labels == one.mesh.point_labels
+    assert len(mesh.points) == pytest.approx(len(one.mesh.points), rel=0.05)
+    assert len(mesh.periodic) == pytest.approx(len(one.mesh.periodic), rel=0.05)
+    assert many.report["quality"]["mean"] > one.report["quality"]["mean"] - 0.006
+    assert many.report["quality"]["min"] > one.report["quality"]["min"] - 0.12
+    areas = [mesh.points[mesh.triangles[mesh.triangle_regions == k]] for k in range(len(mesh.regions))]
+    others = [one.mesh.points[one.mesh.triangles[one.mesh.triangle_regions == k]] for k in range(len(mesh.regions))]
+    for mine, theirs in zip(areas, others, strict=True):
+        assert shapely.area(shapely.polygons(mine)).sum() == pytest.approx(
+            shapely.area(shapely.polygons(theirs)).sum(), rel=2e-3
+        )
+    assert many.report["parts"]["number"] == 4
+
+
+def test_no_line_shows_where_the_cuts_were():
+    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.008 + 0.006*(x + y)\n"
+    problem, _, division = division_of(text, 3)
+    mesh = mesh_case(case(text, 3)).mesh
+    held = division.held
+    lines = shapely.union_all(
+        shapely.linestrings(
+            np.stack(
+                [division.boundary.corners[division.boundary.start[held.pieces]],
+                 division.boundary.corners[division.boundary.end[held.pieces]]], axis=1,
+            )
+        )
+    )  # fmt: skip
+    centers = mesh.points[mesh.triangles].mean(axis=1)
+    away = shapely.distance(lines, shapely.points(centers)) / problem.packing_spacing(centers)
+    q = radius_ratios(mesh.points, mesh.triangles)
+    inner = problem.domain.signed_distance(centers) > 0.03
+    beside, elsewhere = q[inner & (away < 2)], q[inner & (away > 8)]
+    assert len(beside) > 500
+    assert beside.mean() > elsewhere.mean() - 0.002
+    assert np.quantile(beside, 0.01) > np.quantile(elsewhere, 0.01) - 0.02
+    # No edges follow the cut: those whose both ends are on it are few.
+    on_cut = shapely.distance(lines, shapely.points(mesh.points)) < 1e-9
+    assert on_cut.sum() < 0.1 * shapely.length(lines) / 0.014
+
+
+def test_the_mesh_does_not_depend_on_who_packs_which_part_when():
+    def backwards(function, jobs):
+        results = [(number, function(*pickle.loads(pickle.dumps(job)))) for number, job in enumerate(jobs)]
+        yield from reversed(results)
+
+    first, second = (mesh_case(case(REGIONS, 3), crew=crew) for crew in (alone, backwards))
+    np.testing.assert_array_equal(first.mesh.points, second.mesh.points)
+    np.testing.assert_array_equal(first.mesh.triangles, second.mesh.triangles)
+    assert [row.nodes_after for row in first.report.rounds] == [row.nodes_after for row in second.report.rounds]
+
+
+def test_one_part_is_the_mesh_of_one_piece():
+    one, auto = mesh_case(case(HOLES)), mesh_case(case(HOLES, "auto"))
+    np.testing.assert_array_equal(one.mesh.points, auto.mesh.points)
+    assert "parts" not in auto.report
+
+
+def test_a_least_angle_and_a_number_of_nodes_are_reached_in_parts_too():
+    result = mesh_case(case(HOLES.replace("0.07", "{value: 0.1, nodes: 2000}") + "angle_min: 30\n", 3))
+    check_mesh(result.mesh)
+    assert len(result.mesh.points) == pytest.approx(2000, rel=0.02)
+    assert result.report["quality"]["angle_min"] >= 30
+
+
+def test_a_late_packing_ends_with_a_valid_mesh(monkeypatch):
+    monkeypatch.setattr(Deadline, "over", property(lambda self: True))
+    text = HOLES + "limits: {seconds: 1000}\n"
+    result = mesh_case(case(text, 3))
+    check_mesh(result.mesh)
+    assert not result.report["finished"]
+    assert "time limit" in str(result.verdict)
+
+
+def test_bubbles_that_slide_along_walls_have_no_cuts():
+    with pytest.raises(CaseError, match="parts: bubbles would slide along the cuts"):
+        mesh_case(load_case("parts.yaml", text=f"{HOLES}\nparts: 2\nmethod: accelerated\n"))
+
+
+@pytest.mark.parametrize("parts", ["0", "-1", "2.5", "many", "[2]"])
+def test_what_is_no_number_of_parts_is_told(parts):
+    with pytest.raises(CaseError, match="parts"):
+        case(HOLES, parts)
