@@ -95,6 +95,7 @@ class _Cutter:
         chords = domain.boundary.chords()
         self._chords = np.stack([chords.start, chords.end], axis=1)
         self._corners = domain.boundary.corners
+        self._sizes = spacing.extended(self._corners)
         self._area = domain.polygon
         self._domain = domain
 
@@ -127,7 +128,9 @@ class _Cutter:
         """A cut is a wall for those that follow."""
         self._chords = np.concatenate([self._chords, [ends]])
         crossed = shapely.get_coordinates(shapely.intersection(shapely.linestrings(ends), self._area.boundary))
-        self._corners = np.concatenate([self._corners, ends, crossed])
+        new = np.concatenate([ends, crossed])
+        self._corners = np.concatenate([self._corners, new])
+        self._sizes = np.concatenate([self._sizes, self.spacing.extended(new)])
 
     def _chosen(self, piece: _Piece) -> _Choice:
         """The best cut of a piece."""
@@ -166,15 +169,8 @@ class _Cutter:
         (ux, uy), length = ends[1] - ends[0], float(np.hypot(*(ends[1] - ends[0])))
         x, y = (self._corners - ends[0]).T
         along, aside = (ux * x + uy * y) / length, np.abs(ux * y - uy * x) / length
-        near = self._corners[(along >= 0) & (along <= length) & (aside <= CLEAR * self.largest)]
-        aside = aside[(along >= 0) & (along <= length) & (aside <= CLEAR * self.largest)]
-        room = aside / self.spacing.extended(near)
+        room = np.where((along >= 0) & (along <= length), aside / self._sizes, np.inf)
         return float(NEAR * np.clip(1 - room / CLEAR, 0, 1).sum())
-
-    @property
-    def largest(self) -> float:
-        """More than any spacing near a corner."""
-        return float(self.spacing.extended(self._corners).max(initial=0.0))
 
 
 def _choices(piece: _Piece) -> Iterator[_Choice]:

@@ -9,6 +9,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, reconnect, unconnected
 from bubblemesh.parts.division import Division, Places
+from bubblemesh.parts.ends import merged
 from bubblemesh.parts.work import Packed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -69,7 +70,16 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     place[order] = np.arange(len(order))
     touched = np.zeros(len(order), bool)
     bubbles = Bubbles(x[order], spacing.extended(x[order]), number[slides], s[slides], int(kept.sum()), touched)
-    net = reconnect(unconnected(bubbles, whole), bubbles, place[np.searchsorted(node, triangles)])
-    ends = place[corner & ~kept]
-    on_cut = np.flatnonzero(held)[division.on_cut[piece[held]]]
-    return Joined(net, np.concatenate([ends, place[on_cut]]), ends)
+    ends, on_cut = place[corner & ~kept], place[np.flatnonzero(held)[division.on_cut[piece[held]]]]
+    loose = slides & corner
+    loose[loose] = ~whole.tied[number[loose]]
+    net = unconnected(bubbles, whole)
+    triangles = place[np.searchsorted(node, triangles)]
+    triangles, stands = merged(bubbles.x, bubbles.d, triangles, net.facets, place[loose])
+    stay = stands == np.arange(len(stands))
+    rank = (np.cumsum(stay) - 1)[stands]
+    if not stay.all():
+        bubbles = bubbles.select(np.flatnonzero(stay))
+        net = unconnected(bubbles, whole)
+    net = reconnect(net, bubbles, rank[triangles])
+    return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends])

@@ -74,6 +74,13 @@ domain:
       - {spline: {through: [[2.4, 0.8], [1.4, 1.6], [0.3, 1.2], [0, 0]]}, label: curve}
 spacing: {value: 0.08, near: [{label: curve, size: 0.04, growth: 0.3}]}
 """
+WAVES = np.linspace(0, 2 * np.pi, 150, endpoint=False)
+RADII = 1 + 0.08 * np.sin(9 * WAVES) + 0.01 * np.cos(61 * WAVES)
+SHORE = f"""
+domain:
+  outer: {{polygon: {np.column_stack([RADII * np.cos(WAVES), RADII * np.sin(WAVES)]).round(6).tolist()}}}
+spacing: 0.045
+"""
 CASES = {name: text for name, text in globals().items() if isinstance(text, str) and text.startswith("\ndomain")}
 
 CHECKS = check_nodes, check_arrays, check_edges, check_facets_do_not_cross, check_area, check_labels
@@ -160,6 +167,17 @@ def test_a_mesh_of_parts_is_as_good_as_that_of_one_piece(name):
             shapely.area(shapely.polygons(theirs)).sum(), rel=2e-3
         )
     assert many.report["parts"]["number"] == 4
+
+
+@pytest.mark.parametrize("parts", [3, 5, 8])
+def test_ends_of_cuts_make_no_short_sides_on_a_wall_of_many_corners(parts):
+    one, many = mesh_case(case(SHORE)), mesh_case(case(SHORE, parts))
+    shortest = [
+        np.hypot(*(mesh.points[mesh.facets[:, 0]] - mesh.points[mesh.facets[:, 1]]).T).min()
+        for mesh in (one.mesh, many.mesh)
+    ]
+    assert shortest[1] > 0.65 * shortest[0]
+    assert many.report["quality"]["min"] > one.report["quality"]["min"] - 0.15
 
 
 def test_no_line_shows_where_the_cuts_were():
