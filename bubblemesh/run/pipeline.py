@@ -167,7 +167,7 @@ def mesh_problem(
     begun = perf_counter() - sum(problem.seconds.values())
     packings = [pack(problem, on_round, on_share, crew)]
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
-        if time_left() < sum(packings[-1].seconds[stage] for stage in ("placement", "packing")):
+        if time_left() < sum(packings[-1].seconds.get(stage, 0.0) for stage in ("placement", "packing")):
             break
         found = [(packing.problem.expected_nodes, packing.nodes) for packing in packings]
         problem = correct(problem, target, found)

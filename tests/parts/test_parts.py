@@ -230,6 +230,13 @@ def test_a_least_angle_and_a_number_of_nodes_are_reached_in_parts_too():
     assert result.report["quality"]["angle_min"] >= 30
 
 
+def test_a_number_of_nodes_takes_several_attempts_where_the_first_one_misses():
+    text = HOLES.replace("0.07", "{value: 0.1, nodes: 150}")
+    result = mesh_case(case(text, 5))
+    check_mesh(result.mesh)
+    assert len(result.report["budget"]["attempts"]) > 1
+
+
 def test_a_late_packing_ends_with_a_valid_mesh(monkeypatch):
     monkeypatch.setattr(Deadline, "over", property(lambda self: True))
     text = HOLES + "limits: {seconds: 1000}\n"
