@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
 from bubblemesh.spacing.grid.cells import Leaves, leaves
@@ -26,6 +27,7 @@ NEAR = 40.0  # a corner, or a node's distance from a wall that runs along
 CLEAR = 4.0  # spacings: what is farther is not near
 UNEVEN = 2.0  # per bubble of a perfect cut, and share of the work that is off
 TOUCHING = 1e-6  # of a cut's length: it meets what is so near to its ends
+ASIDE = 8  # times what is taken for a slip, in which a cut is moved away from corners
 BEYOND = 0.01  # of the domain's size: around it
 
 CUT = "cut"  # label of the lines
@@ -135,7 +137,15 @@ class _Cutter:
     def _chosen(self, piece: _Piece) -> _Choice:
         """The best cut of a piece."""
         choices = sorted(_choices(piece), key=lambda choice: choice.length)[:LOOKED_AT]
-        return min(choices, key=lambda choice: self._cost(piece, choice))
+        return self._clear(min(choices, key=lambda choice: self._cost(piece, choice)))
+
+    def _clear(self, choice: _Choice) -> _Choice:
+        """The cut moved aside until it passes no corner so near that this might be a slip."""
+        near = ASIDE * NEARLY * self._domain.size
+        off = _offset(self._corners, choice.at, choice.angle)
+        shift = next(k * near for k in range(len(off) + 2) if (np.abs(off - k * near) > near / 2).all())
+        x, y = choice.at
+        return choice._replace(at=as_point((x - shift * np.sin(choice.angle), y + shift * np.cos(choice.angle))))
 
     def _cost(self, piece: _Piece, choice: _Choice) -> float:
         """Bubbles along a cut, and what its crossings and what is near it are worth."""

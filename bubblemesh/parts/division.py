@@ -9,7 +9,6 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.partition import clipped, probes, without_doubles
-from bubblemesh.geometry.arrangement.regions import region_at
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
@@ -57,9 +56,9 @@ class Division:
         rim = (~inner & here) | (between & here) | turned
         mine = np.flatnonzero(rim | within)
         straightened = _with_lines(boundary, np.flatnonzero(between & (here | there)), turned)
-        beside = np.where(turned, boundary.right, boundary.left)
-        other = np.where(rim, -1, boundary.right)
-        ready = replace(straightened, left=beside, right=other, ring=np.where(between, -1, boundary.ring))
+        # Bubbles know of no regions: the whole domain has them.
+        left, right = np.zeros(len(rim), np.int64), np.where(rim, -1, 0)
+        ready = replace(straightened, left=left, right=right, ring=np.where(between, -1, boundary.ring))
         traced, order = face(ready.select(mine), rim[mine])
         small, corners = compact(traced, self._embedded(cell))
         pieces = mine[order]
@@ -132,14 +131,8 @@ def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> Division:
     origin = np.where(boundary.label < len(whole.kind), boundary.label, -1)
     here, there = probes(boundary)
     left, right = cuts.cell_of(here), np.where(boundary.inner, cuts.cell_of(there), -1)
-    regions = region_at((here + there) / 2, [region.polygon for region in domain.parts.regions])
-    boundary = replace(
-        boundary,
-        label=np.where(origin < 0, len(whole.labels), whole.label[origin]),
-        labels=(*whole.labels, CUT),
-        left=np.where(origin < 0, regions, whole.left[origin]),
-        right=np.where(origin < 0, regions, whole.right[origin]),
-    )
+    label = np.where(origin < 0, len(whole.labels), whole.label[origin])
+    boundary = replace(boundary, label=label, labels=(*whole.labels, CUT))
     division = _mirrored(Division(domain, cuts, boundary, origin, left, right, Held()))
     held = division.on_cut | (division.origin >= 0) & domain.tied[division.origin]
     straight = _with_lines(division.boundary, np.flatnonzero(division.on_cut), np.zeros(len(held), bool))

@@ -255,3 +255,18 @@ def test_bubbles_that_slide_along_walls_have_no_cuts():
 def test_what_is_no_number_of_parts_is_told(parts):
     with pytest.raises(CaseError, match="parts"):
         case(HOLES, parts)
+
+
+def test_cuts_keep_off_corners_that_are_nearly_on_them():
+    # Steps at every height, so that any even cut across would pass a corner.
+    y = np.linspace(0, 4, 4001)
+    x = 1 + 1e-3 * (np.arange(4001) % 2)
+    outline = np.vstack([np.column_stack([x, y]), [[0, 4], [0, 0]]])
+    text = f"domain: {{outer: {{polygon: {outline.tolist()}}}}}\nspacing: 0.1\n"
+    problem, cuts, division = division_of(text, 6)
+    assert sum(division.part(cell)[0].polygon.area for cell in range(6)) == pytest.approx(problem.domain.polygon.area)
+    near = 1e-6 * problem.domain.size
+    for line in cuts.lines:
+        start, end = np.array(line.vertices)
+        (ux, uy), (dx, dy) = (end - start) / np.hypot(*(end - start)), (outline - start).T
+        assert np.abs(ux * dy - uy * dx).min() > near
