@@ -72,6 +72,7 @@ LIBRARIES = {
     "rich": {"console"},
     "typer": {"cli"},
     "pythoncdt": {"meshes"},
+    "pymetis": {"meshes"},
     "PIL": {"pictures", "readers"},
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},

@@ -96,6 +96,17 @@ def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
     return np.stack(np.divmod(keys, n), axis=1), number.reshape(3, -1).T
 
 
+def neighbour_pairs(triangles: Integers) -> Integers:
+    """Pairs (m, 2) of triangles that share an edge, in whichever way they turn; (t, 3) are the nodes of all.
+
+    Of an edge with more than two triangles, as where a mesh lies upon itself, each is paired with the next one.
+    """
+    keys, _ = _undirected_keys(triangles)
+    order = np.argsort(keys, kind="stable")
+    same = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    return np.column_stack([order[same], order[same + 1]]) % len(triangles)
+
+
 def _undirected_keys(triangles: Integers) -> tuple[Integers, int]:
     """Keys (3 t,) of the sides with the lower node first, and the number of nodes."""
     n = int(triangles.max(initial=0)) + 1

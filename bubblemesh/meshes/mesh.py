@@ -13,6 +13,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
+from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quality import Measures, Shape, radius_ratios, shape_quality
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
@@ -59,6 +60,8 @@ class Mesh:
         Point halfway along the true curve that each facet follows; the middle of the facet itself unless given.
     periodic : (p, 2)
         Facets that match: the second is the first one moved across the domain, and runs the other way.
+    partition : Partition or None
+        How the triangles are divided among the processes of a parallel solver, if they are: see `partitioned`.
     """
 
     points: Floats
@@ -73,6 +76,7 @@ class Mesh:
     point_labels: tuple[str, ...] = ()
     facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     periodic: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    partition: Partition | None = None
 
     def __post_init__(self) -> None:
         if len(self.triangle_regions) == 0:
@@ -133,14 +137,25 @@ class Mesh:
         folded[of_triangle[_folded(self.points[corners], middles[of_triangle])]] = True
         kept_straight = folded[mine]
         middles[mine[kept_straight]] = straight[kept_straight]
+        triangles = np.hstack([corners, n + of_triangle])
         curved = replace(
             self,
             points=np.vstack([self.points, middles]),
-            triangles=np.hstack([corners, n + of_triangle]),
+            triangles=triangles,
             facets=np.column_stack([self.facets[:, :2], n + mine]),
+            partition=None if self.partition is None else self.partition.with_nodes(triangles),
         )
         bulging = (self.facet_middles != straight).any(axis=1)
         return curved, int((kept_straight & bulging).sum())
+
+    def partitioned(self, parts: int) -> Self:
+        """The mesh with a partition of its triangles into so many parts, for a parallel solver.
+
+        Its files tell the part of each triangle and node, if their formats have a place for that. METIS divides if it
+        is installed, else geometry does; ``partition.by`` tells which. Matching nodes of periodic sides are different
+        nodes here. CaseError if there are fewer triangles.
+        """
+        return replace(self, partition=Partition.of(self.points, self.triangles, parts))
 
     def quality(self) -> Shape:
         """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""

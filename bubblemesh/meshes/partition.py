@@ -1,0 +1,135 @@
+"""The partition of a mesh for a parallel solver: owners of triangles and nodes, halos, and what the parts share."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers, components, each_once, members
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.division import divided
+from bubblemesh.meshes.edges import neighbour_pairs
+
+
+class NodeParts(NamedTuple):
+    """Nodes (m,) with the parts (m,) that have triangles at them, in lexicographic order, and how many (m,) they have.
+
+    Rows ``starts[i]`` to ``starts[i + 1]`` are of the node i.
+    """
+
+    node: Integers
+    part: Integers
+    triangles: Integers
+    starts: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Partition:
+    """Triangles divided among the processes of a parallel solver, which are numbered from 0.
+
+    Attributes
+    ----------
+    triangles : (t, 3) or (t, 6)
+        Nodes of the triangles that are divided.
+    owner : (t,)
+        Part of each triangle.
+    count : int
+        Number of parts; each has a triangle.
+    by : str
+        What divided them: ``METIS`` or ``geometry``.
+    reason : str or None
+        Why it was not METIS.
+    """
+
+    triangles: Integers
+    owner: Integers
+    count: int
+    by: str
+    reason: str | None = None
+
+    @classmethod
+    def of(cls, points: Floats, triangles: Integers, count: int) -> Self:
+        """Partition of triangles (t, 3) or (t, 6) with nodes at points (n, 2) into ``count`` parts.
+
+        CaseError if there are fewer triangles.
+        """
+        if not 1 <= count <= len(triangles):
+            raise CaseError(f"a mesh of {len(triangles)} triangles has from 1 to {len(triangles)} parts, not {count}")
+        corners = triangles[:, :3]
+        division = divided(points, corners, neighbour_pairs(corners), count)
+        return cls(triangles, division.owner, count, division.by, division.reason)
+
+    @cached_property
+    def sizes(self) -> Integers:
+        """Number (p,) of triangles of each part."""
+        return np.bincount(self.owner, minlength=self.count)
+
+    @cached_property
+    def node_parts(self) -> NodeParts:
+        """Which parts have triangles at each node."""
+        keys = self.triangles * self.count + self.owner[:, None]
+        keys, triangles = np.unique(keys, return_counts=True)
+        node, part = np.divmod(keys, self.count)
+        return NodeParts(node, part, triangles, np.searchsorted(node, np.arange(node[-1] + 2)))
+
+    @cached_property
+    def node_owner(self) -> Integers:
+        """Part (n,) of each node: the one that has most of its triangles, of several such the lowest."""
+        node, part, triangles, starts = self.node_parts
+        order = np.lexsort([part, -triangles, node])
+        return part[order[starts[:-1]]]
+
+    @cached_property
+    def ghosts(self) -> Integers:
+        """Pairs (g, 2) of a part and a triangle of its halo, in lexicographic order.
+
+        The halo of a part are the triangles of others that share a node with one of its own.
+        """
+        _, part, _, starts = self.node_parts
+        corners, t = self.triangles[:, :3].ravel(), len(self.triangles)
+        at_border = np.flatnonzero(np.diff(starts)[corners] > 1)
+        node, triangle = corners[at_border], at_border // 3
+        group, rank = members(np.diff(starts)[node])
+        halo, triangle = part[starts[node[group]] + rank], triangle[group]
+        others = halo != self.owner[triangle]
+        return np.column_stack(np.divmod(each_once(halo[others] * t + triangle[others]), t))
+
+    @cached_property
+    def interfaces(self) -> Integers:
+        """Rows (s, 3) of two parts, the lower first, and a node that they share, in lexicographic order."""
+        node, part, _, starts = self.node_parts
+        first, rank = members(starts[node + 1] - np.arange(len(node)) - 1)
+        rows = np.column_stack([part[first], part[first + 1 + rank], node[first]])
+        return rows[np.lexsort(rows.T[::-1])]
+
+    @cached_property
+    def cut(self) -> int:
+        """Number of edges between triangles of different parts."""
+        return int((np.diff(self.owner[neighbour_pairs(self.triangles[:, :3])], axis=1) != 0).sum())
+
+    def halo(self, part: int) -> Integers:
+        """Triangles (g,) of the halo of a part, ascending."""
+        begin, end = np.searchsorted(self.ghosts[:, 0], [part, part + 1])
+        return self.ghosts[begin:end, 1]
+
+    def with_nodes(self, triangles: Integers) -> "Partition":
+        """The partition of the same triangles with other nodes, as those of second order have more."""
+        return Partition(triangles, self.owner, self.count, self.by, self.reason)
+
+    def figures(self) -> dict[str, Any]:
+        """Sizes of the parts, of their borders and of their halos, as plain data of the report."""
+        halos = np.bincount(self.ghosts[:, 0], minlength=self.count)
+        pairs = neighbour_pairs(self.triangles[:, :3])
+        pieces = components(pairs[np.diff(self.owner[pairs], axis=1)[:, 0] == 0], len(self.owner))
+        pieces_of = np.bincount(self.owner[np.unique(pieces, return_index=True)[1]], minlength=self.count)
+        return {
+            "parts": self.count,
+            "by": self.by,
+            "triangles": {"min": int(self.sizes.min()), "max": int(self.sizes.max())},
+            "imbalance": float(self.sizes.max() * self.count / len(self.owner) - 1),
+            "edge_cut": self.cut,
+            "shared_nodes": int((np.diff(self.node_parts.starts) > 1).sum()),
+            "halo": {"min": int(halos.min()), "max": int(halos.max()), "total": len(self.ghosts)},
+            "in_several_pieces": int((pieces_of > 1).sum()),
+        }
