@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bubblemesh.meshfiles.groups import Fields
 
 BOTH = (1, 2)
+PIECE = "_{}.vtu"
 XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 
 
@@ -25,14 +26,20 @@ class Format:
     spell them, and is None where solvers find ids only; ``alone`` writes one file that needs no other.
     """
 
-    files: tuple[str, ...]  # ends of the files' names, the main one first
+    files: tuple[str, ...]  # ends of the files' names, the main one first, but for the pieces of a partition
     writer: str
     speller: str | None
     orders: tuple[int, ...] = (1,)  # of the triangles that it has a form for
     points: bool = True  # whether it holds labelled points
     periodic: bool = False  # whether it holds which nodes of periodic sides match
+    partition: bool = False  # whether it holds the parts of triangles or nodes
+    piece: str | None = None  # end of the name of the file that each part has, with its number for the braces
     alone: str | None = None  # as the writer unless given
     solvers: tuple[str, ...] = ()  # that are to get it; why is told in docs/solvers.md
+
+    def ends(self, parts: int) -> tuple[str, ...]:
+        """Ends of the names of all files of a mesh in so many parts: 1 without a partition."""
+        return self.files if self.piece is None else (*self.files, *map(self.piece.format, range(parts)))
 
     def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
         """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""
@@ -50,19 +57,35 @@ class Format:
 _FOR_MSH = ("fenicsx", "scikit-fem", "mfem", "firedrake", "getdp")
 _AS_THEY_ARE = "groups.as_they_are"
 FORMATS: Mapping[str, Format] = {
-    "msh": Format((".msh",), "write.gmsh.write_msh", _AS_THEY_ARE, BOTH, periodic=True, solvers=_FOR_MSH),
-    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, points=False),
-    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, points=False),
+    "msh": Format(
+        (".msh",), "write.gmsh.write_msh", _AS_THEY_ARE, BOTH, periodic=True, partition=True, solvers=_FOR_MSH
+    ),
+    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, points=False, partition=True),
+    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, points=False, partition=True),
     "xdmf": Format(
         XDMF_FILES,
         "write.xdmf.write_xdmf",
         None,
         BOTH,
         points=False,
+        partition=True,
         alone="write.xdmf.write_inline_xdmf",
         solvers=("fenicsx",),
     ),
-    "msh-ascii": Format((".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True, solvers=("moose",)),
+    "pvtu": Format(
+        (".pvtu",),
+        "write.pieces.write_pvtu",
+        None,
+        BOTH,
+        points=False,
+        partition=True,
+        piece=PIECE,
+        alone="write.viewers.write_vtu",
+    ),
+    "msh-ascii": Format(
+        (".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True, partition=True, solvers=("moose",)
+    ),
+    "msh4": Format((".msh",), "write.msh4.write_msh4", _AS_THEY_ARE, BOTH, periodic=True, partition=True),
     "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",)),
     "inp": Format(
         (".inp",),
@@ -74,7 +97,7 @@ FORMATS: Mapping[str, Format] = {
     "inp-strain": Format((".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH),
     "su2": Format((".su2",), "write.flow.write_su2", "write.flow.marker_names", points=False, solvers=("su2",)),
     "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH),
-    "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False),
+    "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False, partition=True),
     "openfoam": Format(
         (".msh",),
         "write.flow.write_openfoam",
@@ -82,8 +105,8 @@ FORMATS: Mapping[str, Format] = {
         points=False,
         solvers=("openfoam",),
     ),
-    "nodes.csv": Format((".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE),
-    "nodes.npz": Format((".nodes.npz",), "write.nodes.write_npz", _AS_THEY_ARE, periodic=True),
+    "nodes.csv": Format((".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE, partition=True),
+    "nodes.npz": Format((".nodes.npz",), "write.nodes.write_npz", _AS_THEY_ARE, periodic=True, partition=True),
     "skfem": Format(
         (".vtu",), "write.python.write_skfem", "write.python.skfem_names", BOTH, points=False, solvers=("scikit-fem",)
     ),
@@ -123,6 +146,11 @@ def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
         (form, name if firsts.setdefault(format_named(form).files[0], form) == form else f"{name}.{form}")
         for form in formats
     ]
+
+
+def without_partition(formats: Iterable[str]) -> list[str]:
+    """Return those of the formats that have no place for a partition."""
+    return [name for name in formats if not format_named(name).partition]
 
 
 def formats_by_ending(file: str) -> list[str]:

@@ -15,6 +15,8 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.text import dumped
 
 LABELS_FILE = ".labels.json"
+PARTITION, NODE_OWNER = "partition", "owner"  # data of triangles and of nodes: the part that has each
+GLOBAL_NODE, GLOBAL_CELL = "GlobalNodeId", "GlobalElementId"  # data of pieces: numbers in the whole mesh
 LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80
 
 Fields = Mapping[str, Floats]

@@ -66,7 +66,7 @@ def write_files(
     require_order(formats, mesh.order)
     labels = _labels(mesh, formats)
     tables = tables if labels is None else {**tables, LABELS_FILE: labels}
-    files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])))
+    files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])), _parts(mesh))
     _check_distinct(files, folder)
     begun = perf_counter()
     enter("writing")
@@ -84,10 +84,10 @@ def write_files(
     return written
 
 
-def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = ()) -> list[str]:
-    """Names of all files of a run, the report last; an impossible name or format is a CaseError."""
+def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = (), parts: int = 1) -> list[str]:
+    """Names of all files of a mesh in so many parts, the report last; an impossible name or format is a CaseError."""
     _check_name(name)
-    meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).files]
+    meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).ends(parts)]
     return [*meshes, *(name + end for end in (*tables, _REPORT))]
 
 
@@ -108,7 +108,11 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     enter("writing")
     with transaction(path.parent) as staging:
         format_named(form).write(mesh, fields, staging / path.name)
-    return [stem + end for end in format_named(form).files]
+    return [stem + end for end in format_named(form).ends(_parts(mesh))]
+
+
+def _parts(mesh: Mesh) -> int:
+    return 1 if mesh.partition is None else mesh.partition.count
 
 
 def _form_at(path: Path) -> tuple[str, str]:

@@ -24,6 +24,7 @@ from bubblemesh.meshfiles.writing import write_file, write_files, write_stream
 ALL = tuple(name for name, form in FORMATS.items() if name == form.files[0][1:])  # one for each ending
 ALL_FILES = [
     *("plate.msh", "plate.vtu", "plate.vtk", "plate.xdmf", "plate.h5", "plate_facets.xdmf", "plate_facets.h5"),
+    *("plate.pvtu", "plate_0.vtu"),
     *("plate.mesh", "plate.inp", "plate.su2", "plate.med", "plate.dat", "plate.nodes.csv", "plate.nodes.npz"),
     *("plate.labels.json", "plate.report.json"),
 ]
@@ -364,7 +365,7 @@ def test_the_order_of_the_data_does_not_depend_on_who_else_looks_at_it(mesh, fie
 # Streams
 
 
-@pytest.mark.parametrize("ending", [name for name in ALL if name != "xdmf"])
+@pytest.mark.parametrize("ending", [name for name in ALL if name not in ("xdmf", "pvtu")])
 def test_a_stream_gets_the_bytes_of_the_file(mesh, fields, tmp_path, ending, capfd):
     stream = io.BytesIO()
     write_stream(mesh, fields, ending, stream)

@@ -36,6 +36,8 @@ def test_second_order_survives(tmp_path, form):
     path = written(mesh, tmp_path, form)
     if form in {"inp", "inp-strain"}:
         return  # read by a parser of its own above; meshio knows one of the two kinds only
+    if form in {"pvtu", "msh4"}:
+        return  # read in test_partition_files.py; meshio knows no lists, and numbers nodes by their entities
     read = meshio.read(path, file_format="gmsh" if path.suffix == ".msh" else None)
     np.testing.assert_array_equal(read.points[:, :2], mesh.points)
     np.testing.assert_array_equal(read.cells_dict["triangle6"], mesh.triangles)

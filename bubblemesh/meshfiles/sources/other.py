@@ -7,7 +7,6 @@ from typing import Any
 
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.contained import bounded_reading
-from bubblemesh.meshfiles.sources.freefem import is_freefem, read_freefem
 from bubblemesh.meshfiles.sources.source import Source
 from bubblemesh.messages import shown
 
@@ -19,11 +18,6 @@ PLANE_ELEMENTS = {
     for more in ("", "R", "H", "RH", "M", "T")
 }
 LONGEST_REASON = 200  # letters
-
-
-def read_msh(path: Path) -> Source:
-    """Mesh of Gmsh or of FreeFEM, which have the same ending; errors as of `read_other`."""
-    return read_freefem(path) if is_freefem(path) else read_other(path, "gmsh")  # meshio would try ANSYS first
 
 
 def read_inp(path: Path) -> Source:

@@ -18,7 +18,7 @@ READERS: Mapping[str, str] = {
     ".frd": "frd.read_frd",
     ".mesh": "medit.read_medit",
     ".sol": "medit.read_solution",
-    ".msh": "other.read_msh",
+    ".msh": "gmsh.read_msh",
     ".inp": "other.read_inp",
     ".su2": "su2.read_su2",
 }

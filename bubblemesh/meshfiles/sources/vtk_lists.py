@@ -4,18 +4,33 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
+import numpy as np
+
 from bubblemesh.errors import FileError, prefixed
 from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.contained import Unpacking
-from bubblemesh.meshfiles.sources.source import Source
+from bubblemesh.meshfiles.groups import GLOBAL_NODE
+from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.vtu import Piece, joined, pieces_of
 
 MOST_FILES = 10_000  # of one grid
 
 
 def read_pvtu(path: Path) -> Source:
-    """The parts of a grid as one; errors as of `read_vtu`."""
-    return joined(_pieces(_parts(path)))
+    """The parts of a grid as one; errors as of `read_vtu`.
+
+    Nodes with the same ``GlobalNodeId`` are one, if those that have it are in the same place.
+    """
+    source = joined(_pieces(_parts(path)))
+    ids = source.point_data.get(GLOBAL_NODE, np.zeros(0))
+    if ids.dtype.kind not in "iu" or len(ids) != len(source.points):
+        return source
+    _, first, node = np.unique(ids, return_index=True, return_inverse=True)
+    if not np.array_equal(source.points[first[node]], source.points):
+        return source
+    blocks = [Block(block.type, node[block.data]) for block in source.cells]
+    data = {name: values[first] for name, values in source.point_data.items()}
+    return replace(source, points=source.points[first], cells=blocks, point_data=data)
 
 
 def read_pvd(path: Path) -> Source:

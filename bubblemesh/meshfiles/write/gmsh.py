@@ -1,14 +1,17 @@
 """Gmsh's mesh format 2.2: the one that solvers read most widely, with named groups."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshfiles.groups import (
     Fields,
     Group,
@@ -24,13 +27,19 @@ from bubblemesh.meshfiles.text import lines, numbered, write_text
 # Gmsh's numbers of the kinds of cells, by meshio's names.
 KINDS = {"line": 1, "triangle": 2, "quad": 3, "wedge": 6, "line3": 8, "triangle6": 9, "vertex": 15}
 
+Holders = Mapping[int, Sequence[int]]
+"""Parts, from 1, that hold a cell as a ghost, for each cell that is one."""
+NO_HOLDERS: Holders = {}
+
 
 class Block(NamedTuple):
-    """Cells (m, k) of one kind and their group ids (m,)."""
+    """Cells (m, k) of one kind and their group ids (m,), with their parts if the mesh has a partition."""
 
     kind: str
     cells: Integers
     ids: Integers
+    parts: Integers | None = None  # (m,) from 1
+    holders: Holders = NO_HOLDERS
 
 
 Matching = tuple[int, tuple[int, int], Floats, Integers]
@@ -41,11 +50,28 @@ Matching = tuple[int, tuple[int, int], Floats, Integers]
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write points, edges and triangles with their physical groups, binary, and which nodes of periodic sides match.
 
-    The format has no place for the fields.
+    All of them have the tag of their part if there is a partition, and no ghosts: readers take one number of tags for
+    all cells of a kind. The format has no place for the fields.
     """
-    result = as_meshio(mesh)
-    result.points = np.pad(mesh.points, ((0, 0), (0, 1)))
-    result.write(path, file_format="gmsh22", binary=True)
+    with path.open("wb") as file:
+        file.write(b"$MeshFormat\n2.2 1 8\n%b\n$EndMeshFormat\n" % np.int32(1).tobytes())
+        file.write("".join(names_text(list(group_names(mesh).items()))).encode())
+        file.write(b"$Nodes\n%d\n" % len(mesh.points))
+        nodes = np.zeros(len(mesh.points), [("number", "i4"), ("place", "f8", 3)])
+        nodes["number"], nodes["place"][:, :2] = numbered(len(mesh.points)), mesh.points
+        file.write(nodes.tobytes() + b"\n$EndNodes\n")
+        blocks, number = _blocks(mesh), 0
+        file.write(b"$Elements\n%d\n" % sum(len(block.cells) for block in blocks))
+        for block in blocks:
+            count = len(block.cells)
+            # One elementary entity for each physical group: readers want both tags, and none of them 0.
+            tags = [block.ids, block.ids, *(() if block.parts is None else (np.ones(count, np.int64), block.parts))]
+            rows = np.column_stack([number + numbered(count), *tags, block.cells + 1])
+            file.write(np.array([KINDS[block.kind], count, len(tags)], np.int32).tobytes())
+            file.write(rows.astype(np.int32).tobytes())
+            number += count
+        file.write(b"\n$EndElements\n")
+        file.write("".join(periodic_text(periodic_entities(mesh), "{:.16e}".format)).encode())
 
 
 def as_meshio(mesh: Mesh) -> Any:
@@ -53,28 +79,27 @@ def as_meshio(mesh: Mesh) -> Any:
     import meshio
 
     blocks = _blocks(mesh)
-    # One elementary entity for each physical group: readers want both tags, and none of them 0.
     ids = [block.ids.astype(np.int32) for block in blocks]
     return meshio.Mesh(
         mesh.points,
         [(block.kind, block.cells) for block in blocks],
         cell_data={"gmsh:physical": ids, "gmsh:geometrical": ids},
         field_data={name: np.array(group) for name, group in group_names(mesh).items()},
-        gmsh_periodic=_periodic(mesh) or None,
+        gmsh_periodic=periodic_entities(mesh) or None,
     )
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write points, edges, triangles, groups and matching nodes as `write_msh` does, as text."""
-    text = _plane_text(mesh, _blocks(mesh), list(group_names(mesh).items()))
-    write_text(path, chain(text, _periodic_text(_periodic(mesh))))
+    """Write what `write_msh` does as text; triangles have the tags of the parts that hold them as ghosts, too."""
+    text = _plane_text(mesh, _blocks(mesh, halo=True), list(group_names(mesh).items()))
+    write_text(path, chain(text, periodic_text(periodic_entities(mesh))))
 
 
 def write_words(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write what `write_msh_ascii` does but for matching nodes, the groups by words, as Netgen cuts names at spaces."""
     words = plain_words(mesh)
     groups = [(words[name], group) for name, group in group_names(mesh).items()]
-    write_text(path, _plane_text(mesh, _blocks(mesh), groups))
+    write_text(path, _plane_text(mesh, _blocks(replace(mesh, partition=None)), groups))
 
 
 def write_boundary(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -94,21 +119,25 @@ def _plane_text(mesh: Mesh, blocks: Sequence[Block], groups: Sequence[tuple[str,
 
 def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
     """Text of a file with points (n, 3), blocks of cells and named groups."""
-    yield f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{len(groups)}\n"
-    yield from (f'{group.dimension} {group.id} "{name}"\n' for name, group in groups)
-    yield f"$EndPhysicalNames\n$Nodes\n{len(points)}\n"
+    yield "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+    yield from names_text(groups)
+    yield f"$Nodes\n{len(points)}\n"
     yield from lines("%d %r %r %r", numbered(len(points)), points)
     yield f"$EndNodes\n$Elements\n{sum(len(block.cells) for block in blocks)}\n"
     number = 0
     for block in blocks:
         count, width = block.cells.shape
-        form = f"%d {KINDS[block.kind]} 2 %d %d" + " %d" * width
-        yield from lines(form, number + numbered(count), block.ids, block.ids, block.cells + 1)
+        nodes, numbers = " %d" * width, number + numbered(count)
+        if block.parts is None:
+            yield from lines(f"%d {KINDS[block.kind]} 2 %d %d{nodes}", numbers, block.ids, block.ids, block.cells + 1)
+        else:
+            tags = _tags(block.ids, block.parts, block.holders)
+            yield from lines(f"%d {KINDS[block.kind]} %s{nodes}", numbers, tags, block.cells + 1)
         number += count
     yield "$EndElements\n"
 
 
-def _periodic(mesh: Mesh) -> list[Matching]:
+def periodic_entities(mesh: Mesh) -> list[Matching]:
     """The periodic sides as Gmsh knows them: entities of edges, each with the one that it is a copy of."""
     found = []
     for sides in mesh.periodic_sides:
@@ -118,19 +147,63 @@ def _periodic(mesh: Mesh) -> list[Matching]:
     return found
 
 
-def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
+def periodic_text(matches: Sequence[Matching], number: Callable[[float], str] = repr) -> Iterator[str]:
+    """Section of the entities that are copies; ``number`` spells the numbers of the maps."""
     if not matches:
         return
     yield f"$Periodic\n{len(matches)}\n"
     for dimension, (copy, original), affine, nodes in matches:
-        yield f"{dimension} {copy} {original}\nAffine {' '.join(map(repr, affine.tolist()))}\n{len(nodes)}\n"
+        yield f"{dimension} {copy} {original}\nAffine {' '.join(map(number, affine.tolist()))}\n{len(nodes)}\n"
         yield from lines("%d %d", nodes + 1)
     yield "$EndPeriodic\n"
 
 
-def _blocks(mesh: Mesh) -> list[Block]:
+def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
+    """Labelled points, facets and triangles, these with the parts that hold them as ghosts if the ``halo`` counts."""
     line, triangle = cell_kinds(mesh)
-    blocks = [Block(line, mesh.facets, facet_ids(mesh)), Block(triangle, mesh.triangles, region_ids(mesh))]
+    points, facets, triangles, holders = None, None, None, NO_HOLDERS
+    if mesh.partition is not None:
+        points, facets, triangles = cell_parts(mesh, mesh.partition)
+        holders = ghost_holders(mesh.partition) if halo else NO_HOLDERS
+    blocks = [
+        Block(line, mesh.facets, facet_ids(mesh), facets),
+        Block(triangle, mesh.triangles, region_ids(mesh), triangles, holders),
+    ]
     if len(mesh.labelled_nodes):
-        blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh)))
+        blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh), points))
     return blocks
+
+
+def cell_parts(mesh: Mesh, partition: Partition) -> tuple[Integers, Integers, Integers]:
+    """Parts (v,), (f,) and (t,) of labelled points, facets and triangles, from 1 as Gmsh counts.
+
+    A facet has the part of the triangle on its left.
+    """
+    left = mesh.sides[:, 0]
+    facets = np.where(left < 0, partition.node_owner[mesh.facets[:, 0]], partition.owner[left])
+    return partition.node_owner[mesh.labelled_nodes] + 1, facets + 1, partition.owner + 1
+
+
+def ghost_holders(partition: Partition) -> Holders:
+    """Parts, from 1, that hold a triangle as a ghost, for each triangle that is one, in ascending order."""
+    holders: dict[int, list[int]] = {}
+    for part, triangle in partition.ghosts[np.lexsort(partition.ghosts.T)].tolist():
+        holders.setdefault(triangle, []).append(part + 1)
+    return holders
+
+
+def names_text(groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
+    """Section of the groups by their names, the same in all versions of the format."""
+    yield f"$PhysicalNames\n{len(groups)}\n"
+    yield from (f'{group.dimension} {group.id} "{name}"\n' for name, group in groups)
+    yield "$EndPhysicalNames\n"
+
+
+def _tags(ids: Integers, parts: Integers, holders: Holders) -> NDArray[np.object_]:
+    """Number and tags (m,) of cells: group, entity, number of parts, part, and those of the ghosts as negative ones."""
+    tags = np.empty(len(ids), object)
+    tags[:] = [f"4 {number} {number} 1 {part}" for number, part in zip(ids.tolist(), parts.tolist(), strict=True)]
+    for cell, others in holders.items():
+        ghosts = " ".join(f"-{part}" for part in others)
+        tags[cell] = f"{4 + len(others)} {ids[cell]} {ids[cell]} {1 + len(others)} {parts[cell]} {ghosts}"
+    return tags

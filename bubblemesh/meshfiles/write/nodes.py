@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields
+from bubblemesh.meshfiles.groups import NODE_OWNER, Fields
 from bubblemesh.meshfiles.text import csv_text, lines, write_text
 
 OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the contact of two rings: there is no normal
@@ -42,19 +42,27 @@ def nodes_of(mesh: Mesh) -> Nodes:
 
 
 def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write a table with one row for each node."""
+    """Write a table with one row for each node, whose last column is the ``owner`` if there is a partition."""
     nodes = nodes_of(mesh)
     quoted = {label: csv_text([[label]])[:-1] if label else "" for label in ("", *mesh.labels, *mesh.point_labels)}
     labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
     columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
-    write_text(path, chain([",".join(Nodes._fields) + "\n"], lines("%r,%r,%d,%s,%r,%r", *columns)))
+    head, form, owner = ",".join(Nodes._fields), "%r,%r,%d,%s,%r,%r", []
+    if mesh.partition is not None:
+        head, form, owner = f"{head},{NODE_OWNER}", f"{form},%d", [mesh.partition.node_owner]
+    write_text(path, chain([head + "\n"], lines(form, *columns, *owner)))
 
 
 def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write one NumPy array for each column, and the pairs (k, 2) of nodes that match, if there are periodic sides."""
+    """Write one NumPy array for each column, and the pairs (k, 2) of nodes that match, if there are periodic sides.
+
+    With a partition there is the part (n,) of each node, ``owner``.
+    """
     arrays = nodes_of(mesh)._asdict()
     if mesh.periodic_sides:
         arrays["periodic"] = np.concatenate([sides.nodes for sides in mesh.periodic_sides])
+    if mesh.partition is not None:
+        arrays[NODE_OWNER] = mesh.partition.node_owner
     with path.open("wb") as file:
         np.savez_compressed(file, **arrays)
 

@@ -4,37 +4,51 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, cell_kinds, region_ids
+from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_kinds, region_ids
 
 
 def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write the triangles, their region ids as ``material`` and the fields, compressed."""
-    _vtk_grid(mesh, fields).write(path, file_format="vtu", binary=True, compression="zlib")
+    """Write the triangles, their region ids as ``material`` and the fields, compressed.
+
+    With a partition there are the part of each triangle, ``partition``, and that of each node, ``owner``.
+    """
+    write_compressed(vtk_grid(mesh, fields), path)
 
 
 def write_vtk(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write the data of `write_vtu` in the legacy format, version 4.2, which every reader of VTK knows."""
-    _vtk_grid(mesh, fields).write(path, file_format="vtk42", binary=True)
+    vtk_grid(mesh, fields).write(path, file_format="vtk42", binary=True)
 
 
 def write_tecplot(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write the triangles as one zone, their region ids as ``material`` and the fields."""
+    """Write the data of `write_vtu` as one zone."""
     _grid(mesh, fields, mesh.points, float).write(path, file_format="tecplot")
 
 
-def _vtk_grid(mesh: Mesh, fields: Fields) -> Any:
+def vtk_grid(mesh: Mesh, fields: Fields) -> Any:
+    """A `meshio.Mesh` with the data of VTK's formats."""
     # int64 on purpose: VTK 9 loses int32 cell data of legacy files.
     return _grid(mesh, fields, np.pad(mesh.points, ((0, 0), (0, 1))), np.int64)
 
 
+def write_compressed(grid: Any, path: Path) -> None:
+    """Write a `meshio.Mesh` as an XML file of VTK."""
+    grid.write(path, file_format="vtu", binary=True, compression="zlib")
+
+
 def _grid(mesh: Mesh, fields: Fields, points: Floats, tag: type) -> Any:
-    """A `meshio.Mesh` of the triangles at points (n, 2) or (n, 3), with ``material`` of the type ``tag``."""
+    """A `meshio.Mesh` of the triangles at points (n, 2) or (n, 3), with ``material`` and parts of the type ``tag``."""
     import meshio
 
     data = {"material": [region_ids(mesh).astype(tag)]} | {
         name: [np.asarray(values, float)] for name, values in fields.items()
     }
-    return meshio.Mesh(points, [(cell_kinds(mesh)[1], mesh.triangles)], cell_data=data)
+    nodal: dict[str, NDArray[Any]] = {}
+    if mesh.partition is not None:
+        data[PARTITION] = [mesh.partition.owner.astype(tag)]
+        nodal[NODE_OWNER] = mesh.partition.node_owner.astype(tag)
+    return meshio.Mesh(points, [(cell_kinds(mesh)[1], mesh.triangles)], nodal, data)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import Fields, facet_ids, group_names, region_ids
+from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, facet_ids, group_names, region_ids
 
 _Data = Mapping[str, NDArray[Any]]
 _Store = Callable[[NDArray[Any]], tuple[str, str]]
@@ -25,27 +25,34 @@ _DATA_TYPES = {"f": "Float", "i": "Int"}
 def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write NAME.xdmf with the triangles and NAME_facets.xdmf with the boundary edges, each with its .h5 file.
 
-    The tags are ``material`` and ``label``. Both files hold all points, so that the numbers of the nodes agree. A
-    colon in the file's name, which separates file and data set in XDMF, is a CaseError.
+    The tags are ``material`` and ``label``. Both files hold all points, so that the numbers of the nodes agree. With a
+    partition the first has the part of each triangle, ``partition``, and that of each node, ``owner``. A colon in the
+    file's name, which separates file and data set in XDMF, is a CaseError.
     """
     if ":" in path.name:
         raise CaseError(f"{path.name}: the name of an XDMF file cannot hold a colon; choose another name")
-    _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields))
+    _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields), _nodal_data(mesh))
     beside, labels = path.with_name(f"{path.stem}_facets{path.suffix}"), {"label": facet_ids(mesh).astype(np.int32)}
-    _write_pair(beside, mesh, _EDGE[mesh.order], mesh.facets, labels)
+    _write_pair(beside, mesh, _EDGE[mesh.order], mesh.facets, labels, {})
 
 
 def write_inline_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write one file with the triangles and the numbers as text, without the boundary edges."""
-    _grid(mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields), _inline).write(path)
+    data, nodal = _triangle_data(mesh, fields), _nodal_data(mesh)
+    _grid(mesh, _TRIANGLE[mesh.order], mesh.triangles, data, nodal, _inline).write(path)
 
 
 def _triangle_data(mesh: Mesh, fields: Fields) -> _Data:
     # The tags come first, since dolfinx reads the first attribute unless told otherwise; it reads them as int32.
-    return {"material": region_ids(mesh).astype(np.int32), **fields}
+    parts = {} if mesh.partition is None else {PARTITION: mesh.partition.owner.astype(np.int32)}
+    return {"material": region_ids(mesh).astype(np.int32), **fields, **parts}
 
 
-def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data) -> None:
+def _nodal_data(mesh: Mesh) -> _Data:
+    return {} if mesh.partition is None else {NODE_OWNER: mesh.partition.node_owner.astype(np.int32)}
+
+
+def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data, nodal: _Data) -> None:
     import h5py
 
     heavy = path.with_suffix(".h5")
@@ -58,7 +65,7 @@ def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _D
             file.create_dataset(name, data=array, compression="gzip", compression_opts=4).flush()
             return "HDF", f"{heavy.name}:/{name}"
 
-        tree = _grid(mesh, topology, cells, data, store)
+        tree = _grid(mesh, topology, cells, data, nodal, store)
         file.flush()
         heavy.write_bytes(file.id.get_file_image())
     tree.write(path)
@@ -69,7 +76,9 @@ def _inline(array: NDArray[Any]) -> tuple[str, str]:
     return "XML", "\n" + "\n".join(" ".join(map(repr, row)) for row in rows) + "\n"
 
 
-def _grid(mesh: Mesh, topology: str, cells: Integers, data: _Data, store: _Store) -> "ET.ElementTree[ET.Element]":
+def _grid(
+    mesh: Mesh, topology: str, cells: Integers, data: _Data, nodal: _Data, store: _Store
+) -> "ET.ElementTree[ET.Element]":
     root = ET.Element("Xdmf", Version="3.0")
     grid = ET.SubElement(ET.SubElement(root, "Domain"), "Grid", Name="Grid", GridType="Uniform")
     _add_names(grid, mesh)
@@ -78,9 +87,10 @@ def _grid(mesh: Mesh, topology: str, cells: Integers, data: _Data, store: _Store
     count, width = cells.shape
     shape = {"TopologyType": topology, "NumberOfElements": str(count), "NodesPerElement": str(width)}
     _add_item(ET.SubElement(grid, "Topology", shape), cells.astype(np.int64), store)
-    for name, values in data.items():
-        attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Cell")
-        _add_item(attribute, values, store)
+    for center, arrays in (("Cell", data), ("Node", nodal)):
+        for name, values in arrays.items():
+            attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center=center)
+            _add_item(attribute, values, store)
     ET.indent(root)
     return ET.ElementTree(root)
 

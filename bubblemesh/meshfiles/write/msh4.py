@@ -1,0 +1,209 @@
+"""Gmsh's mesh format 4.1, as text: nodes and cells by entities, those of a partition with their parts, and ghosts."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.partition import Partition
+from bubblemesh.meshfiles.groups import Fields, cell_kinds, facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.text import lines, numbered, write_text
+from bubblemesh.meshfiles.write.gmsh import (
+    KINDS,
+    Matching,
+    cell_parts,
+    ghost_holders,
+    names_text,
+    periodic_entities,
+)
+
+POINTS, CURVES, SURFACES = range(3)  # dimensions
+
+
+@dataclass(frozen=True)
+class Entity:
+    """A point, curve or surface, as a whole or, if it has a parent, of some parts of the mesh, which count from 1."""
+
+    dimension: int
+    tag: int
+    group: int | None
+    parent: tuple[int, int] = (-1, -1)  # dimension and tag
+    parts: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Cells (m, k) of one kind, or nodes alone without one, their entities, and the index (m,) of each one's entity."""
+
+    kind: str | None
+    cells: Integers
+    entities: tuple[Entity, ...]
+    index: Integers
+
+    @property
+    def places(self) -> Integers:
+        """Dimension and tag (m, 2) of each cell's entity."""
+        table = np.array([(entity.dimension, entity.tag) for entity in self.entities], np.int64)
+        return table.reshape(-1, 2)[self.index]
+
+    @property
+    def next_tag(self) -> int:
+        """The first number above those of all entities."""
+        return max((entity.tag for entity in self.entities), default=0) + 1
+
+
+def write_msh4(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write points, edges and triangles with their groups, the partition with its ghosts, and matching nodes.
+
+    Nodes and cells have the numbers that they have in Gmsh's other formats. The format has no place for the fields.
+    """
+    whole = _whole(mesh)
+    layers = whole if mesh.partition is None else _divided(mesh, mesh.partition, whole)
+    write_text(path, _text(mesh, whole, layers))
+
+
+def _whole(mesh: Mesh) -> list[Layer]:
+    """Triangles, facets and labelled points; the entities of the first two have the numbers of their groups."""
+    line, triangle = cell_kinds(mesh)
+    found = []
+    for dimension, kind, cells, ids in (
+        (SURFACES, triangle, mesh.triangles, region_ids(mesh)),
+        (CURVES, line, mesh.facets, facet_ids(mesh)),
+    ):
+        numbers, index = np.unique(ids, return_inverse=True)
+        found.append(Layer(kind, cells, tuple(Entity(dimension, k, k) for k in numbers.tolist()), index))
+    points = tuple(Entity(POINTS, k, number) for k, number in enumerate(node_ids(mesh).tolist(), start=1))
+    return [*found, Layer("vertex", mesh.labelled_nodes[:, None], points, np.arange(len(points)))]
+
+
+def _divided(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> list[Layer]:
+    """Layers of a partition: an entity for each part of another one, and curves of the nodes that the same parts share.
+
+    Later layers hold nodes before earlier ones: those that parts share are on their curve, labelled ones on a point.
+    """
+    surfaces, curves, points = whole
+    _, of_facets, of_triangles = cell_parts(mesh, partition)
+    divided = [_by_parts(surfaces, of_triangles), _by_parts(curves, of_facets)]
+    _, part, _, starts = partition.node_parts
+    several = np.flatnonzero(np.diff(starts) > 1)
+    parts_of = {k: tuple((part[starts[k] : starts[k + 1]] + 1).tolist()) for k in {*several, *mesh.labelled_nodes}}
+    region = np.zeros(len(mesh.points), np.int64)
+    region[mesh.triangles] = region_ids(mesh)[:, None]
+    sets = {parts_of[k]: k for k in several[::-1]}  # with the first node of each
+    shared = tuple(
+        Entity(CURVES, tag, None, (SURFACES, int(region[first])), parts)
+        for tag, (parts, first) in enumerate(sorted(sets.items()), start=divided[1].next_tag)
+    )
+    number = {entity.parts: k for k, entity in enumerate(shared)}
+    index = np.array([number[parts_of[k]] for k in several], np.int64)
+    owned = tuple(
+        Entity(POINTS, points.next_tag + k, entity.group, (POINTS, entity.tag), parts_of[node])
+        for k, (entity, node) in enumerate(zip(points.entities, mesh.labelled_nodes, strict=True))
+    )
+    return [
+        *divided,
+        Layer(None, several[:, None], shared, index),
+        Layer(points.kind, points.cells, owned, points.index),
+    ]
+
+
+def _by_parts(layer: Layer, parts: Integers) -> Layer:
+    """The layer with an entity for each part (m,) of those that it has."""
+    rows, index = np.unique(np.column_stack([layer.index, parts]), axis=0, return_inverse=True)
+    wholes = [layer.entities[which] for which, _ in rows.tolist()]
+    entities = tuple(
+        Entity(entity.dimension, tag, entity.group, (entity.dimension, entity.tag), (part,))
+        for tag, (entity, part) in enumerate(zip(wholes, rows[:, 1].tolist(), strict=True), start=layer.next_tag)
+    )
+    return Layer(layer.kind, layer.cells, entities, index.ravel())
+
+
+def _text(mesh: Mesh, whole: Sequence[Layer], layers: Sequence[Layer]) -> Iterator[str]:
+    """Text of a file whose groups are on entities, and whose nodes and cells are in the layers."""
+    partition = mesh.partition
+    yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
+    yield from names_text(list(group_names(mesh).items()))
+    yield "$Entities\n"
+    yield from _entities_text(mesh.points, whole)
+    yield "$EndEntities\n"
+    if partition is not None:
+        first = max(layer.next_tag for layer in layers)
+        ghosts = "".join(f"{first + k} {k + 1}\n" for k in range(partition.count))
+        yield f"$PartitionedEntities\n{partition.count}\n{partition.count}\n{ghosts}"
+        yield from _entities_text(mesh.points, layers)
+        yield "$EndPartitionedEntities\n"
+    yield from _nodes_text(mesh.points, layers)
+    first_triangle = len(mesh.labelled_nodes) + len(mesh.facets)
+    yield from _elements_text([layer for layer in layers[::-1] if layer.kind is not None])
+    yield from _periodic_text(periodic_entities(mesh))
+    if partition is not None:
+        holders = ghost_holders(partition)
+        yield f"$GhostElements\n{len(holders)}\n"
+        for triangle, parts in holders.items():
+            told = " ".join(map(str, parts))
+            yield f"{first_triangle + triangle + 1} {partition.owner[triangle] + 1} {len(parts)} {told}\n"
+        yield "$EndGhostElements\n"
+
+
+def _entities_text(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
+    """Numbers of points, curves, surfaces and volumes, and all of them, with the box that each is in."""
+    rows: list[list[str]] = [[], [], [], []]
+    for layer in layers:
+        low, high = np.full((2, len(layer.entities), 2), [[[np.inf]], [[-np.inf]]])
+        index = np.repeat(layer.index, layer.cells.shape[1])
+        np.minimum.at(low, index, points[layer.cells.ravel()])
+        np.maximum.at(high, index, points[layer.cells.ravel()])
+        for entity, (x0, y0), (x1, y1) in zip(layer.entities, low.tolist(), high.tolist(), strict=True):
+            row = f"{entity.tag} "
+            if entity.parts:
+                row += f"{entity.parent[0]} {entity.parent[1]} {len(entity.parts)} {' '.join(map(str, entity.parts))} "
+            row += f"{x0!r} {y0!r} 0" if entity.dimension == POINTS else f"{x0!r} {y0!r} 0 {x1!r} {y1!r} 0"
+            row += " 0" if entity.group is None else f" 1 {entity.group}"
+            rows[entity.dimension].append(row + ("\n" if entity.dimension == POINTS else " 0\n"))
+    yield " ".join(str(len(each)) for each in rows) + "\n"
+    for each in rows:
+        yield from each
+
+
+def _nodes_text(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
+    """Nodes by the entities that they are on: of the last layer that has them."""
+    places = np.zeros((len(points), 2), np.int64)
+    for layer in layers:
+        places[layer.cells] = layer.places[:, None]
+    order = np.lexsort(places.T[::-1])
+    blocks = np.split(order, np.flatnonzero(np.diff(places[order], axis=0).any(axis=1)) + 1)
+    yield f"$Nodes\n{len(blocks)} {len(points)} 1 {len(points)}\n"
+    for nodes in blocks:
+        dimension, tag = places[nodes[0]].tolist()
+        yield f"{dimension} {tag} 0 {len(nodes)}\n"
+        yield from lines("%d", nodes + 1)
+        yield from lines("%r %r 0", points[nodes])
+    yield "$EndNodes\n"
+
+
+def _elements_text(layers: Sequence[Layer]) -> Iterator[str]:
+    """Cells by their entities, numbered in the order of the layers."""
+    count = sum(len(layer.cells) for layer in layers)
+    yield f"$Elements\n{sum(len(layer.entities) for layer in layers)} {count} 1 {count}\n"
+    before = 0
+    for layer in layers:
+        width, numbers = layer.cells.shape[1], before + numbered(len(layer.cells))
+        for k, entity in enumerate(layer.entities):
+            mine = np.flatnonzero(layer.index == k)
+            yield f"{entity.dimension} {entity.tag} {KINDS[str(layer.kind)]} {len(mine)}\n"
+            yield from lines("%d" + " %d" * width, numbers[mine], layer.cells[mine] + 1)
+        before += len(layer.cells)
+    yield "$EndElements\n"
+
+
+def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
+    if not matches:
+        return
+    yield f"$Periodic\n{len(matches)}\n"
+    for dimension, (copy, original), affine, nodes in matches:
+        yield f"{dimension} {copy} {original}\n16 {' '.join(map(repr, affine.tolist()))}\n{len(nodes)}\n"
+        yield from lines("%d %d", nodes + 1)
+    yield "$EndPeriodic\n"
