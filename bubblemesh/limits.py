@@ -26,6 +26,7 @@ STAGES = {
     "packing": ("ending the packing", "coarsen the spacing"),
     "refinement": ("adding nodes for angle_min or largest", "ask for less"),
     "quality": ("measuring the mesh", "coarsen the spacing"),
+    "partition": ("dividing the mesh into parts", "coarsen the spacing"),
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
 GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, after which a packing that is late is ended

@@ -65,6 +65,9 @@ class Output(Strict):
     order: Literal[1, 2] = Field(
         default=1, description="Order of the triangles: 2 adds a node on each edge, on the boundary's true curve."
     )
+    partition: Count | None = Field(
+        default=None, description="Number of parts for a parallel solver, whose files tell the part of each triangle."
+    )
     report: bool = Field(default=False, description="Whether to write a page to look at, NAME.html, beside the mesh.")
     directory: Annotated[Text, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."

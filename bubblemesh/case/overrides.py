@@ -15,6 +15,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "angle_min": ("angle_min",),
     "parts": ("parts",),
     "time_limit": ("limits", "seconds"),
+    "partition": ("output", "partition"),
 }
 # Keys whose plain value is short for a mapping with one key.
 SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}

@@ -23,8 +23,8 @@ from bubblemesh.cli.options import (
     Untrusted,
     with_overrides,
 )
-from bubblemesh.cli.stdio import output_stream, read_input, write_json, write_new, write_output
-from bubblemesh.errors import CaseError, FileError, located
+from bubblemesh.cli.stdio import mesh_stream, read_input, write_json, write_new, write_output
+from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.batch import Entry
@@ -240,17 +240,12 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None) -> "AbstractCo
 def destination_of(
     case: "Case", source: str, options: "OutputOptions", as_json: bool, solution: Path | None = None
 ) -> "Destination | StreamDestination":
-    """Destination of the results: the standard output only if no report goes there, and if it is no terminal."""
+    """Destination of the results; errors as of `mesh_stream` if that is the standard output."""
     from bubblemesh.run.destination import destination, stream_destination
 
     if options.output != "-":
         return destination(case, source, options, solution)
-    stream = output_stream()
-    if stream.isatty():
-        raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
-    if as_json:
-        raise CaseError("--json and -o - would both write to the standard output: drop one of them")
-    return stream_destination(case, stream, options)
+    return stream_destination(case.output, mesh_stream(as_json), options)
 
 
 def deliver(

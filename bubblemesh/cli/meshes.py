@@ -1,4 +1,4 @@
-"""Commands that look at meshes of any origin."""
+"""Commands on meshes of any origin: to look at them, and to divide them."""
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bubblemesh.cli.completion import quantities, styles
-from bubblemesh.cli.options import AsJson
-from bubblemesh.cli.stdio import write_json
+from bubblemesh.cli.options import AsJson, FormatsNamed, Output, Quiet, SolversNamed
+from bubblemesh.cli.stdio import mesh_stream, write_json
 from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
@@ -50,6 +50,39 @@ def quality(
         write_json(figures)
     else:
         show_quality(figures)
+
+
+def partition(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    parts: Annotated[int, typer.Argument(metavar="N", help="Number of parts, one for each process of the solver.")],
+    output: Output = None,
+    formats: FormatsNamed = None,
+    solvers: SolversNamed = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Divide a mesh into parts for a parallel solver, and write it with the part of each triangle and node."""
+    from bubblemesh import console
+    from bubblemesh.case import Output as OutputKeys
+    from bubblemesh.console.report import show_files, show_quality
+    from bubblemesh.run.destination import Destination, OutputOptions, destination_beside, stream_destination
+    from bubblemesh.run.division import divided_file
+
+    mesh_file = divided_file(mesh, parts)
+    options, keys = OutputOptions(output, formats or (), solvers or ()), OutputKeys(partition=parts)
+    place = (
+        stream_destination(keys, mesh_stream(as_json), options)
+        if output == "-"
+        else destination_beside([mesh], keys, Path(), f"{mesh_file.name}-{parts}", options)
+    )
+    report = place.write(mesh_file.mesh, mesh_file.fields, mesh_file.report)
+    if as_json:
+        write_json(report)
+    if not quiet:
+        show_quality(report)
+        if isinstance(place, Destination):
+            show_files(str(place.folder), report["files"])
+    console.warn(report["warnings"])
 
 
 def plot(

@@ -73,6 +73,9 @@ CASE_OPTIONS: dict[str, Any] = {
     "time_limit": Annotated[
         float | None, typer.Option(metavar="SECONDS", help="End then, with the mesh as it is once there is one.")
     ],
+    "partition": Annotated[
+        int | None, typer.Option(metavar="N", help="Divide the mesh into N parts, for a parallel solver.")
+    ],
 }
 
 Overrides = Sequence["Override"]

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO, cast
 
-from bubblemesh.errors import FileError
+from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import case_text, sync, unwritten
 
 
@@ -40,6 +40,16 @@ def output_stream() -> BinaryIO:
     if sys.stdout is None:
         raise FileError("the standard output is closed")
     return sys.stdout.buffer
+
+
+def mesh_stream(as_json: bool) -> BinaryIO:
+    """The standard output for a mesh: it may be no terminal, and a report as JSON may not go there as well."""
+    stream = output_stream()
+    if stream.isatty():
+        raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
+    if as_json:
+        raise CaseError("--json and -o - would both write to the standard output: drop one of them")
+    return stream
 
 
 def write_output(text: str) -> None:

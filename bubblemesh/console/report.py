@@ -12,7 +12,7 @@ from bubblemesh.meshes.quality import Histogram
 from bubblemesh.messages import coordinate, counted, duration, place, run_seconds
 
 MOST_REPAIRS = 20  # that a table shows
-MOST_LABELS = 20  # that are named
+MOST_NAMES = 20  # of labels or files
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
@@ -56,8 +56,8 @@ def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
     console.terminal.print(table)
 
 
-def _named(labels: Sequence[str]) -> str:
-    few = labels if len(labels) <= MOST_LABELS else [*labels[:MOST_LABELS], f"and {len(labels) - MOST_LABELS:,} more"]
+def _named(names: Sequence[str]) -> str:
+    few = names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], f"and {len(names) - MOST_NAMES:,} more"]
     return ", ".join(few)
 
 
@@ -103,6 +103,8 @@ def show_quality(figures: Mapping[str, Any]) -> None:
     if "parts" in figures:
         parts = figures["parts"]
         rows["parts"] = f"{parts['number']} of {parts['least_nodes']} to {parts['most_nodes']} nodes"
+    if "partition" in figures:
+        rows["partition"] = _partition(figures["partition"])
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = duration(run_seconds(figures["seconds"]))
@@ -118,6 +120,17 @@ def _refinement(figures: Mapping[str, Any]) -> str:
     least = f", least angle {figures['least_angle']:.1f} degrees{but}" if figures["angle_min"] else ""
     area = f", largest area {figures['largest_excess']:.2f} of the one allowed" if figures["largest_excess"] else ""
     return f"{counted(figures['nodes_added'], 'node')} added{least}{area}"
+
+
+def _partition(figures: Mapping[str, Any]) -> str:
+    """Line on the parts of a mesh and what they share."""
+    sizes, halo = figures["triangles"], figures["halo"]
+    apart = counted(figures["in_several_pieces"], "part")
+    pieces = f", {apart} in several pieces" if figures["in_several_pieces"] else ""
+    return (
+        f"{counted(figures['parts'], 'part')} by {figures['by']}, {sizes['min']} to {sizes['max']} triangles each, "
+        f"{counted(figures['edge_cut'], 'edge')} cut, halos of {halo['min']} to {halo['max']} triangles{pieces}"
+    )
 
 
 def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
@@ -136,7 +149,7 @@ def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
 
 def show_files(folder: str, files: Sequence[str]) -> None:
     """Show which files were written."""
-    _show({"files": ", ".join(files) + ("" if folder in (".", "") else f" in {folder}")})
+    _show({"files": _named(files) + ("" if folder in (".", "") else f" in {folder}")})
 
 
 def _show(rows: Mapping[str, str]) -> None:

@@ -148,6 +148,7 @@ def task_of(case: Case, domain: Domain) -> Task:
         parameters=parameters,
         order=case.output.order,
         parts=None if case.parts == "auto" else case.parts or 1,
+        partition=case.output.partition,
         requirements=case.require.model_dump(exclude_none=True),
         least_angle=case.angle_min or 0.0,
         largest=inf if case.largest is None else case.largest,

@@ -30,6 +30,7 @@ class Task:
     parameters: dict[str, Any]  # defaults included, as reports tell them
     order: int = 1  # of the triangles, 1 or 2
     parts: int | None = 1  # that are packed side by side; as many as are worth it if None
+    partition: int | None = None  # number of parts for a parallel solver
     requirements: Mapping[str, float] = field(default_factory=dict)  # quality_min, quality_mean, angle_min if required
     least_angle: float = 0.0  # degrees, for which nodes are added
     largest: float = np.inf  # area of a triangle

@@ -8,6 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls
+from bubblemesh.meshes.partition import Partition
 from bubblemesh.messages import counted, place
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
@@ -180,6 +181,13 @@ def straight_facets(count: int) -> list[str]:
         return []
     edges = "1 boundary edge keeps" if count == 1 else f"{count} boundary edges keep"
     return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
+
+
+def divided_by_geometry(partition: Partition) -> list[str]:
+    """A partition that METIS did not make, and why."""
+    if partition.reason is None:
+        return []
+    return [f"the mesh is divided by geometry: {partition.reason}"]
 
 
 def sharper_corners(refined: Refined, angle: float) -> list[str]:

@@ -8,8 +8,9 @@ from os.path import isdir, realpath, split
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from bubblemesh.case import Case, Override
+from bubblemesh.case import Case, Output, Override
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import (
     FORMATS,
     FORMATS_FOR,
@@ -17,12 +18,15 @@ from bubblemesh.meshfiles.formats import (
     formats_by_ending,
     formats_for,
     require_order,
+    without_partition,
 )
-from bubblemesh.meshfiles.groups import LABELS_FILE
+from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
-from bubblemesh.meshfiles.writing import PAGE_FILE, file_names, write_files, write_stream
+from bubblemesh.meshfiles.writing import NO_TABLES, PAGE_FILE, Page, file_names, write_files, write_stream
 from bubblemesh.messages import closest
 from bubblemesh.run.pipeline import Result
+
+PARTITIONED = ", ".join(name for name, form in FORMATS.items() if form.partition)
 
 
 @dataclass(frozen=True)
@@ -70,24 +74,34 @@ class Destination:
     history: bool  # whether tables of all rounds and steps are written too
     page: bool = False  # whether a page to look at is written too
     lasting: bool = True  # whether the files outlast a power cut
+    parts: int = 1  # of the mesh
 
     @cached_property
     def names(self) -> list[str]:
         """Names of all files that may be written into the folder."""
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
-        return file_names(self.name, self.formats, tables)
+        return file_names(self.name, self.formats, tables, self.parts)
 
     def deliver(self, result: Result) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
         If that is a FileError, no file is written, and old ones stay.
         """
-        mesh, fields, report = result.mesh, result.fields, result.report
-        tables = history_tables(report["rounds"], result.speeds) if self.history else {}
+        tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
         page = partial(_page, result) if self.page else None
-        return write_files(
-            mesh, fields, report, self.folder, self.name, self.formats, tables, page, lasting=self.lasting
-        )
+        return self.write(result.mesh, result.fields, result.report, tables, page)
+
+    def write(
+        self,
+        mesh: Mesh,
+        fields: Fields,
+        report: Mapping[str, Any],
+        tables: Mapping[str, str] = NO_TABLES,
+        page: Page | None = None,
+    ) -> dict[str, Any]:
+        """Write a mesh and a report of it, as `deliver` those of a run; see `write_files`."""
+        told = _with_partition_told(report, mesh, self.formats)
+        return write_files(mesh, fields, told, self.folder, self.name, self.formats, tables, page, lasting=self.lasting)
 
 
 @dataclass(frozen=True)
@@ -99,38 +113,53 @@ class StreamDestination:
 
     def deliver(self, result: Result) -> dict[str, Any]:
         """Write the mesh, and return the report, which has no files; a FileError if that cannot be done."""
-        write_stream(result.mesh, result.fields, self.format_name, self.stream)
-        return {**result.report, "files": []}
+        return self.write(result.mesh, result.fields, result.report)
+
+    def write(self, mesh: Mesh, fields: Fields, report: Mapping[str, Any]) -> dict[str, Any]:
+        """Write a mesh, as `deliver` that of a run."""
+        write_stream(mesh, fields, self.format_name, self.stream)
+        return {**_with_partition_told(report, mesh, [self.format_name]), "files": []}
 
 
 def destination(case: Case, source: str, options: OutputOptions, solution: Path | None = None) -> Destination:
-    """Destination that the options and the case name together.
+    """Destination that the options and the case name together, as of `destination_beside`.
+
+    An untrusted case that names a folder outside of its own is a CaseError.
+    """
+    # Relative to the case file; with a case of the standard input, or without a name, the present folder.
+    directory = case.output.directory
+    folder = Path() if directory is None else Path(source).parent / directory
+    if case.root is not None and directory is not None and options.output is None:
+        _require_below(folder, case.root)
+    inputs = [path for path in (None if source == "-" else source, solution) if path is not None]
+    return destination_beside(inputs, case.output, folder, str(case.name), options)
+
+
+def destination_beside(
+    inputs: Iterable[str | Path], keys: Output, folder: Path, name: str, options: OutputOptions
+) -> Destination:
+    """Destination that the options name over the keys of a case, with a folder and a name for what they leave open.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending. CaseError if the format or the solver is unknown, or the format is not that of the file's ending
-    or has no form for the order of the triangles; FileError if a file would be written twice, or that of the case or
-    of its solution be overwritten. An untrusted case that names a folder outside of its own is a CaseError.
+    or has no form for the order of the triangles; FileError if a file would be written twice, or one of the inputs be
+    overwritten.
     """
     asked, output = options.formats, options.output
-    formats = _distinct(asked or case.output.formats)
-    # Relative to the case file; with a case of the standard input, or without a name, the present folder.
-    folder = Path() if case.output.directory is None else Path(source).parent / case.output.directory
-    name = str(case.name)
+    formats = _distinct(asked or keys.formats)
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
     if output is not None:
         folder = Path(output)
         if _is_file(output):
-            formats = (_format_of(folder, asked, case.output.formats),)
+            formats = (_format_of(folder, asked, keys.formats),)
             options.require_only(formats[0])
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
-    elif case.root is not None and case.output.directory is not None:
-        _require_below(folder, case.root)
-    require_order(formats, case.output.order)
-    page = case.output.report if options.page is None else options.page
-    place = Destination(folder, name, formats, options.history, page)
-    for path in (None if source == "-" else source, solution):
-        if path is not None and _would_overwrite(place, realpath(path)):
+    require_order(formats, keys.order)
+    page = keys.report if options.page is None else options.page
+    place = Destination(folder, name, formats, options.history, page, parts=keys.partition or 1)
+    for path in inputs:
+        if _would_overwrite(place, realpath(path)):
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
     return place
 
@@ -149,15 +178,24 @@ def _require_below(folder: Path, root: Path) -> None:
         )
 
 
-def stream_destination(case: Case, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
+def stream_destination(keys: Output, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
     """Destination of the option ``-o -``; CaseError as of `destination`, and if there are other files to write."""
-    first = _distinct(options.formats or case.output.formats)[0]
+    first = _distinct(options.formats or keys.formats)[0]
     options.require_only(first)
     for option, asked_for in (("--history", options.history), ("--report", options.page)):
         if asked_for:
             raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
-    require_order([first], case.output.order)
+    require_order([first], keys.order)
     return StreamDestination(stream, first)
+
+
+def _with_partition_told(report: Mapping[str, Any], mesh: Mesh, formats: Sequence[FormatName]) -> Mapping[str, Any]:
+    """The report of a mesh, with a warning of the formats that have no place for its partition, if it has one."""
+    lacking = [] if mesh.partition is None else without_partition(formats)
+    if not lacking:
+        return report
+    warned = f"there is no place for the partition in {', '.join(lacking)}: {PARTITIONED} have one"
+    return {**report, "warnings": [*report["warnings"], warned]}
 
 
 def _page(result: Result, report: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
-from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError
+from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError, at_key
 from bubblemesh.geometry.followed import deviation
 from bubblemesh.kernels.library import engine
 from bubblemesh.limits import enter, time_left, timed
@@ -58,7 +58,7 @@ class Result:
     Attributes
     ----------
     mesh : Mesh
-        Of the order that the case asks for.
+        Of the order that the case asks for, with its partition if it asks for one.
     fields : dict of str to (t,)
         ``quality`` and ``target_spacing`` of the triangles.
     report : Report
@@ -263,6 +263,9 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         straight = 0
         if task.order == 2:
             mesh, straight = mesh.second_order()
+    if task.partition is not None:
+        with timed(seconds, "partition"), at_key("output", "partition"):
+            mesh = mesh.partitioned(task.partition)
     seconds["total"] = sum(seconds.values())
     if target is not None:
         total = perf_counter() - begun
@@ -296,12 +299,14 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
             *([] if best.refined is None else warnings.sharper_corners(best.refined, task.least_angle)),
+            *([] if mesh.partition is None else warnings.divided_by_geometry(mesh.partition)),
         ),
         repairs=repair_rows(domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
         adaptation=adaptation,
         parts=best.parts,
+        partition=None if mesh.partition is None else mesh.partition.figures(),
     )
     return Result(mesh, fields, report, best.speeds, _verdict(best, figures))
 

@@ -151,8 +151,8 @@ class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
-    (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``) has no
-    key.
+    (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``,
+    ``partition``) has no key.
     """
 
     case: str
@@ -186,6 +186,7 @@ class Report(Mapping[str, Any]):
     refinement: RefinementRow | None = None
     adaptation: Mapping[str, Any] | None = None
     parts: PartsRow | None = None
+    partition: Mapping[str, Any] | None = None
 
     @cached_property
     def data(self) -> dict[str, Any]:
@@ -203,7 +204,7 @@ class Report(Mapping[str, Any]):
         return len(self.data)
 
 
-OPTIONAL = ("rules", "periodic", "deviation", "repairs", "budget", "refinement", "adaptation", "parts")
+OPTIONAL = ("rules", "periodic", "deviation", "repairs", "budget", "refinement", "adaptation", "parts", "partition")
 
 
 def _plain(value: Any) -> Any:

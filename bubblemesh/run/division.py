@@ -1,0 +1,44 @@
+"""The mesh of a file divided among the processes of a parallel solver, and what there is to tell of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bubblemesh import __version__
+from bubblemesh.errors import located
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.partition import Partition
+from bubblemesh.meshes.quality import Measures, mesh_figures
+from bubblemesh.meshfiles.formats import FORMATS, formats_by_ending
+from bubblemesh.meshfiles.groups import Fields
+from bubblemesh.meshfiles.whole import whole_mesh
+from bubblemesh.problem.warnings import divided_by_geometry
+
+
+@dataclass(frozen=True)
+class DividedFile:
+    """A mesh with its partition, the quality of its triangles, figures for a report, and the stem of its file."""
+
+    mesh: Mesh
+    fields: Fields
+    report: Mapping[str, Any]
+    name: str
+
+
+def divided_file(path: Path, parts: int) -> DividedFile:
+    """Divide the mesh of a file; CaseError if it has fewer triangles than parts, else errors as of `whole_mesh`."""
+    mesh, notes = whole_mesh(path)
+    with located(str(path)):
+        partition = Partition.of(mesh.points, mesh.triangles, parts)
+        mesh = replace(mesh, partition=partition)
+    measures = Measures(mesh.points, mesh.triangles)
+    report = {
+        "case": path.name,
+        "version": __version__,
+        **mesh_figures(measures, None),
+        "partition": partition.figures(),
+        "warnings": [*(f"{path}: {note}" for note in notes), *divided_by_geometry(partition)],
+    }
+    end = next((FORMATS[form].files[0] for form in formats_by_ending(path.name)), path.suffix)
+    return DividedFile(mesh, {"quality": measures.radius_ratios}, report, path.name.removesuffix(end))
