@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bubblemesh.meshfiles.groups import Fields
 
 BOTH = (1, 2)
-PIECE = "_{}.vtu"
+PIECE, MOST_PIECES = "_{}.vtu", 10_000
 XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 
 
@@ -38,8 +38,15 @@ class Format:
     solvers: tuple[str, ...] = ()  # that are to get it; why is told in docs/solvers.md
 
     def ends(self, parts: int) -> tuple[str, ...]:
-        """Ends of the names of all files of a mesh in so many parts: 1 without a partition."""
-        return self.files if self.piece is None else (*self.files, *map(self.piece.format, range(parts)))
+        """Ends of the names of all files of a mesh in so many parts: 1 without a partition.
+
+        CaseError if a file for each part makes too many of them.
+        """
+        if self.piece is None:
+            return self.files
+        if parts > MOST_PIECES:
+            raise CaseError(f"{self.files[0]} has a file for each part, {MOST_PIECES:,} at most: ask for fewer parts")
+        return (*self.files, *map(self.piece.format, range(parts)))
 
     def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
         """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""

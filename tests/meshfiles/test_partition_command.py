@@ -68,7 +68,8 @@ def test_pieces_are_among_the_files_and_may_not_overwrite_the_case(here):
 
 
 @pytest.mark.parametrize(
-    ("value", "message"), [("0", "must be greater than 0 (found 0)"), ("x", "must be a whole number (found the text 'x')")]
+    ("value", "message"),
+    [("0", "must be greater than 0 (found 0)"), ("x", "must be a whole number (found the text 'x')")],
 )
 def test_a_wrong_number_of_parts_has_its_place(here, value, message):
     said = refused(here, CASE.replace("3}", f"{value}}}"), 2)
@@ -81,6 +82,11 @@ def test_more_parts_than_triangles_are_refused_with_the_place(here):
     assert said.startswith("error: case.yaml: output.partition: a mesh of ")
     assert said.endswith(" parts, not 100000\n")
     assert not (here / "out").exists()
+
+
+def test_so_many_files_are_refused_before_the_work(here):
+    code, _, said = command("run", "case.yaml", "--partition", "1000000000", "--format", "pvtu")
+    assert (code, said) == (2, "error: .pvtu has a file for each part, 10,000 at most: ask for fewer parts\n")
 
 
 def test_formats_without_a_place_are_told(here):

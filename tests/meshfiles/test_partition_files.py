@@ -322,3 +322,35 @@ def test_format_4_and_2_have_the_same_matching_nodes(tmp_path):
         ((_, entities, _, nodes),) = meshio.read(path, file_format="gmsh").gmsh_periodic
         found.append((tuple(map(int, entities)), sorted(map(tuple, np.asarray(nodes).tolist()))))
     assert all(a == b for a, b in pairwise(found))
+
+
+# Other readers
+
+
+@pytest.mark.solver
+def test_processes_of_vtk_read_their_pieces_and_know_ghosts(tmp_path):
+    vtk = pytest.importorskip("vtk")
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    mesh = made()
+    path = written(mesh, tmp_path, "pvtu")
+    for part in range(PARTS):
+        reader = vtk.vtkXMLPUnstructuredGridReader()
+        reader.SetFileName(str(path))
+        reader.UpdateInformation()
+        reader.UpdatePiece(part, PARTS, 1)
+        grid = reader.GetOutput()
+        ghost = vtk_to_numpy(grid.GetCellGhostArray())
+        numbers = vtk_to_numpy(grid.GetCellData().GetArray("GlobalElementId"))
+        assert sorted(numbers[ghost == 0]) == np.flatnonzero(mesh.partition.owner == part).tolist()
+        assert set(mesh.partition.halo(part)) <= set(numbers)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("form", ["msh", "msh-ascii"])
+def test_mfem_has_the_elements_in_the_order_of_the_parts(form, tmp_path):
+    mfem = pytest.importorskip("mfem.ser")
+    mesh = made()
+    read = mfem.Mesh(str(written(mesh, tmp_path, form)))
+    found = [sorted(read.GetElement(k).GetVerticesArray()) for k in range(read.GetNE())]
+    assert found == np.sort(mesh.triangles, axis=1).tolist()

@@ -89,6 +89,12 @@ def test_the_page_shows_every_solver_and_format():
         assert found == {name for name, form in FORMATS.items() if (2 in form.orders) == (order == "yes")}
 
 
+def test_parts_on_the_page(tmp_path):
+    prepare("Parallel solvers", tmp_path)
+    (code,) = blocks("Parallel solvers", "python")
+    run([sys.executable, "-c", f"{code}\nassert set(partitioning) == set(owner) == {{0, 1, 2, 3}}"], tmp_path)
+
+
 # scikit-fem
 
 

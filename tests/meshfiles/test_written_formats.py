@@ -38,6 +38,14 @@ def test_meshio_reads_msh(mesh, tmp_path, form):
     assert {name: tuple(group) for name, group in read.field_data.items()} == group_names(mesh)
 
 
+def test_binary_msh_is_what_meshio_writes(mesh, tmp_path):
+    right, left = (np.flatnonzero(mesh.facet_labels == label) for label in (1, 3))
+    mesh = dataclasses.replace(mesh, periodic=np.column_stack([left, right]))
+    mesh.to_meshio(columns=3).write(tmp_path / "meshio.msh", file_format="gmsh22", binary=True)
+    mesh.write(tmp_path / "own.msh")
+    assert (tmp_path / "own.msh").read_bytes() == (tmp_path / "meshio.msh").read_bytes()
+
+
 @pytest.mark.parametrize("form", ["msh", "msh-ascii"])
 def test_scikit_fem_reads_msh(mesh, tmp_path, form):
     read = skfem.MeshTri.load(written(mesh, tmp_path, form))

@@ -442,9 +442,9 @@ def test_labels_regions_and_data_of_all_formats_are_found(name, mesh, data, tmp_
         named = name.startswith(("msh", "xdmf", "inp", "med", "ngsolve", "dealii"))
         bare = dict(zip(mesh.regions if named else ("region 6", "region 7"), wanted, strict=True))
         assert region_counts(read_mesh(path).mesh) == bare
-    if name in {"vtu", "vtk", "xdmf", "dat"}:
+    if name in {"vtu", "vtk", "pvtu", "xdmf", "dat"}:
         assert np.allclose(read.cell_data["target_spacing"], fields["target_spacing"], rtol=1e-15)
-    if name in {"vtu", "vtk", "xdmf", "dat", "skfem", "sfepy"}:
+    if name in {"vtu", "vtk", "pvtu", "xdmf", "dat", "skfem", "sfepy"}:
         assert read.mesh.labels == ()
     elif not name.startswith("inp"):
         counts = np.bincount(mesh.facet_labels).tolist()

@@ -55,7 +55,8 @@ def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
     """
     with path.open("wb") as file:
         file.write(b"$MeshFormat\n2.2 1 8\n%b\n$EndMeshFormat\n" % np.int32(1).tobytes())
-        file.write("".join(names_text(list(group_names(mesh).items()))).encode())
+        groups = sorted(group_names(mesh).items(), key=lambda item: item[1].dimension)  # as meshio writes them
+        file.write("".join(names_text(groups)).encode())
         file.write(b"$Nodes\n%d\n" % len(mesh.points))
         nodes = np.zeros(len(mesh.points), [("number", "i4"), ("place", "f8", 3)])
         nodes["number"], nodes["place"][:, :2] = numbered(len(mesh.points)), mesh.points
