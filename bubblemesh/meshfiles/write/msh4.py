@@ -191,8 +191,9 @@ def _elements_text(layers: Sequence[Layer]) -> Iterator[str]:
     before = 0
     for layer in layers:
         width, numbers = layer.cells.shape[1], before + numbered(len(layer.cells))
-        for k, entity in enumerate(layer.entities):
-            mine = np.flatnonzero(layer.index == k)
+        counts = np.bincount(layer.index, minlength=len(layer.entities))
+        blocks = np.split(np.argsort(layer.index, kind="stable"), np.cumsum(counts)[:-1])
+        for entity, mine in zip(layer.entities, blocks, strict=False):  # of no entities there is a block all the same
             yield f"{entity.dimension} {entity.tag} {KINDS[str(layer.kind)]} {len(mine)}\n"
             yield from lines("%d" + " %d" * width, numbers[mine], layer.cells[mine] + 1)
         before += len(layer.cells)

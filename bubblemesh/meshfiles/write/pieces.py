@@ -7,7 +7,9 @@ import meshio
 import numpy as np
 
 from bubblemesh.arrays import Integers
+from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshfiles.formats import PIECE
 from bubblemesh.meshfiles.groups import GLOBAL_CELL, GLOBAL_NODE, Fields
 from bubblemesh.meshfiles.write.viewers import vtk_grid, write_compressed
@@ -22,31 +24,28 @@ def write_pvtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     A piece has the triangles of its part, then those of its halo, and their nodes; numbers of both in the whole mesh
     are ``GlobalNodeId`` and ``GlobalElementId``.
     """
-    grid, partition = vtk_grid(mesh, fields), mesh.partition
+    grid, whole = vtk_grid(mesh, fields), np.zeros(len(mesh.triangles), np.int64)
+    partition = mesh.partition or Partition(mesh.triangles, whole, 1, GEOMETRY)
     grid.point_data[GLOBAL_NODE] = np.arange(len(mesh.points))
     grid.cell_data[GLOBAL_CELL] = [np.arange(len(mesh.triangles))]
-    names = []
-    for part in range(1 if partition is None else partition.count):
-        mine, halo = np.arange(len(mesh.triangles)), np.zeros(0, np.int64)
-        if partition is not None:
-            mine, halo = np.flatnonzero(partition.owner == part), partition.halo(part)
-        piece = _piece(grid, mine, halo)
-        if partition is not None:
-            piece.point_data[GHOSTS] = (piece.point_data["owner"] != part).astype(np.uint8)
-        names.append(path.stem + PIECE.format(part))
-        write_compressed(piece, path.with_name(names[-1]))
+    grid.cell_data[GHOSTS] = [whole.astype(np.uint8)]
+    names = [path.stem + PIECE.format(part) for part in range(partition.count)]
+    own = np.split(np.argsort(partition.owner, kind="stable"), np.cumsum(partition.sizes)[:-1])
+    for part, (name, cells) in enumerate(zip(names, own, strict=True)):
+        piece = _piece(grid, cells, partition, part)
+        write_compressed(piece, path.with_name(name))
     path.write_bytes(_list_of(names, piece))
 
 
-def _piece(grid: meshio.Mesh, mine: Integers, halo: Integers) -> meshio.Mesh:
-    """The cells ``mine`` (m,) and ``halo`` (h,) of a grid, with a mark on the latter."""
-    cells = np.concatenate([mine, halo])
+def _piece(grid: meshio.Mesh, own: Integers, partition: Partition, part: int) -> meshio.Mesh:
+    """The cells ``own`` (m,) of a part of a grid and those of its halo, with a mark on what is another part's."""
+    cells = np.concatenate([own, partition.halo(part)])
     nodes, corners = np.unique(grid.cells[0].data[cells], return_inverse=True)
-    data = {name: [values[0][cells]] for name, values in grid.cell_data.items()}
-    data[GHOSTS] = [np.repeat([0, 1], [len(mine), len(halo)]).astype(np.uint8)]
-    nodal = {name: values[nodes] for name, values in grid.point_data.items()} | {GHOSTS: np.zeros(len(nodes), np.uint8)}
-    block = (grid.cells[0].type, corners.reshape(len(cells), -1))
-    return meshio.Mesh(grid.points[nodes], [block], nodal, data)
+    data = {name: [values[cells]] for name, (values,) in grid.cell_data.items()}
+    data[GHOSTS][0][len(own) :] = 1
+    nodal = {name: values[nodes] for name, values in grid.point_data.items()}
+    nodal[GHOSTS] = (partition.node_owner[nodes] != part).astype(np.uint8)
+    return meshio.Mesh(grid.points[nodes], [(grid.cells[0].type, corners.reshape(len(cells), -1))], nodal, data)
 
 
 def _list_of(names: list[str], piece: meshio.Mesh) -> bytes:
