@@ -14,7 +14,7 @@ from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
 
-SAMPLES = 2e5  # leaves, about, whose work is divided
+SAMPLES = 5e4  # leaves, about, whose work is divided
 COARSEST = 1.0  # spacings: the least side of a leaf
 DIRECTIONS = 12
 SHIFTS = np.linspace(-0.06, 0.06, 7)  # of the work: how far a cut may be from an even division
