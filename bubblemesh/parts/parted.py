@@ -9,11 +9,11 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.net import Net
+from bubblemesh.packing.net import Net, reconnect
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import Division, Places, divided
 from bubblemesh.parts.patches import Patch, joined, patch
-from bubblemesh.parts.seams import put_back, strips
+from bubblemesh.parts.seams import near, put_back, strips
 from bubblemesh.parts.work import Crew, Deadline, Packed, Record, packed, packed_from
 from bubblemesh.spacing.spacing import Spacing
 
@@ -110,11 +110,13 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
     domains, places = zip(*map(division.part, range(cuts.cells)), strict=True)
     done = together.parts(domains, (cuts.work / cuts.work.sum()).tolist(), expected_nodes)
     net, along, ends = joined(division, list(_patches(division, places, done)), together.spacing)
-    between = net.within(along, SEAM) & ~net.within(ends, JUNCTION)
+    between = near(net, along, SEAM) & ~near(net, ends, JUNCTION)
     in_seams = int(between.sum())
     net, number = together.seams(net, between)
-    around = net.within(number[ends], JUNCTION)
+    around = near(net, number[ends], JUNCTION)
     net, _ = together.seams(net, around)
+    # Where rims of strips were, edges are flipped until they are Delaunay.
+    net = reconnect(net, net.bubbles, net.triangles)
     return Parted(net, len(along), in_seams + int(around.sum()))
 
 

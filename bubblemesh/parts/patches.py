@@ -1,13 +1,14 @@
 """Patches: packed parts, whose nodes have numbers that neighbours share along the cuts; joined, they are one net."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, reconnect, unconnected
+from bubblemesh.packing.net import Net, unconnected
 from bubblemesh.parts.division import Division, Places
 from bubblemesh.parts.ends import merged
 from bubblemesh.parts.work import Packed
@@ -44,7 +45,7 @@ def patch(division: Division, places: Places, part: Packed, first: int) -> Patch
 
 
 class Joined(NamedTuple):
-    """One net of all parts in the whole domain."""
+    """One net of all parts in the whole domain, which is not Delaunay along the cuts yet, and has no list of edges."""
 
     net: Net
     along: Integers  # (k,): bubbles on cuts
@@ -52,7 +53,7 @@ class Joined(NamedTuple):
 
 
 def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Joined:
-    """Join packed parts, whose triangles become Delaunay across the cuts."""
+    """Join packed parts: what they have in common is there once."""
     whole, boundary = division.whole, division.boundary
     shared = len(boundary.corners) + len(division.held.s)
     node, row = np.unique(np.concatenate([patch.node for patch in patches]), return_index=True)
@@ -81,5 +82,5 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     if not stay.all():
         bubbles = bubbles.select(np.flatnonzero(stay))
         net = unconnected(bubbles, whole)
-    net = reconnect(net, bubbles, rank[triangles])
+    net = replace(net, triangles=rank[triangles])
     return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends])

@@ -11,7 +11,7 @@ from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
 from bubblemesh.geometry.faces import face
 from bubblemesh.meshes.edges import directed_sides, edge_keys, one_sided
-from bubblemesh.packing.net import Net, reconnect
+from bubblemesh.packing.net import Net
 from bubblemesh.parts.work import Packed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -27,6 +27,15 @@ class Strip:
     x: Floats  # (k, 2): places of the bubbles inside
 
 
+def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
+    """Bubbles (n,) at most so many triangles away from the given ones."""
+    marked = np.zeros(len(net.bubbles), bool)
+    marked[bubbles] = True
+    for _ in range(rings):
+        marked[net.triangles[marked[net.triangles].any(axis=1)]] = True
+    return marked
+
+
 def strips(net: Net, free: Booleans) -> Iterator[Strip]:
     """Strips, apart from each other, in which the bubbles that are ``free`` (n,) may move."""
     from scipy.sparse import coo_array
@@ -34,7 +43,8 @@ def strips(net: Net, free: Booleans) -> Iterator[Strip]:
 
     n = len(net.bubbles)
     free = free & (np.arange(n) >= net.bubbles.boundary_count)
-    pairs = net.edges[free[net.edges].all(axis=1)]
+    sides = directed_sides(net.triangles[free[net.triangles].any(axis=1)])
+    pairs = sides[free[sides].all(axis=1)]
     _, group = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
     # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
     of_triangle = np.where(free, group, -1)[net.triangles].max(axis=1)
@@ -82,7 +92,10 @@ def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:
 
 
 def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -> tuple[Net, Integers]:
-    """The net with strips as they were packed again, and the new numbers (n,) of its bubbles, -1 for those within."""
+    """The net with strips as they were packed again, and the new numbers (n,) of its bubbles, -1 for those within.
+
+    Like the net given, it has no list of edges.
+    """
     n, gone, replaced = len(net.bubbles), np.zeros(len(net.bubbles), bool), np.zeros(len(net.triangles), bool)
     for strip, _ in done:
         gone[strip.inside] = replaced[strip.triangles] = True
@@ -96,5 +109,4 @@ def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -
         count += len(inside)
     x = np.vstack([np.zeros((0, 2)), *places])
     grown = rest.append(x, spacing.extended(x))
-    kept = replace(net, facets=number[net.facets], legal=None)
-    return reconnect(kept, grown, np.concatenate(triangles)), number
+    return replace(net, bubbles=grown, facets=number[net.facets], triangles=np.concatenate(triangles)), number
