@@ -38,6 +38,7 @@ class GeometryError(BubblemeshError):
     """The rings do not bound a domain."""
 
     exit_code = 3
+    mendable = True  # whether a repair of the rings may help
 
 
 class RequirementError(BubblemeshError):

@@ -35,7 +35,8 @@ def case_domain(case: Case) -> Domain:
         try:
             return _domain(case.domain)
         except GeometryError as error:
-            error.args = (f"{error}{_advice(case.domain, error.about)}",)
+            if error.mendable:
+                error.args = (f"{error}{_advice(case.domain, error.about)}",)
             raise
 
 

@@ -8,6 +8,7 @@ import shapely
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.nesting import Shapes, nested, shapes_of
 from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.repair import Repair
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import MOST_NAMES, place
 from bubblemesh.readers.selection import Part
@@ -65,10 +66,19 @@ def chosen_areas(areas: Sequence[Area], part: Part | None) -> list[Area]:
     first, all_ = _beside(shapes[order[:1]]), _beside(shapes)
     if number is not None:
         raise CaseError(f"it has no part {number}: give a number from 0 to {len(areas) - 1}; {listed}")
-    raise GeometryError(
+    error = GeometryError(
         f"{len(areas)} separate areas are in it: choose by part: largest{first}, part: all{all_} for a mesh of "
         f"separate pieces, or part: N, or by feature or layer; {listed}"
     )
+    error.mendable = not _apart(shapes)
+    raise error
+
+
+def _apart(shapes: Shapes) -> bool:
+    """Whether a repair leaves shapes as they are: none is invalid, or as near to another as what it unites."""
+    x0, y0, x1, y1 = shapely.total_bounds(shapes)
+    i, j = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=Repair().gap_of(max(x1 - x0, y1 - y0)))
+    return bool(shapely.is_valid(shapes).all() and (i == j).all())
 
 
 def _beside(shapes: Shapes) -> str:

@@ -7,6 +7,7 @@ import pytest
 from bubblemesh.case import load_case, overrides_of
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.readers import point_lists
 from bubblemesh.run.pipeline import mesh_case
 
 BOW = "[[0, 0], [2, 2], [2, 0], [0, 2]]"
@@ -65,6 +66,36 @@ def test_a_file_is_mended_before_its_parts_are_chosen(tmp_path):
     found = domain(f"{{file: {tmp_path}/a.geojson, repair: true, scale: 10}}")
     assert found.polygon.area == 700
     assert [(change.what, change.area) for change in found.changes] == [("areas that overlap united", -100)]
+
+
+@pytest.fixture
+def two_squares(tmp_path):
+    """A file with a square and another part of its size, from some x on."""
+
+    def write(x):
+        path = tmp_path / "a.csv"
+        path.write_text(f"0 0\n1 0\n1 1\n0 1\n\n{x} 0\n2 0\n2 1\n{x} 1\n")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("x", [1, 1.00015])  # with a common side, and with a gap below 1e-4 of both
+def test_a_repair_that_makes_one_area_of_several_is_named(two_squares, x):
+    path = two_squares(x)
+    with pytest.raises(BubblemeshError, match=r"choose by part: .*; repair: true in domain mends it$"):
+        domain(f"{{file: {path}}}")
+    assert domain(f"{{file: {path}, repair: true}}").piece_count == 1
+
+
+def test_a_file_with_areas_apart_is_read_once_to_be_refused(two_squares, monkeypatch):
+    read, seen = point_lists.read_rings, []
+    monkeypatch.setattr(point_lists, "read_rings", lambda path: seen.append(path) or read(path))
+    path = two_squares(1.001)
+    with pytest.raises(BubblemeshError, match="choose by part: largest") as error:
+        domain(f"{{file: {path}}}")
+    assert "repair" not in str(error.value)
+    assert seen == [path]
 
 
 def test_lines_that_cross_and_do_not_close_are_mended(tmp_path):
