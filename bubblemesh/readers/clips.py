@@ -212,7 +212,7 @@ def _cut_line(curve: CompoundCurve, window: shapely.MultiPolygon, tally: _Tally)
         for start, part in _cut_piece(here, piece, window):
             whole &= part is piece
             if found and found[-1].end == start:
-                found[-1] = found[-1]._replace(pieces=(*found[-1].pieces, part))
+                found[-1] = replace(found[-1], pieces=(*found[-1].pieces, part))
             else:
                 found.append(CompoundCurve(start, (part,), curve.name))
         here = end_of(piece)

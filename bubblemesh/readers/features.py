@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cached_property, reduce
 from operator import add
 from typing import Any, NamedTuple
 
@@ -48,7 +48,8 @@ def foreign(problem: str, advice: str) -> Iterator[None]:
         raise CaseError(f"{problem}: {shown(error) or type(error).__name__}: {advice}") from error
 
 
-class CompoundCurve(NamedTuple):
+@dataclass(frozen=True)
+class CompoundCurve:
     """A curve from ``start`` along ``pieces``, closed or a part of a ring; ``name`` is what messages call it."""
 
     start: Point
@@ -58,6 +59,14 @@ class CompoundCurve(NamedTuple):
     @property
     def end(self) -> Point:
         return end_of(self.pieces[-1])
+
+    @cached_property
+    def ring(self) -> Ring:
+        """The ring along the curve, closed straight if it is open; made once, as its outline is.
+
+        GeometryError as of `rings.path`.
+        """
+        return replace(rings.path(self.start, self.pieces), origin=self.name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -226,6 +226,7 @@ def reversed_curve(curve: CompoundCurve) -> CompoundCurve:
 
 def _ring(curves: Sequence[CompoundCurve]) -> tuple[Ring | None, Slips]:
     """The ring along curves that follow each other, if it has an area; arcs of one circle become the whole circle."""
+    first, *others = curves
     pieces = [piece for curve in curves for piece in curve.pieces]
     names = list(dict.fromkeys(curve.name for curve in curves))
     origin = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
@@ -233,7 +234,9 @@ def _ring(curves: Sequence[CompoundCurve]) -> tuple[Ring | None, Slips]:
         circle = _whole_circle(pieces)
         if circle is not None:
             return replace(circle, origin=origin), Slips()
-        start, pieces, slips = clean_loop(curves[0].start, pieces)
+        start, pieces, slips = clean_loop(first.start, pieces)
+        if slips == Slips() and not others:
+            return first.ring, slips
         return (replace(rings.path(start, pieces), origin=origin) if pieces else None), slips
 
 

@@ -83,7 +83,7 @@ def _closed(features: list[Feature], painted: set[str]) -> tuple[list[Feature], 
 
     def closed(curve: CompoundCurve) -> CompoundCurve:
         joins = ends[spot(curve.start)] > 1 and ends[spot(curve.end)] > 1
-        loop = curve._replace(pieces=(*curve.pieces, LineTo(curve.start, curve.pieces[0].label)))
+        loop = replace(curve, pieces=(*curve.pieces, LineTo(curve.start, curve.pieces[0].label)))
         if curve.start == curve.end or joins or area_of(loop) <= FLAT:
             return curve
         gaps.append((float(np.hypot(*np.subtract(curve.start, curve.end))), curve.end))

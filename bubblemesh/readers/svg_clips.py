@@ -1,9 +1,9 @@
 """Clips of an SVG drawing: what the shapes of a clipPath enclose."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.winding import FillRule
 from bubblemesh.geometry.nesting import nested
@@ -38,7 +38,7 @@ def _areas(stencil: Stencil) -> list[Area]:
     if not loops:
         return []
     found = filled(loops, stencil.rule)
-    made = [*found.rings, *(rings.path(loop.start, loop.pieces) for loop in found.loops)]
+    made = [*found.rings, *(loop.ring for loop in found.loops)]
     areas = nested([Area(ring) for ring in made])
     for clip in stencil.clips:
         areas = overlaid("intersection", [areas, clip.areas]) if areas and clip.areas else []
@@ -47,4 +47,4 @@ def _areas(stencil: Stencil) -> list[Area]:
 
 def _closed(curve: CompoundCurve) -> CompoundCurve:
     """The curve, closed straight where it is open."""
-    return curve if curve.start == curve.end else curve._replace(pieces=(*curve.pieces, LineTo(curve.start)))
+    return curve if curve.start == curve.end else replace(curve, pieces=(*curve.pieces, LineTo(curve.start)))

@@ -31,7 +31,7 @@ Size = tuple[float, float]  # width and height of a drawing, that lengths in per
 
 def curves_of(element: Element, transform: str, size: Size, name: str, label: str | None) -> list[CompoundCurve]:
     """The curves of a shape's subpaths, in the units of the drawing; ``name`` is what messages call them."""
-    subpaths = [list(svgelements.Path(subpath)) for subpath in path_of(element, transform, size).as_subpaths()]
+    subpaths = [subpath.segments(transformed=False) for subpath in path_of(element, transform, size).as_subpaths()]
     bent = [segment for segments in subpaths for segment in segments if _is_bent(segment)]
     found = iter(_bent(bent, name))
     curves = []
@@ -54,7 +54,7 @@ def path_of(element: Element, transform: str, size: Size) -> Any:
     else:
         shape = SHAPES[element.tag](values)
     shape.render(ppi=PIXELS, width=size[0], height=size[1])
-    return abs(svgelements.Path(shape))
+    return svgelements.Path(shape).reify()
 
 
 def _bent(segments: Sequence[Any], name: str) -> Iterator[list[Piece]]:

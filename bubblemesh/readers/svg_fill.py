@@ -48,7 +48,7 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
     bounding = [loop for loop, points in zip(loops, copies, strict=True) if np.ptp(points, axis=0).any()]
     straight = ""
     try:
-        areas = enclosed(rule, [_ring(loop) for loop in bounding])
+        areas = enclosed(rule, [loop.ring for loop in bounding])
     except GeometryError as error:
         areas = _enclosed_by_chords(copies, rule, loops[0].pieces[0].label)
         straight = f" of straight lines, since {error}"
@@ -102,14 +102,10 @@ def _outlines(loops: Sequence[CompoundCurve]) -> list[Floats]:
     found, whole = [np.array([loop.start] * 3) for loop in loops], dict[int, Ring]()
     for k, loop in enumerate(loops):
         with suppress(GeometryError):
-            whole[k] = _ring(loop)
+            whole[k] = loop.ring
     for k, points in zip(whole, outlines(whole.values()), strict=True):
         found[k] = points
     return found
-
-
-def _ring(loop: CompoundCurve) -> Ring:
-    return rings.path(loop.start, loop.pieces)
 
 
 def _is_left(points: Floats) -> bool:

@@ -5,6 +5,7 @@ import pytest
 from geometry_files import SVG, area, domain, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry import polygonal_copy
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Bezier
 from bubblemesh.readers.formats import read_areas
@@ -39,6 +40,14 @@ class TestPictures:
         exact = 3 * t * (1 - t) ** 2 * [0, -20] + 3 * t**2 * (1 - t) * [20, -20] + t**3 * [20, 0]
         away = Domain.of(ring).nearest(exact).distance
         assert away.max() < 1e-12
+
+    def test_outlines_of_curves_are_made_once(self, written, monkeypatch):
+        made, outlines_of = [], polygonal_copy.outlines_of
+        monkeypatch.setattr(polygonal_copy, "outlines_of", lambda rings: made.extend(rings) or outlines_of(rings))
+        drops = " ".join(f"M{x} 0 C {x} 2 {x + 2} 2 {x + 2} 0 Z" for x in range(0, 30, 3))
+        path = written("a.svg", SVG.format(f'<path d="{drops}"/>'))
+        assert len(read_areas(path, Selection(part="all"))) == 10
+        assert len(made) == 10
 
     def test_bezier_curves_stay_what_they_are(self, written):
         d = "M0 0 Q 3 6 6 0 T 12 0 C 12 9 6 9 6 6 S 0 9 0 0 Z"
