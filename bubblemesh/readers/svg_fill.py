@@ -40,7 +40,7 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
     copies = _outlines(loops)
     shapes = np.array([shapely.Polygon(points) for points in copies], dtype=object)
     if not _cross(shapes):
-        kept = _bounding(shapes, [_is_left(points) for points in copies], rule)
+        kept = _bounding(shapes, rule)
         dropped = len(loops) - int(kept.sum())
         what = f"{counted(dropped, 'subpath')} within what is filled left out, by fill-rule nonzero"
         return Filled([loop for loop, keep in zip(loops, kept, strict=True) if keep], [], (what,) if dropped else ())
@@ -108,11 +108,6 @@ def _outlines(loops: Sequence[CompoundCurve]) -> list[Floats]:
     return found
 
 
-def _is_left(points: Floats) -> bool:
-    x, y = (points - points[0]).T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) > 0
-
-
 def _cross(shapes: "NDArray[np.object_]") -> bool:
     """Whether loops cross themselves or each other, or are the same."""
     if not shapely.is_valid(shapes).all():
@@ -122,11 +117,11 @@ def _cross(shapes: "NDArray[np.object_]") -> bool:
     return bool((shapely.overlaps(shapes[i], shapes[j]) | shapely.equals(shapes[i], shapes[j])).any())
 
 
-def _bounding(shapes: "NDArray[np.object_]", left: list[bool], rule: FillRule) -> Booleans:
+def _bounding(shapes: "NDArray[np.object_]", rule: FillRule) -> Booleans:
     """Mask (k,) of the loops on whose two sides it is filled on one alone."""
     if rule == "evenodd":
         return np.ones(len(shapes), bool)
-    turn = np.where(left, 1, -1)
+    turn = np.where(shapely.is_ccw(shapely.get_exterior_ring(shapes)), 1, -1)
     inner, around = enclosures(shapes, shapes)
     outside = np.bincount(inner, turn[around], minlength=len(shapes)).astype(np.int64)
     return np.asarray((outside != 0) != (outside + turn != 0))

@@ -35,22 +35,26 @@ def split_at_contacts(boundary: Boundary) -> Boundary:
     """
     if (boundary.ring == boundary.ring[0]).all():
         return boundary
-    points = PolygonalCopy.of(boundary).points
-    rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
-    tolerance = max(TOUCHING * float(np.ptp(points, axis=0).max()), rounding)
+    line = PolygonalCopy.of(boundary)
+    rounding = ROUNDINGS * float(np.spacing(np.abs(line.points).max()))
+    tolerance = max(TOUCHING * float(np.ptp(line.points, axis=0).max()), rounding)
     splits: Counter[frozenset[int]] = Counter()
-    while contacts := _contacts(boundary, tolerance, splits):
+    while contacts := _contacts(boundary, line, tolerance, splits):
         boundary = boundary.split(*(np.array(column) for column in zip(*(c[:3] for c in contacts), strict=True)))
+        line = PolygonalCopy.of(boundary)
         splits.update(contact.rings for contact in contacts)
     return boundary
 
 
-def _contacts(boundary: Boundary, tolerance: float, splits: Counter[frozenset[int]]) -> list[Contact]:
+def _contacts(
+    boundary: Boundary, line: PolygonalCopy, tolerance: float, splits: Counter[frozenset[int]]
+) -> list[Contact]:
     """Contacts that are not yet corners of their pieces, between rings that have not been split too often.
 
-    Only one of each two rings, and of several in one place: the next ones have to know that corner.
+    They are looked for along a ``line``, the copy of the boundary. Only one of each two rings, and of several in one
+    place: the next ones have to know that corner.
     """
-    line, found = PolygonalCopy.of(boundary), list[Contact]()
+    found = list[Contact]()
     for probe, chord in _candidates(boundary, line, tolerance):
         rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
         if splits[rings] >= MOST_SPLITS or any(rings == other.rings for other in found):
