@@ -188,7 +188,7 @@ class Faults:
 def test_whatever_fails_while_writing_old_files_stay_and_no_half_ones_are_left(here, monkeypatch, error, old):
     (here / "case.yaml").write_text(SMALL)
     result = mesh_case(load_case(here / "case.yaml"))
-    monkeypatch.setattr(pipeline, "mesh_case", lambda *args: result)
+    monkeypatch.setattr(pipeline, "mesh_case", lambda *args, **options: result)
     if old:
         assert command("run", "case.yaml", "-q", "-o", "out/")[0] == 0
     before = contents(here)

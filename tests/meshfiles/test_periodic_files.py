@@ -147,7 +147,7 @@ def test_node_arrays_have_the_pairs(tmp_path):
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, form):
     write_files(mesh_of(CELL), {}, {}, tmp_path, "cell", [form])
-    assert (tmp_path / "cell.labels.json").exists() == (form not in {"msh", "msh-ascii", "nodes.npz"})
+    assert (tmp_path / "cell.labels.json").exists() == (form not in {"msh", "msh-ascii", "msh4", "nodes.npz"})
     if (tmp_path / "cell.labels.json").exists():
         sidecar = json.loads((tmp_path / "cell.labels.json").read_text())
         found = {name: entry["periodic"] for name, entry in sidecar.items() if "periodic" in entry}
