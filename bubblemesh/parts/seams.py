@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, components
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
@@ -38,16 +38,13 @@ def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
 
 def strips(net: Net, free: Booleans) -> Iterator[Strip]:
     """Strips, apart from each other, in which the bubbles that are ``free`` (n,) may move."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     n = len(net.bubbles)
     free = free & (np.arange(n) >= net.bubbles.boundary_count)
     sides = directed_sides(net.triangles[free[net.triangles].any(axis=1)])
-    pairs = sides[free[sides].all(axis=1)]
-    _, group = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
+    rank, group = np.cumsum(free) - 1, np.full(n, -1)
+    group[free] = components(rank[sides[free[sides].all(axis=1)]], int(free.sum()))
     # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
-    of_triangle = np.where(free, group, -1)[net.triangles].max(axis=1)
+    of_triangle = group[net.triangles].max(axis=1)
     mine = np.flatnonzero(of_triangle >= 0)
     mine = mine[np.argsort(of_triangle[mine], kind="stable")]
     for triangles in np.split(mine, np.flatnonzero(np.diff(of_triangle[mine])) + 1):

@@ -35,7 +35,6 @@ from bubblemesh.run.report import (
     RefinementRow,
     Report,
     RoundRow,
-    StartRow,
     repair_rows,
     spacing_changes,
     triangle_fields,
@@ -114,7 +113,7 @@ class Packing:
     """A problem with the rounds that packed it, and the time that each stage took."""
 
     problem: Problem
-    start: StartRow
+    start: Figures
     rounds: tuple[RoundRow, ...]
     speeds: tuple[Floats, ...]
     last: Round
@@ -197,7 +196,7 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
         spacing = tabulated(domain, problem.packing_spacing)
         levels = method.levels(domain, spacing, problem.expected_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        first = StartRow.of(start, connect(start, domain).triangles)
+        first = Figures.of(start, connect(start, domain).triangles)
     rows, speeds = list[RoundRow](), list[Floats]()
     # Where other programs take the processor, what follows takes longer as well.
     shared = max((perf_counter() - begun) / max(thread_time() - worked, LEAST_WORK), 1.0)
@@ -240,7 +239,7 @@ def _in_parts(problem: Problem, parts: int, on_round: OnRound, on_share: OnShare
         evaluations=0,
         stop_reason=clock.reason if clock.over else "all parts and the seams between are packed",
     )
-    start = StartRow(*Figures.together([record.start for record in records[:parts]]))
+    start = Figures.together([record.start for record in records[:parts]])
     nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams)
     return Packing(problem, start, tuple(rows), speeds, last, clock, seconds, parts=row)

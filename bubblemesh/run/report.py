@@ -5,33 +5,15 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Deviation
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures, radius_ratios
-from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.refinement import Demands, Refined
 from bubblemesh.packing.rounds import Round
-from bubblemesh.parts.work import Record
+from bubblemesh.parts.work import Figures, Record
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
-
-
-@dataclass(frozen=True)
-class StartRow:
-    """Figures of the initial placement."""
-
-    nodes: int
-    boundary_nodes: int
-    triangles: int
-    quality_mean: float
-    quality_min: float
-
-    @classmethod
-    def of(cls, start: Bubbles, triangles: Integers) -> Self:
-        """Figures of bubbles that triangles (t, 3) connect."""
-        q = radius_ratios(start.x, triangles)
-        return cls(len(start), start.boundary_count, len(triangles), float(q.mean()), float(q.min()))
 
 
 @dataclass(frozen=True)
@@ -161,7 +143,7 @@ class Report(Mapping[str, Any]):
     engine: str  # that ran the kernels: compiled or numpy
     seed: int
     parameters: Mapping[str, Any]
-    initial: StartRow
+    initial: Figures  # of the initial placement
     rounds: tuple[RoundRow, ...]
     stop_reason: str | None
     finished: bool
