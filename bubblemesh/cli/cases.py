@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bubblemesh.cli.exits import heed
 from bubblemesh.cli.options import (
     CASE_OPTIONS,
     AsJson,
@@ -183,7 +184,7 @@ def batch(
     if dry_run:
         tell_previews(options.part_of(entries), as_json, quiet)
         return
-    with BatchProgress(quiet) as progress:
+    with BatchProgress(quiet, heed) as progress:
         totals = many.run_batch(entries, options, workers, progress)
     if as_json:
         write_json(totals)
@@ -263,7 +264,7 @@ def deliver(
     from bubblemesh.run.destination import Destination
 
     def delivered() -> "tuple[Result, dict[str, Any]]":
-        with PackingProgress(f"packing {case.name}", quiet) as progress, located(source, case.origin):
+        with PackingProgress(f"packing {case.name}", quiet, heed) as progress, located(source, case.origin):
             result = meshed(progress.show, progress.advance)
         return result, place.deliver(result)
 

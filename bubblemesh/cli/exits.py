@@ -52,6 +52,12 @@ def interrupt(number: int, frame: FrameType | None) -> None:
     raise Interrupted
 
 
+def heed() -> None:
+    """Leave after all where a library has dropped the exception of a signal, as Pydantic does between two types."""
+    if received:
+        raise Interrupted
+
+
 @contextmanager
 def reported() -> Iterator[None]:
     """Turn errors into a message and the exit code of their class; only an error of the program has a traceback."""

@@ -1,6 +1,6 @@
 """The terminal and what its displays share; all goes to the error stream, which leaves the output to data."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Self
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType
@@ -53,11 +53,13 @@ def new_table(**options: Any) -> Table:
 class Display:
     """A picture that is drawn anew while something runs inside of it; only on a terminal, and not if it is quiet.
 
-    The options are those of `rich.live.Live`, which asks for the first picture at once.
+    ``heed`` is called as the work goes on, and may end it by an exception. The options are those of `rich.live.Live`,
+    which asks for the first picture at once.
     """
 
-    def __init__(self, quiet: bool, **options: Any) -> None:
+    def __init__(self, quiet: bool, heed: Callable[[], None] = lambda: None, **options: Any) -> None:
         self.quiet = quiet
+        self.heed = heed
         self.ended = False
         live = Live(get_renderable=self.picture, console=terminal, **options)
         self.live = live if terminal.is_terminal and not quiet else None

@@ -1,7 +1,7 @@
 """A batch on the terminal: a bar for all and a line for each running case; plain lines elsewhere."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -23,7 +23,7 @@ KINDS = (*map(outcome, (DONE, RequirementError.exit_code, BubblemeshError.exit_c
 class BatchProgress(console.Display, Progress):
     """Shows how a batch goes on."""
 
-    def __init__(self, quiet: bool) -> None:
+    def __init__(self, quiet: bool, heed: Callable[[], None] = lambda: None) -> None:
         self.summary: Path | None = None
         self.names: dict[int, str] = {}
         self.running: dict[int, tuple[int, int, float]] = {}  # finished rounds, nodes, and when the case has begun
@@ -31,7 +31,7 @@ class BatchProgress(console.Display, Progress):
         self.counts: Counter[str] = Counter()
         self.bar = Bar("cases", *COLUMNS, console=console.terminal)
         self.task = self.bar.add_task("", total=None)
-        super().__init__(quiet, transient=True)
+        super().__init__(quiet, heed, transient=True)
 
     def __exit__(self, *error: object) -> None:
         super().__exit__(*error)
@@ -68,6 +68,7 @@ class BatchProgress(console.Display, Progress):
             console.terminal.print(Text(f"{self._count} {row.case}: {result}, {end}"))
         if not unchanged:
             console.warn([f"{row.case}: {warning}" for warning in row.warnings])
+        self.heed()
 
     @property
     def _count(self) -> str:

@@ -1,5 +1,6 @@
 """A packing on the terminal: a table that grows by a line for each round, and how far it is; plain lines elsewhere."""
 
+from collections.abc import Callable
 from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -34,13 +35,13 @@ TOLD_FROM = 0.02  # share of the packing before which its speed is not known
 class PackingProgress(console.Display):
     """Shows each round as it ends, what share of the packing is done, and about how long the rest takes."""
 
-    def __init__(self, title: str, quiet: bool) -> None:
+    def __init__(self, title: str, quiet: bool, heed: Callable[[], None] = lambda: None) -> None:
         self.rows: list[tuple[str, ...]] = []
         self.title = title
         self.told = monotonic()
         self.first = self.told, inf  # time and share when the packing began
         self.spinner = Spinner("dots", Text(title))
-        super().__init__(quiet, refresh_per_second=8)
+        super().__init__(quiet, heed, refresh_per_second=8)
 
     def show(self, row: "RoundRow") -> None:
         """Add a finished round."""
@@ -53,6 +54,7 @@ class PackingProgress(console.Display):
 
     def advance(self, share: float) -> None:
         """Tell what share of the packing is done, and about how long the rest takes."""
+        self.heed()
         now = monotonic()
         if share <= self.first[1]:  # it begins, or begins anew; what was before is no packing
             self.first = now, share

@@ -110,3 +110,36 @@ def test_an_interrupt_from_outside_while_bubbles_move(here, number):
     assert b"interrupted" in message
     assert b"Traceback" not in message
     assert contents(here) == before
+
+
+# As Pydantic does where a value may be of two types: whatever is raised while it tries the first one is dropped.
+DROPPED = """
+import os, signal, sys
+from bubblemesh.batch.plan import Entry
+from bubblemesh.run import pipeline
+
+def dropping(function):
+    def call(*arguments, **options):
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+        except BaseException:
+            pass
+        return function(*arguments, **options)
+    return call
+
+Entry.job = dropping(Entry.job)
+pipeline.prepare = dropping(pipeline.prepare)
+from bubblemesh.__main__ import main
+main()
+"""
+
+
+@pytest.mark.parametrize("command", ["run", "batch"])
+def test_an_interrupt_that_a_library_drops_is_heeded_soon_after(here, command):
+    before = contents(here)
+    arguments = [sys.executable, "-c", DROPPED, command, "case.yaml", "-q", "-o", "out"]
+    process = subprocess.run(arguments, cwd=here, capture_output=True, text=True, timeout=120, check=False)
+    assert process.returncode == 130, process.stderr
+    assert "error: interrupted" in process.stderr
+    if command == "run":
+        assert contents(here) == before
