@@ -1,12 +1,22 @@
 """Kinds of values that the models of a case file share."""
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from difflib import get_close_matches
 from pathlib import PurePath
 from typing import Annotated, Any, LiteralString, NamedTuple
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, ValidationInfo
-from pydantic_core import PydanticCustomError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    ValidationInfo,
+)
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.parameters import filled_in, is_number
@@ -26,6 +36,18 @@ class Strict(BaseModel):
 
     # Validators are built when one is needed: that of a case has those of all its parts in it.
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
+
+
+class Once:
+    """Mark at the end of a kind of values: Pydantic makes the schema of its checks once, for all keys that have it."""
+
+    def __init__(self) -> None:
+        self._schema: CoreSchema | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        if self._schema is None:
+            self._schema = handler(source)
+        return copy(self._schema)
 
 
 def described(value: object) -> str:
@@ -162,25 +184,28 @@ AS_GIVEN = PlainSerializer(lambda expression: expression.given, return_type=str)
 
 Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 # These may be expressions of the case's parameters, which are the context of the validation.
-Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str)]
+Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str), Once()]
 _Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_NUMBER)]
-Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str)]
+Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str), Once()]
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
 MOST_COPIES = 100_000
 _Copies = Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)]
-Copies = Annotated[_Copies, BeforeValidator(_whole), BeforeValidator(_evaluated, json_schema_input_type=_Copies | str)]
-Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]")]
+Copies = Annotated[
+    _Copies, BeforeValidator(_whole), BeforeValidator(_evaluated, json_schema_input_type=_Copies | str), Once()
+]
+Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]"), Once()]
 
 # A text may name parameters in braces. A case that no file gives has none: its texts are what they are.
-Text = Annotated[str, BeforeValidator(_with_parameters)]
+Text = Annotated[str, BeforeValidator(_with_parameters), Once()]
 Filled = Annotated[Any, BeforeValidator(_with_parameters)]  # any value, texts with their parameters
 Label = Annotated[
     Text,
     BeforeValidator(_label),
     Field(min_length=1, max_length=LONGEST_NAME),
     _refusing(lambda text: not is_writable(text), "must be printable and short, without double quotes and backslashes"),
+    Once(),
 ]
 OneLabel = Annotated[Label | None, Field(description="Name of this boundary in the mesh files.")]
 
@@ -194,6 +219,7 @@ InputFile = Annotated[
     Text,
     Field(min_length=1),
     _refusing(lambda text: not is_file_name(text), "must be the name of a file, not a folder"),
+    Once(),
 ]
 FileName = Annotated[
     Text,

@@ -19,7 +19,7 @@ from pydantic_core import PydanticCustomError
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.faults import problems
-from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Point, Positive, Strict, as_expression
+from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Once, Point, Positive, Strict, as_expression
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -75,7 +75,7 @@ NearTerm = Annotated[
 
 
 ExpressionText = Annotated[
-    Expression, PlainValidator(as_expression(Expression.parse), json_schema_input_type=str), AS_GIVEN
+    Expression, PlainValidator(as_expression(Expression.parse), json_schema_input_type=str), AS_GIVEN, Once()
 ]
 
 
@@ -100,6 +100,7 @@ SpacingValue = Annotated[
     Annotated[Positive, Tag("<number>")] | Annotated[ExpressionText, Tag("<text>")],
     Discriminator(_tag),
     _one_of(*PLAIN, wording="a number or an expression in x and y"),
+    Once(),
 ]
 
 
@@ -176,5 +177,5 @@ def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
 
 
 def as_terms(spacing: Value | SpacingTerms) -> SpacingTerms:
-    """The terms, of which a plain value is the only one."""
-    return spacing if isinstance(spacing, SpacingTerms) else SpacingTerms(value=spacing)
+    """The terms, of which a plain value, which has been checked, is the only one."""
+    return spacing if isinstance(spacing, SpacingTerms) else SpacingTerms.model_construct(value=spacing)
