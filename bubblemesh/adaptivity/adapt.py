@@ -21,7 +21,7 @@ from bubblemesh.errors import CaseError, Key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import timed
 from bubblemesh.meshes.edges import rim_nodes
-from bubblemesh.packing.placement.warm_start import PreviousNodes, warm_started
+from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
@@ -115,7 +115,7 @@ def _next_problem(
     present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_of_own_size(domain, at(None))
     if share >= FEWEST_KEPT:
-        task = replace(task, method=warm_started(task.method, present))
+        task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
     request = with_areas_below(
         SpacingRequest(at, rules, nodes, case.warnings), domain, case.largest, largest_areas(case, domain)

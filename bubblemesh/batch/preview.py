@@ -9,7 +9,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.errors import DONE, located
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.run.report import estimate
+from bubblemesh.run.estimate import estimate
 
 
 @dataclass(frozen=True)

@@ -298,7 +298,9 @@ def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
     Options in files are left out if an option of the command line names a method that does not use them, but another
     one does.
     """
-    # Imported here since the methods need SciPy, for which a wrong case should not wait.
+    if case.method == Case.model_fields["method"].default and not case.packing and not case.schedule:
+        return case, ()
+    # Imported here since a wrong case should not wait for the methods.
     from bubblemesh.packing.configure import OptionError, all_options, unused_keys
 
     warnings = []

@@ -285,14 +285,14 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     from bubblemesh import console
     from bubblemesh.console import report
     from bubblemesh.problem.prepare import prepare
-    from bubblemesh.run.report import estimate
+    from bubblemesh.run.estimate import estimate
 
     def estimated() -> dict[str, Any]:
         with located(source, case.origin):
             problem = prepare(case)
         if picture is not None:
             draw_preview(problem, picture)
-        return estimate(problem)
+        return estimate(problem, complete=as_json)
 
     figures = case.within_limits(estimated, f"{source}: ")
     if as_json:

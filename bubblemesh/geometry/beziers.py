@@ -15,7 +15,9 @@ from bubblemesh.geometry.curves import (
 )
 
 PANELS = 128  # of the arc length table of a curve
-GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
+# Gauss and Legendre's rule of 3 nodes on [-1, 1], as NumPy's `leggauss` gives it.
+GAUSS_NODES = np.array([-0.7745966692414834, 0.0, 0.7745966692414834])
+GAUSS_WEIGHTS = np.array([0.5555555555555557, 0.8888888888888888, 0.5555555555555557])
 SLOWEST = 0.1  # of a regular curve's greatest speed: the table resolves such a change of it
 
 

@@ -19,7 +19,11 @@ FEWEST_CHORDS = 8  # of an arc
 LEAST_CHORDS = 64  # of any other curve
 KNOT_PANELS = 64  # of the arc length table between two knots of a spline
 LARGEST_ASPECT = 256  # of an ellipse, to which its table resolves the ends
-GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
+# Gauss and Legendre's rule of 5 nodes on [-1, 1], as NumPy's `leggauss` gives it.
+GAUSS_NODES = np.array([-0.906179845938664, -0.5384693101056831, 0.0, 0.5384693101056831, 0.906179845938664])
+GAUSS_WEIGHTS = np.array(
+    [0.23692688505618928, 0.4786286704993663, 0.5688888888888887, 0.4786286704993663, 0.23692688505618928]
+)
 
 
 class Family(Protocol):

@@ -23,6 +23,7 @@ from bubblemesh.meshes.quality import angles, signed_areas
 from bubblemesh.meshes.triangulation import circumcircles, regions
 from bubblemesh.messages import node_limit
 from bubblemesh.packing.boundary_edges import split_cutting_edges
+from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.sharp_corners import SharpCorners
@@ -35,18 +36,6 @@ ROUNDING = 1e-9  # relative
 ALMOST = 0.99  # of the way to where the angle would be exactly as wanted
 AROUND = 3  # rings of nodes around new ones that are smoothed
 SMOOTHINGS, ATTEMPTS = 2, 6
-
-
-@dataclass(frozen=True)
-class Demands:
-    """Demands on triangles: a least angle, and largest areas."""
-
-    angle: float = 0.0  # degrees: the least one
-    areas: tuple[float, ...] = (np.inf,)  # the largest ones, for each region by its number, or one for all
-    max_nodes: int = 2_000_000
-
-    def __bool__(self) -> bool:
-        return self.angle > 0 or min(self.areas) < np.inf
 
 
 class Excused(NamedTuple):

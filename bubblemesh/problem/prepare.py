@@ -11,7 +11,6 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.limits import enter, timed
 from bubblemesh.messages import once_each
-from bubblemesh.packing.configure import options
 from bubblemesh.problem import warnings
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
@@ -137,15 +136,13 @@ def check_spacing(
 
 def task_of(case: Case, domain: Domain) -> Task:
     """Task of a case: its method, limits and requirements."""
-    method = case.configured_method
-    parameters = case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True) | options(method)
     return Task(
         name=str(case.name),
         method_name=case.method,
-        method=method,
+        configured=lambda: case.configured_method,
         max_nodes=case.limits.max_nodes,
         time_limit=case.limits.seconds,
-        parameters=parameters,
+        settings=case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True),
         order=case.output.order,
         parts=None if case.parts == "auto" else case.parts or 1,
         partition=case.output.partition,

@@ -1,6 +1,6 @@
 """A case made ready for packing: geometry and spacing checked, the method bound."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -8,26 +8,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.methods import Method
-from bubblemesh.packing.refinement import Demands
+from bubblemesh.packing.demands import Demands
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes
 
 if TYPE_CHECKING:
+    from bubblemesh.packing.methods import Method
+    from bubblemesh.packing.placement.warm_start import PreviousNodes
     from bubblemesh.problem.node_target import NodeTarget
 
 
 @dataclass(frozen=True)
 class Task:
-    """Method, limits and requirements of a mesh."""
+    """Method, limits and requirements of a mesh; methods are loaded when one is asked for, as no estimate does."""
 
     name: str  # of the case
     method_name: str
-    method: Method
+    configured: "Callable[[], Method]"  # gives the method that the case asks for
     max_nodes: int  # the most that the mesh may need
     time_limit: float | None  # seconds after which the packing ends as it is
-    parameters: dict[str, Any]  # defaults included, as reports tell them
+    settings: dict[str, Any]  # of the case beside those of the method, as reports tell them
     order: int = 1  # of the triangles, 1 or 2
     parts: int | None = 1  # that are packed side by side; as many as are worth it if None
     partition: int | None = None  # number of parts for a parallel solver
@@ -35,7 +36,24 @@ class Task:
     least_angle: float = 0.0  # degrees, for which nodes are added
     largest: float = np.inf  # area of a triangle
     largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
+    previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
     file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
+
+    @cached_property
+    def method(self) -> "Method":
+        """The method to pack by."""
+        if self.previous is None:
+            return self.configured()
+        from bubblemesh.packing.placement.warm_start import warm_started
+
+        return warm_started(self.configured(), self.previous)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All settings, with defaults and those of the method, as reports tell them."""
+        from bubblemesh.packing.configure import options
+
+        return self.settings | options(self.configured())
 
 
 @dataclass(frozen=True)
@@ -55,7 +73,7 @@ class Problem:
     node_target: "NodeTarget | None" = None  # if the spacing was scaled for a number of nodes
 
     @property
-    def method(self) -> Method:
+    def method(self) -> "Method":
         """The packing method."""
         return self.task.method
 

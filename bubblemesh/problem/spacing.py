@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -21,7 +22,6 @@ from bubblemesh.geometry.distance.distances import (
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.data_terms import data_functions, elsewhere
 from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
@@ -29,6 +29,9 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, costly, nothing
 from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
 from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
+
+if TYPE_CHECKING:
+    from bubblemesh.problem.data_terms import DataFunction
 
 UNLIMITED = (0.0, np.inf)
 USUAL = 0.75  # of the largest area: mean one of triangles few of which are larger
@@ -105,7 +108,7 @@ def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValue
     key, value = terms.basis
     path = ("spacing", key) if spacing is terms else ("spacing",)
     rest = Spacing(nothing) if value is None else _bound(value, domain, *path)
-    functions = data_functions(terms)
+    functions, astray = _data(terms, domain)
     found = (
         _by_region(rest, domain, own or {}),
         *_limits_within(terms.regions, domain),
@@ -113,8 +116,19 @@ def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValue
         *(Spacing(data, key=_Always(key)) for key, data in functions.items()),
     )
     spots = np.vstack([*_spots(terms, domain), *(data.spots for data in functions.values())])
-    astray = filter(None, (elsewhere(key, data, domain.bounds) for key, data in functions.items()))
-    return SpacingRequest(within_limits(terms, found, spots, terms.scale), rules_of(terms), terms.nodes, tuple(astray))
+    return SpacingRequest(within_limits(terms, found, spots, terms.scale), rules_of(terms), terms.nodes, astray)
+
+
+def _data(terms: SpacingTerms, domain: Domain) -> "tuple[Mapping[Key, DataFunction], tuple[str, ...]]":
+    """Functions of the data terms, by their keys, and warnings of those whose data lies outside of the domain."""
+    if not terms.data:
+        return {}, ()
+    # Imported here since few cases have data, and all that reads it takes long to load.
+    from bubblemesh.problem.data_terms import data_functions, elsewhere
+
+    functions = data_functions(terms)
+    astray = (elsewhere(key, data, domain.bounds) for key, data in functions.items())
+    return functions, tuple(filter(None, astray))
 
 
 def within_limits(

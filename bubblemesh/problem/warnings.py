@@ -1,20 +1,22 @@
 """Warnings of what a case asks for and cannot have, each with its place."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls
-from bubblemesh.meshes.partition import Partition
 from bubblemesh.messages import counted, place
-from bubblemesh.packing.refinement import Refined
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
+
+if TYPE_CHECKING:
+    from bubblemesh.meshes.partition import Partition
+    from bubblemesh.packing.refinement import Refined
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
@@ -183,14 +185,14 @@ def straight_facets(count: int) -> list[str]:
     return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
 
 
-def divided_by_geometry(partition: Partition) -> list[str]:
+def divided_by_geometry(partition: "Partition") -> list[str]:
     """A partition that METIS did not make, and why."""
     if partition.reason is None:
         return []
     return [f"the mesh is divided by geometry: {partition.reason}"]
 
 
-def sharper_corners(refined: Refined, angle: float) -> list[str]:
+def sharper_corners(refined: "Refined", angle: float) -> list[str]:
     """Corners in which triangles are sharper than the least angle that is asked for."""
     corners = sorted(refined.excused, key=lambda corner: corner.angle)
     if not corners:

@@ -17,9 +17,10 @@ from bubblemesh.limits import enter, time_left, timed
 from bubblemesh.meshes.conformity import area_error, require_conforming
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import Measures, mesh_figures
+from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.refinement import Demands, Refined, Refinement
+from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record, alone
@@ -29,14 +30,13 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.assembly import mesh_of
+from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.report import (
     NodeTargetRow,
     PartsRow,
     RefinementRow,
     Report,
     RoundRow,
-    repair_rows,
-    spacing_changes,
     triangle_fields,
 )
 from bubblemesh.spacing.grid.table import tabulated

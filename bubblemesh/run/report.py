@@ -3,16 +3,16 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Deviation
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures, radius_ratios
-from bubblemesh.packing.refinement import Demands, Refined
+from bubblemesh.packing.demands import Demands
+from bubblemesh.packing.refinement import Refined
 from bubblemesh.packing.rounds import Round
 from bubblemesh.parts.work import Figures, Record
-from bubblemesh.problem.problem import Problem
+from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.spacing.spacing import Spacing
 
 
@@ -80,34 +80,12 @@ class PartsRow:
 
 
 @dataclass(frozen=True)
-class SpacingChange:
-    """Share of the area on which rules made a spacing finer, the largest ratio by which they did, and where that is."""
-
-    share: float
-    ratio: float
-    ratio_at: tuple[float, float] | None
-
-
-@dataclass(frozen=True)
 class NodeTargetRow:
     """A number of ``nodes`` that was asked for, the ``scale`` of the spacing, and scale and nodes of each attempt."""
 
     nodes: int
     scale: float
     attempts: tuple[Mapping[str, Any], ...]
-
-
-class RepairRow(NamedTuple):
-    """A change of the rings that the case asks for: what it was, where, by how much it made the area larger."""
-
-    what: str
-    at: tuple[float, float]
-    area: float
-
-
-def repair_rows(domain: Domain) -> tuple[RepairRow, ...] | None:
-    """Changes of the rings of a domain; None if there are none."""
-    return tuple(RepairRow(change.what, change.at, change.area) for change in domain.changes) or None
 
 
 @dataclass(frozen=True)
@@ -202,33 +180,4 @@ def triangle_fields(measures: Measures, wanted: Spacing) -> dict[str, Floats]:
     return {
         "quality": measures.radius_ratios,
         TARGET_SPACING: wanted.between(measures.points[measures.triangles]),
-    }
-
-
-def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
-    """Changes of the wanted spacing by its rules and by its periodic sides, as far as there are any."""
-    changes = problem.changes.items()
-    return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
-
-
-def estimate(problem: Problem) -> dict[str, Any]:
-    """Figures of what a case asks for, before any packing, as plain data."""
-    domain, survey, target = problem.domain, problem.survey, problem.node_target
-    return {
-        "case": problem.task.name,
-        "method": problem.task.method_name,
-        "parameters": problem.task.parameters,
-        "bounds": domain.bounds,
-        "area": domain.polygon.area,
-        "pieces": domain.piece_count,
-        "holes": domain.hole_count,
-        "labels": domain.labels,
-        **({} if (repairs := repair_rows(domain)) is None else {"repairs": [row._asdict() for row in repairs]}),
-        "spacing": survey.extremes._asdict(),
-        **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
-        **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
-        **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
-        "ideal_nodes": survey.ideal_nodes,
-        "expected_nodes": problem.expected_nodes,
-        "warnings": problem.warnings,
     }

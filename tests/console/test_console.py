@@ -17,7 +17,8 @@ from bubblemesh.console.batch import BatchProgress
 from bubblemesh.console.report import show_estimate, show_quality
 from bubblemesh.console.run import PackingProgress
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.run.report import RoundRow, estimate
+from bubblemesh.run.estimate import estimate
+from bubblemesh.run.report import RoundRow
 
 ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
 

@@ -13,7 +13,8 @@ from invariants import check_area, check_mesh
 import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
-from bubblemesh.packing.refinement import Demands, Refinement
+from bubblemesh.packing.demands import Demands
+from bubblemesh.packing.refinement import Refinement
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 

@@ -16,7 +16,7 @@ from bubblemesh.case import load_case
 from bubblemesh.pictures.spacing_plots import draw_spacing, spacing_figure
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.assembly import previewed
-from bubblemesh.run.report import estimate
+from bubblemesh.run.estimate import estimate
 
 WIDE = """
 name: wide

@@ -11,7 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.python.spacing import spacing_of
 from bubblemesh.problem.spacing import case_spacing
-from bubblemesh.run.report import estimate
+from bubblemesh.run.estimate import estimate
 
 DOMAIN = """
 parameters: {h: 0.1}

@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.case.models import Limits
 from bubblemesh.errors import CaseError
-from bubblemesh.packing.configure import OptionError, configured, options
+from bubblemesh.packing.configure import OptionError, configured
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.python.numbers import is_real, is_whole
@@ -37,10 +37,10 @@ class Wishes:
         return Task(
             "mesh",
             self.method,
-            method,
+            lambda: method,
             int(self.max_nodes),
             None,
-            {"method": self.method, "limits": {"max_nodes": int(self.max_nodes)}} | options(method),
+            {"method": self.method, "limits": {"max_nodes": int(self.max_nodes)}},
             least_angle=float(self.angle_min),
             largest=np.inf if self.largest is None else float(self.largest),
         )

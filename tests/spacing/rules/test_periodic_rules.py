@@ -7,8 +7,8 @@ from partitions import MOONS
 
 from bubblemesh.case import load_case
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.estimate import estimate
 from bubblemesh.run.pipeline import mesh_case
-from bubblemesh.run.report import estimate
 from bubblemesh.spacing.rules import rules as sides
 from bubblemesh.spacing.rules.grading import LimitedSpacing, gradient_limited
 from bubblemesh.spacing.rules.rules import (

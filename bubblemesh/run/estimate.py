@@ -1,0 +1,58 @@
+"""What a case asks for, before any packing: figures that its estimate and the report of its run have."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class SpacingChange:
+    """Share of the area on which rules made a spacing finer, the largest ratio by which they did, and where that is."""
+
+    share: float
+    ratio: float
+    ratio_at: tuple[float, float] | None
+
+
+class RepairRow(NamedTuple):
+    """A change of the rings that the case asks for: what it was, where, by how much it made the area larger."""
+
+    what: str
+    at: tuple[float, float]
+    area: float
+
+
+def repair_rows(domain: Domain) -> tuple[RepairRow, ...] | None:
+    """Changes of the rings of a domain; None if there are none."""
+    return tuple(RepairRow(change.what, change.at, change.area) for change in domain.changes) or None
+
+
+def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
+    """Changes of the wanted spacing by its rules and by its periodic sides, as far as there are any."""
+    changes = problem.changes.items()
+    return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
+
+
+def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
+    """Figures of what a case asks for, before any packing, as plain data; unless ``complete``, without parameters."""
+    domain, survey, target = problem.domain, problem.survey, problem.node_target
+    return {
+        "case": problem.task.name,
+        "method": problem.task.method_name,
+        **({"parameters": problem.task.parameters} if complete else {}),
+        "bounds": domain.bounds,
+        "area": domain.polygon.area,
+        "pieces": domain.piece_count,
+        "holes": domain.hole_count,
+        "labels": domain.labels,
+        **({} if (repairs := repair_rows(domain)) is None else {"repairs": [row._asdict() for row in repairs]}),
+        "spacing": survey.extremes._asdict(),
+        **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
+        **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
+        **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
+        "ideal_nodes": survey.ideal_nodes,
+        "expected_nodes": problem.expected_nodes,
+        "warnings": problem.warnings,
+    }
