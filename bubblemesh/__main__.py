@@ -14,8 +14,9 @@ from bubblemesh.errors import INTERRUPTED
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-# Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads.
-MANY_OBJECTS = 10_000
+# Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads. A packing
+# leaves no large arrays in cycles behind, so that this takes no more memory.
+MANY_OBJECTS = 100_000
 
 
 def main() -> None:

@@ -77,6 +77,15 @@ def median(numbers: Floats) -> float:
     return float(np.sort(numbers)[np.array(middle)].mean())
 
 
+def quantile(numbers: Floats, share: float) -> float:
+    """Number below which a share of numbers (n,) lies, as NumPy's gives it, which would load its masked arrays."""
+    place = share * (len(numbers) - 1)
+    below = int(place)
+    low, high = np.sort(numbers)[[below, min(below + 1, len(numbers) - 1)]].tolist()
+    rest, step = place - below, high - low
+    return float(high - step * (1 - rest) if rest >= 0.5 else low + step * rest)
+
+
 def different_rows(rows: Rows) -> tuple[Rows, Integers]:
     """The different ones (k, m) of rows (n, m), ascending column by column, and the number (n,) of each among them.
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, different_rows, gathered, median, members
+from bubblemesh.arrays import components, different_rows, gathered, median, members, quantile
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -30,6 +30,13 @@ def test_a_long_chain_is_one_component():
 def test_median_is_that_of_numpy(count):
     numbers = np.random.default_rng(count).normal(size=count)
     assert median(numbers) == np.median(numbers)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.99, 1.0])
+@pytest.mark.parametrize("count", [1, 2, 7, 100])
+def test_quantile_is_that_of_numpy(count, share):
+    numbers = np.random.default_rng(3).random(count)
+    assert quantile(numbers, share) == np.quantile(numbers, share)
 
 
 @given(st.lists(st.tuples(st.integers(-2, 2), st.integers(-2, 2))))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Integers, each_once
 
 
 def edge_keys(pairs: Integers, n: int) -> Integers:
@@ -117,7 +117,7 @@ def _undirected_keys(triangles: Integers) -> tuple[Integers, int]:
 def rim_nodes(triangles: Integers) -> Integers:
     """Nodes (b,) on edges of one triangle only, ascending."""
     edges, counts = unique_edges(triangles)
-    return np.unique(edges[counts == 1])
+    return each_once(edges[counts == 1].ravel())
 
 
 def one_sided(sides: Integers, n: int) -> Integers:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, gathered
+from bubblemesh.arrays import Floats, Integers, each_once, gathered, quantile
 from bubblemesh.meshes.edges import numbered_edges, unique_edges
 
 _DEGENERATE = 1e-14
@@ -142,7 +142,7 @@ def shape_quality(measures: Measures) -> Shape:
     return Shape(
         mean=float(ratios.mean()),
         min=float(ratios.min()),
-        p01=float(np.quantile(ratios, 0.01)),
+        p01=quantile(ratios, 0.01),
         histogram=tuple(int(count) for count in histogram),
         irregular_fraction=_irregular_fraction(len(measures.points), *measures.edges),
         angle_min=float(corner_angles.min()),
@@ -153,8 +153,8 @@ def shape_quality(measures: Measures) -> Shape:
 def spacing_fit(points: Floats, edges: Integers, wanted: Floats) -> SpacingFit:
     """Compare the lengths of edges (e, 2) with the wanted spacing (e,) at their middles."""
     ratios = edge_ratios(points, edges, wanted)
-    p01, p99 = np.quantile(ratios, [0.01, 0.99])
-    return SpacingFit(mean=float(ratios.mean()), std=float(ratios.std()), p01=float(p01), p99=float(p99))
+    p01, p99 = quantile(ratios, 0.01), quantile(ratios, 0.99)
+    return SpacingFit(mean=float(ratios.mean()), std=float(ratios.std()), p01=p01, p99=p99)
 
 
 def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
@@ -177,7 +177,7 @@ def mesh_figures(measures: Measures, spacing_between: Callable[[Floats], Floats]
     figures = {
         "nodes": len(points),
         "triangles": len(measures.triangles),
-        "boundary_nodes": len(np.unique(edges[count == 1])),
+        "boundary_nodes": len(each_once(edges[count == 1].ravel())),
         "bounds": (*points.min(axis=0).tolist(), *points.max(axis=0).tolist()),
         "quality": {
             **asdict(shape_quality(measures)),
@@ -236,7 +236,7 @@ def histogram(values: Floats, low: float, high: float, bins: int) -> Histogram:
 
 def lowest_shown(ratios: Floats) -> float:
     """Return a round number below nearly all radius ratios (t,), from which a scale up to 1 may begin."""
-    return float(np.clip(np.floor(10 * np.quantile(ratios, _FEW)) / 10, 0, _HIGHEST_START))
+    return float(np.clip(np.floor(10 * quantile(ratios, _FEW)) / 10, 0, _HIGHEST_START))
 
 
 def quality_histogram(ratios: Floats, bins: int, low: float) -> Histogram:

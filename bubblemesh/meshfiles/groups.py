@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.errors import CaseError
 from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
@@ -137,7 +137,7 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
 def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
     """Nodes of the labelled points, by the ids of their groups."""
     ids = node_ids(mesh)
-    return {int(number): {"nodes": mesh.labelled_nodes[ids == number].tolist()} for number in np.unique(ids)}
+    return {int(number): {"nodes": mesh.labelled_nodes[ids == number].tolist()} for number in each_once(ids)}
 
 
 def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
@@ -94,7 +94,7 @@ def _separated(bubbles: Bubbles, domain: Domain) -> Bubbles:
         near = edges[end - begin < NEAREST_ON_CURVE * bubbles.d[edges].mean(axis=1)]
         # Of two sliding bubbles the later one goes, and then another look is needed at what it was next to.
         gone = near.max(axis=1)
-        gone = np.unique(gone[gone >= bubbles.corners])
+        gone = each_once(gone[gone >= bubbles.corners])
         if len(gone) == 0:
             return bubbles
         bubbles = bubbles.select(np.delete(np.arange(len(bubbles)), gone))

@@ -48,7 +48,8 @@ class Net:
     def are_facets(self, pairs: Integers) -> Booleans:
         """Pairs (k, 2) of bubbles that are, in either order, the ends of a facet."""
         n = len(self.bubbles)
-        return np.isin(edge_keys(np.sort(pairs, axis=1), n), edge_keys(np.sort(self.facets, axis=1), n))
+        facets = np.sort(edge_keys(np.sort(self.facets, axis=1), n))
+        return find_keys(facets, edge_keys(np.sort(pairs, axis=1), n)) >= 0
 
     def has_facets_of(self, other: "Net") -> bool:
         """Whether the facets are those of another net, on the same pieces of the boundary."""
@@ -80,11 +81,11 @@ class Net:
         triangles = self.triangles[marked[self.triangles].all(axis=1)]
         n, sides = len(self.bubbles), directed_sides(triangles)
         rim = sides[np.sort(one_sided(sides, n))]
-        own, forth = edge_keys(self.facets, n), edge_keys(sides, n)
+        own, back, known = edge_keys(self.facets, n), edge_keys(self.facets[:, ::-1], n), np.sort(edge_keys(sides, n))
         order = np.argsort(own)
         place = find_keys(own[order], edge_keys(rim, n))
         piece = np.where(place < 0, -1, self.facet_piece[order[place]])
-        within = np.isin(own, forth) & np.isin(edge_keys(self.facets[:, ::-1], n), forth)
+        within = (find_keys(known, own) >= 0) & (find_keys(known, back) >= 0)
         edges = self.edges[marked[self.edges].all(axis=1)]
         return numbers, Net(
             bubbles=self.bubbles.select(numbers),

@@ -138,7 +138,7 @@ def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats
 def near_facets(shell: Bubbles, domain: Domain) -> "NearLines":
     """Distances to facets and embedded points, where these are near."""
     facets, _ = domain.boundary.edges(shell.piece, shell.s)
-    alone = np.setdiff1d(np.arange(shell.corners), facets)
+    alone = np.flatnonzero(np.bincount(facets.ravel(), minlength=shell.corners)[: shell.corners] == 0)
     return NearLines.between(shell.x[np.concatenate([facets, np.column_stack([alone, alone])])])
 
 
