@@ -103,4 +103,4 @@ class Problem:
         """Extremes of the packing spacing."""
         if not self.refined:
             return self.survey.extremes
-        return extremes(self.domain, self.packing_spacing)
+        return extremes(self.domain, self.packing_spacing, self.survey.cover)

@@ -1,7 +1,7 @@
 """Survey of a spacing in a domain: its extremes, and the ideal number of nodes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -69,6 +69,7 @@ class Survey:
 
     extremes: Extremes
     ideal_nodes: float
+    cover: Cover = field(repr=False, compare=False)  # of the domain, for surveys of other spacings
 
 
 def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | None = None) -> Survey:
@@ -78,18 +79,18 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | No
     ``max_nodes`` nodes.
     """
     cover = cover or Cover.of(domain)
-    found = extremes(domain, spacing, cover.triangles)
+    found = extremes(domain, spacing, cover)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         with at_key(*spacing.key(np.array(found.minimum_at))):
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )
-    return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, cover))
+    return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, cover), cover)
 
 
-def extremes(domain: Domain, spacing: Spacing, triangles: Floats | None = None) -> Extremes:
-    """Extremes of the spacing over the domain, which ``triangles`` (t, 3, 2) cover."""
-    triangles = _triangles(domain) if triangles is None else triangles
+def extremes(domain: Domain, spacing: Spacing, cover: Cover) -> Extremes:
+    """Extremes of the spacing over the domain, on its ``cover``."""
+    triangles = cover.triangles
     spots = spacing.spots[domain.contains(spacing.spots)]
     points = np.vstack([domain.polygonal_copy.points, triangles.reshape(-1, 2), triangles.mean(axis=1), spots])
     d = spacing(points)

@@ -95,15 +95,16 @@ def gradient_limited(
     grid = samples.grid
     values = np.full(len(given), np.inf)
     for _ in range(ROUNDS):
-        coarser, grid = grid, samples.grid
-        given = _at_vertices(grid, domain, spacing, coarser, given)
         # The vertices beside the boundary may all lie outside.
         start = _at(domain, grid, _beside(grid, given, ground.along, growth), fine, growth)
-        values = limited_values(grid, np.minimum(start, _carried(coarser, values, grid)), growth, samples.inside)
+        values = limited_values(grid, np.minimum(start, values), growth, samples.inside)
         largest = _largest_sides(samples, domain, growth, given, values)
         if (grid.sides <= largest).all():
             break
         samples = resolved(samples, domain, spacing, Sources.none(), largest)
+        coarser, grid = grid, samples.grid
+        given = _at_vertices(grid, domain, spacing, coarser, given)
+        values = _carried(coarser, values, grid)
     lowered = values < given * (1 - LOWERED)
     active = lowered[grid.vertices.corners].any(axis=1, keepdims=True)
     limited = _below(spacing, Limit(grid.cells, np.where(active, grid.vertices.corners, -1), values))
