@@ -241,7 +241,8 @@ class Boundary:
         """
         tracks = self.tracks(piece)
         for _ in range(steps):
-            ahead = np.einsum("ij,ij->i", points - tracks.points(s), tracks.tangents(s))
+            here, tangents = tracks.places(s)
+            ahead = np.einsum("ij,ij->i", points - here, tangents)
             s = tracks.wrapped(s + np.clip(ahead, -longest, longest))
         return s
 

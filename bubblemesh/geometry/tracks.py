@@ -56,6 +56,14 @@ class Tracks(NamedTuple):
             result[nodes] = curves.tangents(curve, along[nodes])
         return result
 
+    def places(self, s: Floats) -> tuple[Floats, Floats]:
+        """Points and unit tangents, both (m, 2), there."""
+        along, points, tangents = self._along(s), np.empty((len(s), 2)), np.empty((len(s), 2))
+        for curves, nodes, curve in self.groups:
+            mine = along[nodes]
+            points[nodes], tangents[nodes] = curves.points(curve, mine), curves.tangents(curve, mine)
+        return points, tangents
+
     def _along(self, s: Floats) -> Floats:
         """Arc lengths (m,) on the whole curves."""
         along = self.offset + s

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
 
@@ -10,10 +11,12 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 10  # of the library's functions, as in source/library.c
+VERSION = 11  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
+
+Argument = Floats | Integers | ShortIntegers | int | float
 
 
 class Library:
@@ -24,7 +27,7 @@ class Library:
         if self._functions.kernels_version() != VERSION:
             raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
 
-    def call(self, name: str, *arguments: "Floats | Integers | ShortIntegers | int | float") -> None:
+    def call(self, name: str, *arguments: Argument) -> None:
         """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
 
         MemoryError where it has too little memory.
@@ -32,15 +35,25 @@ class Library:
         if getattr(self._functions, name)(*map(_as_c, arguments)):
             raise MemoryError
 
+    def prepared(self, name: str, *first: Argument) -> Callable[..., None]:
+        """Function that is called many times with the same ``first`` arguments: what is returned takes the others."""
+        function, known = getattr(self._functions, name), tuple(map(_as_c, first))
 
-def _as_c(argument: "Floats | Integers | ShortIntegers | int | float") -> object:
+        def call(*others: Argument) -> None:
+            if function(*known, *map(_as_c, others)):
+                raise MemoryError
+
+        return call
+
+
+def _as_c(argument: Argument) -> object:
     if isinstance(argument, np.ndarray):
         # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
         try:
             return _VIEW.from_buffer(argument.data)
         except TypeError:
             assert argument.flags.c_contiguous
-            return ctypes.c_void_p(argument.ctypes.data)
+            return argument.ctypes.data_as(ctypes.c_void_p)  # which keeps the array, as a view does
     return ctypes.c_double(argument) if isinstance(argument, float) else ctypes.c_int64(argument)
 
 

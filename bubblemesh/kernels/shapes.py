@@ -1,5 +1,6 @@
 """Shapes of triangles, how moving nodes changes them and the lengths of edges, and steps that better these."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,25 +27,26 @@ class Descent(NamedTuple):
     scale: Floats  # (n,): factors of the gradient, 0 for nodes that stay
     most: Floats  # (n,): longest moves of a step
     fixed: int  # number of nodes before those that slide
+    sliding: int  # number b of these
     weight: float  # of the sum over edges
     momentum: float
     step: float  # length of a step
 
-    def __call__(self, x: Floats, v: Floats, tangents: Floats) -> None:
-        """A step of nodes x (n, 2) with velocities v (n, 2), in place; those that slide have ``tangents`` (b, 2)."""
+    @property
+    def stepper(self) -> Callable[[Floats, Floats, Floats], None]:
+        """Function of x (n, 2), velocities v (n, 2) and ``tangents`` (b, 2) that makes a step of x and v, in place."""
         compiled = library()
         if compiled is None:
-            self.in_numpy(x, v, tangents)
-            return
-        corners, d, ends, contact, scale, most, fixed, *numbers = self
-        sizes = len(x), corners.shape[1], len(contact), fixed, len(tangents)
+            return self.in_numpy
+        corners, d, ends, contact, scale, most, fixed, sliding, *numbers = self
+        sizes = len(d), corners.shape[1], len(contact), fixed, sliding
         bounds = FLATTEST, WORST, SHORTEST
-        compiled.call("descent_step", *sizes, corners, d, ends, contact, *bounds, scale, most, tangents, *numbers, x, v)
+        return compiled.prepared("descent_step", *sizes, corners, d, ends, contact, *bounds, scale, most, *numbers)
 
     def in_numpy(self, x: Floats, v: Floats, tangents: Floats) -> None:
-        """The same, made in NumPy."""
+        """Make a step as the `stepper` does, in NumPy."""
         gradient = shape_gradient(x, self.corners, self.d) + self.weight * spacing_gradient(x, self.ends, self.contact)
-        downhill, slide = gradient * self.scale[:, None], slice(self.fixed, self.fixed + len(tangents))
+        downhill, slide = gradient * self.scale[:, None], slice(self.fixed, self.fixed + self.sliding)
         for vectors in (downhill, v):
             vectors[: self.fixed] = 0
             vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents

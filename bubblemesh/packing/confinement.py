@@ -23,7 +23,7 @@ class Sliding:
         self._stand_at(self.bubbles.s)
 
     def _stand_at(self, s: Floats) -> None:
-        self.s, self.here, self.tangents = s, self.tracks.points(s), self.tracks.tangents(s)
+        self.s, (self.here, self.tangents) = s, self.tracks.places(s)
 
     def project(self, vectors: Floats) -> Floats:
         """Forces or velocities (n, 2) without the part that the boundary takes up, in place."""

@@ -85,8 +85,9 @@ class Smoothing:
         free = free.copy()
         free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
         scale, weights = np.where(free, d * d, 0.0), (self.spacing_weight, MOMENTUM, self.shape_step)
-        descent = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, bubbles.corners, *weights)
+        groups = bubbles.corners, len(bubbles.piece)
+        step = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, *groups, *weights).stepper
         for _ in range(self.shape_steps):
-            descent(x, v, sliding.tangents)
+            step(x, v, sliding.tangents)
             sliding.follow(x)
         return sliding.bubbles_at(x, d)

@@ -104,7 +104,9 @@ class Expression:
         x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
         with np.errstate(all="ignore"):
             values = self._evaluate(x, y)
-        return np.array(np.broadcast_to(values, np.broadcast_shapes(x.shape, y.shape)), np.float64)
+        result = np.empty(np.broadcast(x, y).shape)
+        result[...] = values
+        return result
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.

@@ -55,9 +55,10 @@ def test_any_triangles_are_bettered_alike(seed):
     d, x, v = random.uniform(1e-3, 1, n), odd(random, (n, 2)), odd(random, (n, 2))
     fixed = int(random.integers(0, n))
     tangents = odd(random, (int(random.integers(0, n - fixed)), 2))
-    descent = Descent(corners, d, ends, d[ends].mean(axis=0), d * d, odd(random, n), fixed, 7.0, 0.8, 0.015)
+    counts, weights = (fixed, len(tangents)), (7.0, 0.8, 0.015)
+    descent = Descent(corners, d, ends, d[ends].mean(axis=0), d * d, odd(random, n), *counts, *weights)
     found, plain = (x.copy(), v.copy()), (x.copy(), v.copy())
-    descent(*found, tangents)
+    descent.stepper(*found, tangents)
     descent.in_numpy(*plain, tangents)
     for one, other in zip(found, plain, strict=True):
         finite = np.isfinite(one) & np.isfinite(other)  # where both have no number it may be another one

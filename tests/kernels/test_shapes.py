@@ -16,12 +16,14 @@ def test_both_engines_go_the_same_steps_to_the_last_bit(seed):
     corners = Delaunay(random.random((300, 2))).simplices.T.astype(np.int64)  # many triangles are flat or inverted
     ends = np.ascontiguousarray(random.integers(0, 300, (2, 900)))
     scale = np.where(random.random(300) < 0.8, d * d, 0.0)
-    descent = Descent(np.ascontiguousarray(corners), d, ends, d[ends].mean(axis=0), scale, 0.1 * d, 9, 7.0, 0.8, 0.015)
+    contact, most, weights = d[ends].mean(axis=0), 0.1 * d, (7.0, 0.8, 0.015)
+    descent = Descent(np.ascontiguousarray(corners), d, ends, contact, scale, most, 9, 40, *weights)
     angles = random.uniform(0, 7, 40)
     tangents = np.column_stack([np.cos(angles), np.sin(angles)])
     found, plain = ((x.copy(), np.zeros_like(x)) for _ in range(2))
+    step = descent.stepper
     for _ in range(3):
-        descent(*found, tangents)
+        step(*found, tangents)
         descent.in_numpy(*plain, tangents)
     moved = found[0] - x
     np.testing.assert_array_equal(found, plain)

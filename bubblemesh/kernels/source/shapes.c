@@ -82,8 +82,8 @@ static void add_gradients(const struct links *all, const double *x, double flatt
 The first `fixed` nodes have no way to go, the next ones, b of them, go along their tangents (b, 2). */
 KERNEL int64_t descent_step(int64_t n, int64_t t, int64_t m, int64_t fixed, int64_t b, const int64_t *corners,
                             const double *d, const int64_t *ends, const double *contact, double flattest,
-                            double worst, double shortest, const double *scale, const double *most,
-                            const double *tangents, double weight, double momentum, double step, double *x, double *v)
+                            double worst, double shortest, const double *scale, const double *most, double weight,
+                            double momentum, double step, double *x, double *v, const double *tangents)
 {
     const struct links all = {n, t, m, corners, d, ends, contact};
     double *work = calloc((size_t)(10 * n + 1), sizeof *work);
