@@ -14,20 +14,18 @@ from bubblemesh.errors import INTERRUPTED
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-# Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads. A packing
-# leaves no large arrays in cycles behind, so that this takes no more memory.
-MANY_OBJECTS = 100_000
-
 
 def main() -> None:
     """Entry point of the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
-    gc.set_threshold(MANY_OBJECTS)
+    from bubblemesh.resources import seldom_look_for_garbage
+
+    seldom_look_for_garbage()
     atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway
     from bubblemesh.cli import main as command
 
-    gc.freeze()  # what is loaded stays: files with very many sides would have it looked through again and again
+    seldom_look_for_garbage()
     command()
 
 

@@ -60,7 +60,7 @@ MAY_IMPORT = {
         *{"parts", "pictures", "problem", "run", "spacing"},
     },
     "__init__": {"api"},
-    "__main__": {"cli", "errors"},
+    "__main__": {"cli", "errors", "resources"},
 }
 DOORS = {"meshes/mesh.py": {"meshfiles", "pictures"}}  # a mesh writes and draws itself, when it is asked to
 LIBRARIES = {

@@ -11,6 +11,8 @@ from multiprocessing.process import BaseProcess
 from time import perf_counter
 from typing import Any
 
+from bubblemesh.resources import seldom_look_for_garbage
+
 CALLS_OF_A_PROCESS = 300  # then a fresh one takes over, so that memory that one call leaves behind burdens few
 
 
@@ -103,6 +105,7 @@ class _Worker:
 
 def _serve(pipe: "Connection[Any, Any]", function: Callable[[Any], Any], megabytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (megabytes * 1_000_000,) * 2)
+    seldom_look_for_garbage()  # as the command and the workers of a batch do
     pipe.send("ready")
     while True:
         task = pipe.recv()

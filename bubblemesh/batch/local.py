@@ -18,6 +18,7 @@ from bubblemesh.batch.dispatch import WorkerDied, Workers
 from bubblemesh.batch.worker import Note
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
+from bubblemesh.resources import seldom_look_for_garbage
 
 T = TypeVar("T")
 
@@ -189,6 +190,7 @@ to_parent: list[IO[bytes]] = []  # the stream of answers
 
 def serve(staging: str) -> None:
     """Answer calls until the batch ends; temporary files go to a folder of it."""
+    seldom_look_for_garbage()
     stream, calls = _taken(0, "rb"), SimpleQueue[bytes]()
     to_parent.append(_taken(1, "wb"))
     tempfile.tempdir = staging
