@@ -7,16 +7,17 @@ from functools import cache
 from importlib.util import find_spec
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 11  # of the library's functions, as in source/library.c
+VERSION = 12  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
 
-Argument = Floats | Integers | ShortIntegers | int | float
+Argument = Floats | Integers | ShortIntegers | NDArray[np.uint32] | int | float
 
 
 class Library:

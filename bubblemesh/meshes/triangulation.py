@@ -7,6 +7,7 @@ import pythoncdt as cdt
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
+from bubblemesh.kernels.enclosing import enclosed
 from bubblemesh.kernels.linking import in_order
 from bubblemesh.meshes.edges import SideTable
 from bubblemesh.messages import place
@@ -34,8 +35,12 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
         mesh.insert_edges(np.concatenate([constraints, twice]).astype(np.uint32))  # type: ignore[call-overload]
     except RuntimeError as error:
         raise GeometryError(_explained(str(error), points)) from error
-    mesh.erase_outer_triangles_and_holes()
-    return in_order(mesh.triangles_array()["vertices"].astype(np.int64), len(points))
+    cells = mesh.triangles_array().view(np.uint32).reshape(-1, 6)
+    found = enclosed(cells, constraints if two_sided is None else constraints[~two_sided], len(points))
+    if found is None:
+        mesh.erase_outer_triangles_and_holes()
+        found = mesh.triangles_array()["vertices"].astype(np.int64)
+    return in_order(found, len(points))
 
 
 def sorted_triangles(triangles: Integers) -> Integers:
