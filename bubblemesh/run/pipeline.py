@@ -22,7 +22,6 @@ from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
-from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record, alone
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
@@ -178,8 +177,8 @@ def mesh_problem(
 
 def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
     """Pack a problem, in parts if the task asks for them, as long as the run's time limit leaves time to finish."""
-    parts = problem.task.parts or enough_parts(problem.expected_nodes)
-    packing = _in_parts(problem, parts, on_round, on_share, crew) if parts > 1 else _whole(problem, on_round, on_share)
+    whole = problem.task.parts == 1
+    packing = _whole(problem, on_round, on_share) if whole else _in_parts(problem, on_round, on_share, crew)
     if not problem.demands:
         return packing
     enter("refinement")
@@ -214,8 +213,14 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     return Packing(problem, first, tuple(rows), tuple(speeds), last, clock, seconds)
 
 
-def _in_parts(problem: Problem, parts: int, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
-    """Pack so many parts side by side; each of them, and each strip along the cuts, is told of as a round."""
+def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
+    """Pack parts side by side, if it is worth several; each, and each strip along the cuts, is told of as a round."""
+    # Imported here since few meshes have parts.
+    from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
+
+    parts = problem.task.parts or enough_parts(problem.expected_nodes)
+    if parts == 1:
+        return _whole(problem, on_round, on_share)
     task, seconds = problem.task, dict(problem.seconds)
     rows, records = list[RoundRow](), list[Record]()
 
