@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from bubblemesh import readers
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
 from bubblemesh.case.repair import RepairKeys
@@ -22,8 +23,6 @@ from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
-from bubblemesh.readers.formats import read_areas, read_regions
-from bubblemesh.readers.regions import is_straight, united
 
 DOMAIN = Key(["domain"])
 
@@ -103,7 +102,7 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
     """Areas in a file that is the whole domain."""
     labelled = [
         Area(area.outer.labelled(keys.label), tuple(hole.labelled(keys.hole_label) for hole in area.holes))
-        for area in read_areas(Path(keys.file), selection_of(keys))
+        for area in readers.read_areas(Path(keys.file), selection_of(keys))
     ]
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
@@ -135,7 +134,7 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
     """Areas of a file that share borders, with their names."""
     if keys.part is not None:
         raise CaseError("part is not for regions that share borders: leave it out")
-    found = read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None)
+    found = readers.read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None)
     labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
     if keys.corners is not None:
         labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
@@ -146,8 +145,8 @@ def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
     """Areas that the regions of files cover together."""
     files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
     areas = [region.area for region in parts.regions if region.key[2] in files]
-    if all(map(is_straight, areas)):
-        return united(areas)
+    if all(map(readers.is_straight, areas)):
+        return readers.united(areas)
     return overlaid("union", [[area.mapped(_plain)] for area in areas])
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from bubblemesh import readers
 from bubblemesh.case.domain import FileDomain, InnerKeys
 from bubblemesh.case.embedded import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.case.geometry_files import SelectedFile
@@ -12,7 +13,6 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import InnerPoint, OpenPath
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of
-from bubblemesh.readers.embedded import read_inner_lines, read_lines, read_points
 from bubblemesh.readers.selection import Selection
 
 DOMAIN = Key(["domain"])
@@ -29,7 +29,7 @@ def lines_of(keys: InnerKeys) -> Iterator[OpenPath]:
             made += 1
             yield replace(path, label=path.label or f"line-{made}", key=key, optional=line.outside == "skip")
     if isinstance(keys, FileDomain):
-        for path in drawn(read_inner_lines(Path(keys.file), selection_of(keys)), keys):
+        for path in drawn(readers.read_inner_lines(Path(keys.file), selection_of(keys)), keys):
             made += 1
             yield replace(path, label=f"line-{made}", key=DOMAIN)
 
@@ -37,7 +37,7 @@ def lines_of(keys: InnerKeys) -> Iterator[OpenPath]:
 def _lines(line: LineKeys) -> list[OpenPath]:
     if not isinstance(line, LineFile):
         return [rings.open_path(*pieces_of(line), line.label or "")]
-    found = read_lines(Path(line.file), selection_of(line))
+    found = readers.read_lines(Path(line.file), selection_of(line))
     return [path.labelled(line.label) for path in found]
 
 
@@ -59,7 +59,7 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
 def _points(point: PointKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
     if not isinstance(point, PointFile):
         return [InnerPoint(point.at, point.label or "")], ()
-    places, notes = read_points(Path(point.file), selection_of(point), point.name)
+    places, notes = readers.read_points(Path(point.file), selection_of(point), point.name)
     return [InnerPoint(place.at, (point.label or place.label or "")) for place in places], notes
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from bubblemesh import readers
 from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
 from bubblemesh.case.shapes import (
     RINGS,
@@ -33,7 +34,6 @@ from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.repair import repair_of
-from bubblemesh.readers.formats import read_areas, read_shapes
 from bubblemesh.readers.selection import METRES, Selection
 
 
@@ -41,7 +41,7 @@ def outer_areas_of(keys: RingKeys) -> list[Area]:
     """Areas that the ring that some keys describe encloses, or the parts of a file that they take, with their holes."""
     if not isinstance(keys, FileRing):
         return areas_of(keys)
-    return _finished(read_areas(Path(keys.file), selection_of(keys)), keys)
+    return _finished(readers.read_areas(Path(keys.file), selection_of(keys)), keys)
 
 
 def hole_areas_of(keys: RingKeys) -> list[Area]:
@@ -65,7 +65,7 @@ def areas_of(keys: RingKeys) -> list[Area]:
             ring = rings.polygon(keys.polygon, keys.labels, keys.label)
             return _finished(repair_of(keys)([Area(ring)]), keys)
         case FileRing():
-            return _finished(read_shapes(Path(keys.file), selection_of(keys)), keys)
+            return _finished(readers.read_shapes(Path(keys.file), selection_of(keys)), keys)
         case UnionRing():
             return _finished(_overlaid("union", keys.union), keys)
         case MinusRing():
@@ -105,7 +105,7 @@ def _operand(keys: RingKeys) -> list[Area]:
     if not isinstance(keys, FileRing):
         return areas_of(keys)
     selection = selection_of(keys)
-    return _finished(read_areas(Path(keys.file), replace(selection, part=selection.part or "all")), keys)
+    return _finished(readers.read_areas(Path(keys.file), replace(selection, part=selection.part or "all")), keys)
 
 
 def _name(keys: RingKeys) -> str:

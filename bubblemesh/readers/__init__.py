@@ -1,1 +1,34 @@
-"""Rings from files of other programs."""
+"""Geometry from files of other programs: what cases ask for, loaded when it is first used."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bubblemesh.readers.embedded import read_inner_lines, read_lines, read_points
+    from bubblemesh.readers.formats import files_of, read_areas, read_regions, read_shapes
+    from bubblemesh.readers.regions import is_straight, united
+
+__all__ = [
+    "files_of",
+    "is_straight",
+    "read_areas",
+    "read_inner_lines",
+    "read_lines",
+    "read_points",
+    "read_regions",
+    "read_shapes",
+    "united",
+]
+
+HOMES = {
+    **dict.fromkeys(("read_inner_lines", "read_lines", "read_points"), "embedded"),
+    **dict.fromkeys(("files_of", "read_areas", "read_regions", "read_shapes"), "formats"),
+    **dict.fromkeys(("is_straight", "united"), "regions"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load the module that has the name: a case without files does not wait for any."""
+    if name in HOMES:
+        return getattr(import_module(f"{__name__}.{HOMES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

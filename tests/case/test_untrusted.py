@@ -10,9 +10,9 @@ from batches import rows_of
 from commands import command, contents
 
 import bubblemesh
+from bubblemesh import readers
 from bubblemesh.case.models import UNTRUSTED
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.problem import domain
 from bubblemesh.problem.prepare import prepare
 
 SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.4\n"
@@ -141,7 +141,7 @@ def test_links_are_refused_when_a_file_is_opened_not_only_before(name, stranger,
 
 def test_libraries_are_given_copies_of_the_files_that_were_checked(stranger, monkeypatch):
     (stranger / "case.yaml").write_text("domain: {file: data/ring.csv}\nspacing: 0.4\n")
-    read, seen = domain.read_areas, []
+    read, seen = readers.read_areas, []
 
     def late(path, selection):
         (stranger / "data/ring.csv").unlink()
@@ -149,7 +149,7 @@ def test_libraries_are_given_copies_of_the_files_that_were_checked(stranger, mon
         seen.append(path)
         return read(path, selection)
 
-    monkeypatch.setattr(domain, "read_areas", late)
+    monkeypatch.setattr(readers, "read_areas", late)
     problem = prepare(bubblemesh.load_case("theirs/case.yaml", untrusted=True))
     assert seen
     assert problem.domain.polygon.area == 1
