@@ -26,7 +26,8 @@ from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
-from bubblemesh.run.pipeline import OnRound, OnShare, Result, mesh_problem
+from bubblemesh.run.packings import OnRound, OnShare
+from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import MeshField

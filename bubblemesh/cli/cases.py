@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from bubblemesh.parts.work import Crew
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
-    from bubblemesh.run.pipeline import OnRound, OnShare, Result
+    from bubblemesh.run.packings import OnRound, OnShare
+    from bubblemesh.run.pipeline import Result
 
 
 @with_overrides(CASE_OPTIONS)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
@@ -20,11 +20,13 @@ def area_error(mesh: Mesh, measures: Measures | None = None) -> float:
     The measures are those of the mesh's triangles, made here if they are not given.
     """
     areas = (measures or Measures(mesh.points, mesh.triangles)).signed_areas
-    origin = mesh.points[0]
-    ends = mesh.facets[mesh.outer]
-    (ax, ay), (bx, by) = (mesh.points[ends[:, k]].T - origin[:, None] for k in range(2))
-    polygon = float(np.sum(ax * by - bx * ay)) / 2
-    return float(areas.sum()) / polygon - 1
+    return float(areas.sum()) / enclosed_area(mesh.points, mesh.facets[mesh.outer]) - 1
+
+
+def enclosed_area(points: Floats, edges: Integers) -> float:
+    """Area on the left of closed chains of edges (e, 2) between points (n, 2)."""
+    (ax, ay), (bx, by) = (points[edges[:, k]].T - points[0][:, None] for k in range(2))
+    return float(np.sum(ax * by - bx * ay)) / 2
 
 
 def require_conforming(mesh: Mesh, measures: Measures | None = None) -> None:
@@ -42,11 +44,36 @@ def require_conforming(mesh: Mesh, measures: Measures | None = None) -> None:
     if unused.any():
         raise _fault("a node belongs to no triangle", mesh.points[unused][0])
     _require_labelled_edges(mesh, *measures.edges)
-    _require_matching_nodes(mesh)
-    rounding = ROUNDING * float(np.ptp(mesh.points, axis=0).max()) ** 2 / float(areas.sum())
-    error = area_error(mesh, measures)
+    require_matching_nodes(mesh)
+    require_area(mesh.points, float(areas.sum()), area_error(mesh, measures))
+
+
+def require_area(points: Floats, area: float, error: float) -> None:
+    """Check that the area of triangles with all these points (n, 2) is off by rounding only."""
+    rounding = ROUNDING * float(np.ptp(points, axis=0).max()) ** 2 / area
     if abs(error) > AREA_TOLERANCE + rounding:
-        raise _fault(f"the area is off by {error:.1e}", mesh.points[0])
+        raise _fault(f"the area is off by {error:.1e}", points[0])
+
+
+def require_piece(measures: Measures, facets: Integers, rim: Integers, own: Booleans) -> None:
+    """Check a piece of a mesh, by the measures of its triangles; else an error as of `require_conforming`.
+
+    No triangle is flat or clockwise, each of its ``own`` (n,) nodes is used, and its edges with one triangle are those
+    of the ``rim`` (r, 2), where other pieces are, and facets (f, 2).
+    """
+    points, areas, (edges, count) = measures.points, measures.signed_areas, measures.edges
+    if areas.min() <= 0:
+        raise _fault("a triangle is flat or inverted", points[measures.triangles[areas.argmin()]].mean(axis=0))
+    unused = own & (np.bincount(measures.triangles.ravel(), minlength=len(points)) == 0)
+    if unused.any():
+        raise _fault("a node belongs to no triangle", points[unused][0])
+    open_, known, to_meet = (
+        edge_keys(np.sort(pairs, axis=1), len(points))
+        for pairs in (edges[count == 1], np.concatenate([facets, rim]), rim)
+    )
+    stray, missing = edges[count == 1][~np.isin(open_, known)], rim[~np.isin(to_meet, open_)]
+    for pair in (*stray[:1], *missing[:1], *edges[count > 2][:1]):
+        raise _fault("pieces do not meet", points[pair].mean(axis=0))
 
 
 def _require_labelled_edges(mesh: Mesh, edges: Integers, count: Integers) -> None:
@@ -62,7 +89,7 @@ def _require_labelled_edges(mesh: Mesh, edges: Integers, count: Integers) -> Non
         raise _fault("an edge is labelled twice", mesh.points[pair].mean(axis=0))
 
 
-def _require_matching_nodes(mesh: Mesh) -> None:
+def require_matching_nodes(mesh: Mesh) -> None:
     """Check that periodic sides are the same but for a shift."""
     tolerance = MATCH * float(np.ptp(mesh.points, axis=0).max())
     for sides in mesh.periodic_sides:

@@ -11,10 +11,10 @@ from bubblemesh.arrays import Floats, Integers, each_once, gathered, quantile
 from bubblemesh.meshes.edges import numbered_edges, unique_edges
 
 _DEGENERATE = 1e-14
-_REGULAR_VALENCE = 6
+REGULAR_VALENCE = 6
 _BINS = 10
 TARGET_SPACING = "target_spacing"  # name of the wanted spacing of triangles in mesh files
-_WORST = 5  # triangles that a report names
+WORST = 5  # triangles that a report names
 _HIGHEST_START = 0.8  # of a scale of qualities
 _FEW = 0.01  # share of the values that may be below it
 _WIDE = 0.5  # of a histogram of edge length over spacing, around 1
@@ -181,7 +181,7 @@ def mesh_figures(measures: Measures, spacing_between: Callable[[Floats], Floats]
         "bounds": (*points.min(axis=0).tolist(), *points.max(axis=0).tolist()),
         "quality": {
             **asdict(shape_quality(measures)),
-            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(measures, _WORST)],
+            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(measures, WORST)],
         },
         "area": float(np.abs(measures.signed_areas).sum()),
     }
@@ -210,7 +210,7 @@ def _irregular_fraction(nodes: int, pairs: Integers, counts: Integers) -> float 
     valence = np.bincount(pairs.ravel(), minlength=nodes)
     inner = valence > 0
     inner[pairs[counts == 1].ravel()] = False
-    return float(np.mean(valence[inner] != _REGULAR_VALENCE)) if inner.any() else None
+    return float(np.mean(valence[inner] != REGULAR_VALENCE)) if inner.any() else None
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.partition import clipped, probes, without_doubles
+from bubblemesh.geometry.arrangement.regions import region_at
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
@@ -25,6 +26,10 @@ class Places(NamedTuple):
     corner: Integers  # (c,): corner of the division that each corner is
     piece: Integers  # (p,): piece that each piece is
     turned: Booleans  # (p,): those that run the other way
+    on_cut: Booleans  # (p,): those with another part on the other side
+    ends: Integers  # (e,): corners at which cuts meet each other, the boundary, or inner lines
+    left: Integers  # (p,): region of the whole on the left of each piece
+    right: Integers  # (p,): likewise, -1 outside the domain
 
 
 @dataclass(frozen=True)
@@ -62,8 +67,12 @@ class Division:
         traced, order = face(ready.select(mine), rim[mine])
         small, corners = compact(traced, self._embedded(cell))
         pieces = mine[order]
-        domain = Domain(small, held=self._held(pieces, turned[pieces]))
-        return domain, Places(corners, pieces, turned[pieces])
+        back = turned[pieces]
+        domain = Domain(small, held=self._held(pieces, back))
+        ends = np.flatnonzero(corners >= len(self.whole.boundary.corners))
+        left, right = boundary.left[pieces], boundary.right[pieces]
+        sides = np.where(back, right, left), np.where(back, left, right)
+        return domain, Places(corners, pieces, back, between[pieces], ends, *sides)
 
     def on_whole(self, node: Integers, piece: Integers, s: Floats) -> tuple[Integers, Floats]:
         """Pieces (n,) of the whole, -1 for none, and arc lengths (n,) there, of nodes on pieces and of new corners.
@@ -132,7 +141,11 @@ def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> Division:
     here, there = probes(boundary)
     left, right = cuts.cell_of(here), np.where(boundary.inner, cuts.cell_of(there), -1)
     label = np.where(origin < 0, len(whole.labels), whole.label[origin])
-    boundary = replace(boundary, label=label, labels=(*whole.labels, CUT))
+    # A cut has the region that it runs through on both sides.
+    region = region_at(here, [region.polygon for region in domain.parts.regions])
+    left_region, right_region = (np.where(origin < 0, region, side) for side in (boundary.left, boundary.right))
+    names = (*whole.labels, CUT)
+    boundary = replace(boundary, label=label, labels=names, left=left_region, right=right_region)
     division = _mirrored(Division(domain, cuts, boundary, origin, left, right, Held()))
     held = division.on_cut | (division.origin >= 0) & domain.tied[division.origin]
     straight = _with_lines(division.boundary, np.flatnonzero(division.on_cut), np.zeros(len(held), bool))

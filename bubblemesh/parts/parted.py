@@ -2,33 +2,72 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from itertools import chain
+from typing import Any, TypeVar
+
+import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.census import Census
 from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, reconnect
-from bubblemesh.parts.cuts import cut
+from bubblemesh.parts.cores import Core, Margin, Part, packed_part
+from bubblemesh.parts.cuts import Cuts, cut
 from bubblemesh.parts.division import Division, Places, divided
 from bubblemesh.parts.patches import Patch, joined, patch
-from bubblemesh.parts.seams import near, put_back, strips
-from bubblemesh.parts.work import Crew, Deadline, Packed, Record, packed, packed_from
+from bubblemesh.parts.seams import JUNCTION, SEAM, near, put_back, settled, strips
+from bubblemesh.parts.store import Store
+from bubblemesh.parts.work import Crew, Deadline, Record, packed_from
 from bubblemesh.spacing.spacing import Spacing
 
+T = TypeVar("T")
+
 PER_PART = 100_000  # nodes, about, of each part, where their number is not given
-SEAM = 6  # edges from a cut to the bubbles that stay
-JUNCTION = 10  # the same from where a cut ends, which is packed once more after the rest of the seams
 SEAMS_WORK = 0.15  # share of the progress
 
 
-class Parted(NamedTuple):
-    """What was packed in parts."""
+@dataclass(frozen=True)
+class Parted:
+    """What was packed in parts: all bands as one net, and where the cores are."""
 
-    net: Net
+    net: Net  # of all bubbles on the boundary, and of those of the bands, which their triangles connect
+    rim: Integers  # (r, 2): sides of its triangles beyond which cores are
+    rim_region: Integers  # (r,): region there
+    numbers: tuple[Integers, ...]  # of each part: what the first nodes of its core's triangles are in the net
+    store: Store
+    sizes: Integers  # (parts, 2): nodes and triangles of the cores
+    regions: Integers  # (k,): of the whole, that cores have triangles in
+    census: tuple[Census, ...]  # of the cores, if figures are wanted
+    valence: Integers  # (n,): edges of the cores at each bubble of the net, if figures are wanted
+    cell: Integers  # (t,): part that each triangle of the net lies in
     on_cuts: int  # bubbles along the cuts
     in_seams: int  # bubbles that were packed again
+
+    @property
+    def firsts(self) -> Integers:
+        """Number (parts + 1,) of the first node of each core, after those of the net; and of all nodes."""
+        return len(self.net.bubbles) + np.cumsum(np.append(0, self.sizes[:, 0]))
+
+    @property
+    def nodes(self) -> int:
+        """Number of all nodes."""
+        return int(self.firsts[-1])
+
+    def core(self, part: int) -> Core:
+        """The core of a part, whose triangles (t, 3) have the numbers of all nodes."""
+        core = self.store.core(part)
+        number = np.append(self.numbers[part], self.firsts[part] + np.arange(len(core.x)))
+        return core._replace(triangles=number[core.triangles])
+
+    def whole(self, spacing: Spacing) -> Net:
+        """All bubbles, with all triangles."""
+        net, cores = self.net, [self.core(part) for part in range(len(self.sizes))]
+        x = np.concatenate([core.x for core in cores])
+        bubbles = net.bubbles.append(x, spacing.extended(x))
+        return reconnect(net, bubbles, np.concatenate([net.triangles, *(core.triangles for core in cores)]))
 
 
 def enough_parts(expected_nodes: float) -> int:
@@ -41,35 +80,53 @@ class Together:
     """What all parts and strips have in common: how they are packed, by whom, and who is told of it."""
 
     spacing: Spacing
+    wanted: Spacing | None  # if figures and fields of the triangles are to be made, by parts
     method: Method
     max_nodes: int
     deadline: Deadline
     crew: Crew
+    store: Store
     on_done: Callable[[Record], None]  # is told of each part, in their order, and of each pass over the seams
     on_share: Callable[[float], None]  # is told what share of all is done
     share: float = 0.0
 
-    def parts(self, domains: Sequence[Domain], shares: Sequence[float], expected_nodes: float) -> list[Packed]:
-        """Pack parts with these shares of all bubbles."""
-        jobs = (
-            (domain, self.spacing, self._of_a_part(share), share * expected_nodes, self.max_nodes, self.deadline)
-            for domain, share in zip(domains, shares, strict=True)
-        )
-        done = list[Packed]()
-        for part in self._in_order(packed, jobs, [(1 - SEAMS_WORK) * share for share in shares]):
-            self.on_done(part.record)
-            done.append(part)
-        return done
+    def parts(self, division: Division, cuts: Cuts, expected_nodes: float) -> tuple[list[Places], list[Margin]]:
+        """Pack the parts that are not kept yet, and keep them."""
+        shares = (cuts.work / cuts.work.sum()).tolist()
+        places = dict[int, Places]()
+
+        def job(cell: int) -> tuple[Any, ...]:
+            domain, places[cell] = division.part(cell)
+            method, rest = self._of_a_part(shares[cell]), (self.max_nodes, self.deadline)
+            return domain, places[cell], self.spacing, self.wanted, method, shares[cell] * expected_nodes, *rest
+
+        kept = ((cell, self.store.margin(cell)) for cell in range(cuts.cells))
+        known = {cell: margin for cell, margin in kept if margin is not None and not margin.record.late}
+        left = [cell for cell in range(cuts.cells) if cell not in known]
+        fresh = self.crew(packed_part, map(job, left))
+        all_parts = chain(known.items(), ((left[number], self._kept(left[number], part)) for number, part in fresh))
+        margins = list[Margin]()
+        for margin in self._in_order(all_parts, [(1 - SEAMS_WORK) * share for share in shares]):
+            self.on_done(margin.record)
+            margins.append(margin)
+        for cell in known:
+            job(cell)
+        return [places[cell] for cell in range(cuts.cells)], margins
 
     def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
         """Pack strips of a net once more, as of `put_back`, in which the bubbles that are ``free`` (n,) may move."""
         found, method = list(strips(net, free)), self._of_a_seam()
         jobs = ((strip.domain, self.spacing, method, strip.x, self.deadline) for strip in found)
-        work = [SEAMS_WORK * len(strip.inside) / len(net.bubbles) for strip in found]
-        done = list(self._in_order(packed_from, jobs, work))
+        inside = sum(len(strip.inside) for strip in found)
+        work = [SEAMS_WORK / 2 * len(strip.inside) / inside for strip in found]
+        done = list(self._in_order(self.crew(packed_from, jobs), work))
         if done:
             self.on_done(Record.together([part.record for part in done]))
         return put_back(net, list(zip(found, done, strict=True)), self.spacing)
+
+    def _kept(self, cell: int, part: Part) -> Margin:
+        self.store.keep(cell, part)
+        return part.margin
 
     def _of_a_seam(self) -> Method:
         """The method for strips, whose order is that of the parts beside them."""
@@ -85,12 +142,10 @@ class Together:
             annealing = replace(annealing, fully_shaken=max(round(share * annealing.fully_shaken), 1))
         return replace(self.method, annealing=annealing)
 
-    def _in_order(
-        self, function: Callable[..., Packed], jobs: Iterable[tuple[Any, ...]], work: Sequence[float]
-    ) -> Iterator[Packed]:
-        """Results of all jobs in their order; each is a share of all work."""
-        waiting, told = dict[int, Packed](), 0
-        for number, result in self.crew(function, jobs):
+    def _in_order(self, results: Iterable[tuple[int, T]], work: Sequence[float]) -> Iterator[T]:
+        """Results in the order of their numbers; each is a share of all work."""
+        waiting, told = dict[int, T](), 0
+        for number, result in results:
             waiting[number] = result
             self.share += work[number]
             self.on_share(min(self.share, 1.0))
@@ -104,24 +159,45 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
 
     Bubbles on the cuts are set beforehand and stay, so that the parts know nothing of each other. In the end strips
     along the cuts are packed once more with these bubbles free: first between the ends of cuts, then around the ends.
+    The bands of the parts, in which these strips are, are all that is held here.
     """
     cuts = cut(domain, together.spacing, expected_nodes, parts)
     division = divided(domain, cuts, together.spacing)
-    domains, places = zip(*map(division.part, range(cuts.cells)), strict=True)
-    done = together.parts(domains, (cuts.work / cuts.work.sum()).tolist(), expected_nodes)
-    net, along, ends = joined(division, list(_patches(division, places, done)), together.spacing)
+    places, margins = together.parts(division, cuts, expected_nodes)
+    net, along, ends, numbers = joined(division, list(_patches(division, places, margins)), together.spacing)
+    rim = np.concatenate([number[margin.band.rim] for number, margin in zip(numbers, margins, strict=True)])
     between = near(net, along, SEAM) & ~near(net, ends, JUNCTION)
+    between[rim] = False
     in_seams = int(between.sum())
-    net, number = together.seams(net, between)
-    around = near(net, number[ends], JUNCTION)
-    net, _ = together.seams(net, around)
-    # Where rims of strips were, edges are flipped until they are Delaunay.
-    net = reconnect(net, net.bubbles, net.triangles)
-    return Parted(net, len(along), in_seams + int(around.sum()))
+    net, moved = together.seams(net, between)
+    around = near(net, moved[ends], JUNCTION)
+    around[moved[rim]] = False
+    net, again = together.seams(net, around)
+    # Bubbles that are gone have no number; no core knows any of them.
+    number = np.where(moved < 0, -1, again[moved])
+    numbers = tuple(number[known] for known in numbers)
+    valence = np.zeros(len(net.bubbles), np.int64)
+    for known, margin in zip(numbers, margins, strict=True):
+        np.add.at(valence, known[margin.valence > 0], margin.valence[margin.valence > 0])
+    net = settled(net)
+    return Parted(
+        net=net,
+        cell=cuts.cell_of(net.bubbles.x[net.triangles].mean(axis=1)),
+        rim=number[rim],
+        rim_region=np.concatenate([margin.band.rim_region for margin in margins]),
+        numbers=numbers,
+        store=together.store,
+        sizes=np.array([(margin.nodes, margin.triangles) for margin in margins]),
+        regions=np.unique(np.concatenate([margin.regions for margin in margins])),
+        census=tuple(margin.census for margin in margins if margin.census is not None),
+        valence=valence,
+        on_cuts=len(along),
+        in_seams=in_seams + int(around.sum()),
+    )
 
 
-def _patches(division: Division, places: Sequence[Places], done: Sequence[Packed]) -> Iterator[Patch]:
+def _patches(division: Division, places: Sequence[Places], margins: Sequence[Margin]) -> Iterator[Patch]:
     first = len(division.boundary.corners) + len(division.held.s)
-    for where, part in zip(places, done, strict=True):
-        yield patch(division, where, part, first)
-        first += len(part.bubbles)
+    for where, margin in zip(places, margins, strict=True):
+        yield patch(division, where, margin.band, first)
+        first += len(margin.band.x)

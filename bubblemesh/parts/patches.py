@@ -1,4 +1,4 @@
-"""Patches: packed parts, whose nodes have numbers that neighbours share along the cuts; joined, they are one net."""
+"""Patches: bands of packed parts, whose nodes have numbers that neighbours share; joined, they are one net."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,14 +9,14 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, unconnected
+from bubblemesh.parts.cores import Band
 from bubblemesh.parts.division import Division, Places
 from bubblemesh.parts.ends import merged
-from bubblemesh.parts.work import Packed
 from bubblemesh.spacing.spacing import Spacing
 
 
 class Patch(NamedTuple):
-    """Nodes of a part, by numbers that are theirs in the whole division."""
+    """Nodes of a band, by numbers that are theirs in the whole division."""
 
     node: Integers  # (n,): corners of the division first, then bubbles held on cuts, then each part's own
     x: Floats  # (n, 2)
@@ -25,35 +25,37 @@ class Patch(NamedTuple):
     triangles: Integers  # (t, 3): of these numbers
 
 
-def patch(division: Division, places: Places, part: Packed, first: int) -> Patch:
-    """A packed part as a patch, whose own nodes have the numbers from ``first`` on."""
-    bubbles, boundary, held = part.bubbles, division.boundary, division.held
-    piece, s = places.piece[bubbles.piece], bubbles.s
-    s = np.where(places.turned[bubbles.piece], boundary.lengths[piece] - s, s)
-    node = np.full(len(bubbles), -1)
-    node[: bubbles.corners] = places.corner
+def patch(division: Division, places: Places, band: Band, first: int) -> Patch:
+    """The band of a part as a patch, whose own nodes have the numbers from ``first`` on."""
+    boundary, held, corners = division.boundary, division.held, band.corners
+    piece, s = places.piece[band.piece], band.s
+    s = np.where(places.turned[band.piece], boundary.lengths[piece] - s, s)
+    node = np.full(len(band.x), -1)
+    node[:corners] = places.corner
     common = np.flatnonzero(np.isin(piece, held.pieces))
     order = common[np.lexsort((s[common], piece[common]))]
     mine = np.flatnonzero(np.isin(held.piece, places.piece))
-    node[bubbles.corners + order] = len(boundary.corners) + mine
+    node[corners + order] = len(boundary.corners) + mine
     own = np.flatnonzero(node < 0)
     node[own] = first + np.arange(len(own))
     pieces, along = np.full(len(node), -1), np.zeros(len(node))
-    pieces[bubbles.sliding], along[bubbles.sliding] = piece, s
-    along[bubbles.corners + order] = held.s[mine]
-    return Patch(node, bubbles.x, pieces, along, node[part.triangles])
+    sliding = slice(corners, corners + len(piece))
+    pieces[sliding], along[sliding] = piece, s
+    along[corners + order] = held.s[mine]
+    return Patch(node, band.x, pieces, along, node[band.triangles])
 
 
 class Joined(NamedTuple):
-    """One net of all parts in the whole domain, which is not Delaunay along the cuts yet, and has no list of edges."""
+    """One net of all bands in the whole domain, which is not Delaunay along the cuts yet, and has no list of edges."""
 
-    net: Net
+    net: Net  # of all bubbles on the boundary, and of those of the bands
     along: Integers  # (k,): bubbles on cuts
     ends: Integers  # (j,): those of them at which cuts meet each other, the boundary, or inner lines
+    numbers: tuple[Integers, ...]  # of the nodes (n,) of each patch
 
 
 def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Joined:
-    """Join packed parts: what they have in common is there once."""
+    """Join the bands of packed parts: what they have in common is there once."""
     whole, boundary = division.whole, division.boundary
     shared = len(boundary.corners) + len(division.held.s)
     node, row = np.unique(np.concatenate([patch.node for patch in patches]), return_index=True)
@@ -83,4 +85,5 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
         bubbles = bubbles.select(np.flatnonzero(stay))
         net = unconnected(bubbles, whole)
     net = replace(net, triangles=rank[triangles])
-    return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends])
+    numbers = tuple(rank[place[np.searchsorted(node, patch.node)]] for patch in patches)
+    return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends], numbers)

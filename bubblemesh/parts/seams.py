@@ -10,10 +10,15 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
 from bubblemesh.geometry.faces import face
-from bubblemesh.meshes.edges import directed_sides, edge_keys, one_sided
+from bubblemesh.kernels.linking import legalised
+from bubblemesh.meshes.edges import directed_sides, find_sides, one_sided
+from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.net import Net
 from bubblemesh.parts.work import Packed
 from bubblemesh.spacing.spacing import Spacing
+
+SEAM = 6  # edges from a cut to the bubbles that stay
+JUNCTION = 10  # the same from where a cut ends, which is packed once more after the rest of the seams
 
 
 @dataclass(frozen=True)
@@ -47,20 +52,20 @@ def strips(net: Net, free: Booleans) -> Iterator[Strip]:
     of_triangle = group[net.triangles].max(axis=1)
     mine = np.flatnonzero(of_triangle >= 0)
     mine = mine[np.argsort(of_triangle[mine], kind="stable")]
+    # Sides of the domain within a strip, and facets between others that stay, are lines in it.
+    forth, back = (np.append(of_triangle, -1)[found] for found in _beside_facets(net))
+    within = np.where(forth == back, forth, -1)
     for triangles in np.split(mine, np.flatnonzero(np.diff(of_triangle[mine])) + 1):
         if len(triangles):
-            yield _strip(net, free, triangles)
+            yield _strip(net, free, triangles, net.facets[within == of_triangle[triangles[0]]])
 
 
-def _strip(net: Net, free: Booleans, triangles: Integers) -> Strip:
-    n, sides = len(net.bubbles), directed_sides(net.triangles[triangles])
+def _strip(net: Net, free: Booleans, triangles: Integers, lines: Integers) -> Strip:
+    sides = directed_sides(net.triangles[triangles])
     nodes = np.unique(sides)
     rim, inside = nodes[~free[nodes]], nodes[free[nodes]]
-    outer = sides[np.sort(one_sided(sides, n))]
-    # Sides of the domain within the strip, and facets between others that stay, are lines in it.
-    within = np.isin(edge_keys(net.facets, n), edge_keys(sides, n))
-    within &= np.isin(edge_keys(net.facets[:, ::-1], n), edge_keys(sides, n))
-    ends = np.searchsorted(rim, np.concatenate([outer, net.facets[within]]))
+    outer = sides[np.sort(one_sided(sides, len(net.bubbles)))]
+    ends = np.searchsorted(rim, np.concatenate([outer, lines]))
     return Strip(rim, inside, triangles, _polygon(net.bubbles.x[rim], ends, len(outer)), net.bubbles.x[inside])
 
 
@@ -107,3 +112,23 @@ def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -
     x = np.vstack([np.zeros((0, 2)), *places])
     grown = rest.append(x, spacing.extended(x))
     return replace(net, bubbles=grown, facets=number[net.facets], triangles=np.concatenate(triangles)), number
+
+
+def settled(net: Net) -> Net:
+    """The net with its edges flipped until they are Delaunay, but for facets and the rim of its triangles."""
+    used, corners = np.unique(net.triangles, return_inverse=True)
+    x, triangles = net.bubbles.x[used], corners.reshape(-1, 3)
+    sides, n = directed_sides(triangles), len(used)
+    rim = sides[np.sort(one_sided(sides, n))]
+    forth, back = _beside_facets(net)
+    lines = np.searchsorted(used, net.facets[(forth >= 0) & (back >= 0)])
+    stay = np.concatenate([rim, lines])
+    found = legalised(triangles, x, x, stay)
+    legal = linked(x, stay, np.arange(len(stay)) >= len(rim))[0] if found is None else found.triangles
+    return replace(net, triangles=used[legal])
+
+
+def _beside_facets(net: Net) -> tuple[Integers, Integers]:
+    """Triangles (b,) on the left and on the right of each facet, -1 where there is none."""
+    left, right = (find_sides(net.triangles, len(net.bubbles), ends)[0] for ends in (net.facets, net.facets[:, ::-1]))
+    return left, right

@@ -86,6 +86,11 @@ class Problem:
         return Demands(task.least_angle, areas, task.max_nodes)
 
     @property
+    def may_stay_in_parts(self) -> bool:
+        """Whether nothing asks for all triangles at once."""
+        return not self.demands and self.task.order == 1 and self.task.partition is None
+
+    @property
     def refined(self) -> bool:
         """Whether the packing spacing is finer than the spacing somewhere."""
         return self.packing_spacing is not self.spacing

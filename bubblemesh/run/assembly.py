@@ -1,14 +1,21 @@
 """From connected bubbles to a mesh with the domain's labels and regions; a coarse one for a picture of the spacing."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import TARGET_SPACING
+from bubblemesh.meshes.sliced import Slice, SlicedMesh
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
+from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.parts.parted import Parted
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 
@@ -18,32 +25,67 @@ ENOUGH = 1_000_000  # nodes
 
 def mesh_of(net: Net, domain: Domain) -> Mesh:
     """The mesh of connected bubbles, with the domain's labels and regions."""
-    boundary, bubbles, parts = domain.boundary, net.bubbles, domain.parts
-    facets, piece = boundary.edges(bubbles.piece, bubbles.s)
-    begin, end = boundary.arcs(facets, piece, bubbles.s)
+    frame, piece = _frame(net.bubbles, domain)
     triangles = sorted_triangles(net.triangles)
     region = np.zeros(len(triangles), np.int64)
-    if parts.regions:
-        region = regions(triangles, facets, boundary.left[piece], boundary.right[piece])
-    numbers, region = np.unique(parts.name_indices[region], return_inverse=True)
+    if domain.parts.regions:
+        region = regions(triangles, frame.facets, domain.boundary.left[piece], domain.boundary.right[piece])
+    numbers, region = np.unique(domain.parts.name_indices[region], return_inverse=True)
+    names = tuple(domain.parts.names[k] for k in numbers)
+    return replace(frame, triangles=triangles, regions=names, triangle_regions=region)
+
+
+def sliced_mesh(parted: Parted, domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:
+    """The mesh of what was packed in parts: a slice for each, of its core, and of the seams' triangles in its area.
+
+    The fields (t,) are those of the triangles in the seams.
+    """
+    net, parts = parted.net, domain.parts
+    frame, piece = _frame(net.bubbles, domain)
+    walls = np.concatenate([frame.facets, parted.rim])
+    sides = (np.append(side[piece], parted.rim_region) for side in (domain.boundary.left, domain.boundary.right))
+    region = regions(net.triangles, walls, *sides)
+    numbers = np.unique(parts.name_indices[np.append(region, parted.regions)])
+    index = np.searchsorted(numbers, parts.name_indices)
+    counts = np.bincount(parted.cell, minlength=len(parted.sizes))
+    blocks = np.split(np.argsort(parted.cell, kind="stable"), np.cumsum(counts)[:-1])
+
+    def read(part: int) -> Slice:
+        core, mine = parted.core(part), blocks[part]
+        cores = {"quality": core.quality, TARGET_SPACING: core.target}
+        return Slice(
+            core.x,
+            np.concatenate([net.triangles[mine], core.triangles]),
+            index[np.concatenate([region[mine], core.region])],
+            {name: np.concatenate([values[mine], cores[name]]) for name, values in fields.items()},
+        )
+
+    named = replace(frame, regions=tuple(parts.names[k] for k in numbers))
+    return SlicedMesh(named, ~net.two_sided, parted.sizes + np.column_stack([np.zeros_like(counts), counts]), read)
+
+
+def _frame(bubbles: Bubbles, domain: Domain) -> tuple[Mesh, Integers]:
+    """A mesh of bubbles without triangles, with the domain's labels; and the boundary piece (f,) of each facet."""
+    boundary, parts = domain.boundary, domain.parts
+    facets, piece = boundary.edges(bubbles.piece, bubbles.s)
+    begin, end = boundary.arcs(facets, piece, bubbles.s)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     corners = bubbles.x[: bubbles.corners]
     nodes = [np.hypot(*(corners - point.at).T).argmin() for point in parts.points]
     point_labels = tuple(dict.fromkeys(point.label for point in parts.points))
-    return Mesh(
+    frame = Mesh(
         bubbles.x,
-        triangles,
+        np.zeros((0, 3), np.int64),
         facets,
         label,
         tuple(boundary.labels[k] for k in labels),
-        regions=tuple(parts.names[k] for k in numbers),
-        triangle_regions=region,
         labelled_nodes=np.array(nodes, np.int64),
         node_labels=np.array([point_labels.index(point.label) for point in parts.points], np.int64),
         point_labels=point_labels,
         facet_middles=boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2)),
         periodic=matching_edges(domain.periodic, piece),
     )
+    return frame, piece
 
 
 def previewed(problem: Problem) -> tuple[Mesh, Floats]:

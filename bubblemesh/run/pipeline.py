@@ -1,52 +1,30 @@
 """From a case to a mesh, within a time limit: the whole story on one screen."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from time import perf_counter, thread_time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
 from typing import Any
-
-import numpy as np
 
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError, RequirementError, at_key
-from bubblemesh.geometry.followed import deviation
 from bubblemesh.kernels.library import engine
-from bubblemesh.limits import enter, time_left, timed
-from bubblemesh.meshes.conformity import area_error, require_conforming
+from bubblemesh.limits import time_left, timed
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import Measures, mesh_figures
-from bubblemesh.packing.demands import Demands
-from bubblemesh.packing.net import connect
-from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.refinement import Refined, Refinement
-from bubblemesh.packing.rounds import Round, rounds
-from bubblemesh.parts.work import Crew, Deadline, Figures, Record, alone
+from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.packing.refinement import Demands, Refined
+from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
-from bubblemesh.run.assembly import mesh_of
-from bubblemesh.run.estimate import repair_rows, spacing_changes
-from bubblemesh.run.report import (
-    NodeTargetRow,
-    PartsRow,
-    RefinementRow,
-    Report,
-    RoundRow,
-    triangle_fields,
-)
-from bubblemesh.spacing.grid.table import tabulated
+from bubblemesh.run.measured import measured
+from bubblemesh.run.packings import OnRound, OnShare, Packing, Stores, pack
+from bubblemesh.run.report import NodeTargetRow, RefinementRow, Report, repair_rows, spacing_changes
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
-# Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
-FINISHING = 6e-5
-LEAST_WORK = 0.05  # seconds that tell how much of the processor a run gets
-
-OnRound = Callable[[RoundRow], None]
-OnShare = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -73,64 +51,14 @@ class Result:
     verdict: BubblemeshError | None = None
 
 
-@dataclass
-class Clock:
-    """A watch that ends a packing while there is time to finish it, and hands on what share of it is done."""
-
-    limit: float | None  # seconds
-    reserve: float  # seconds that what follows takes
-    on_share: OnShare
-    share: float = 0.0
-    over: bool = False
-
-    def __call__(self, share: float) -> None:
-        """Note the share that is done; TimeUp if the time is over."""
-        self.share = share
-        self.on_share(share)
-        if time_left() < self.reserve:
-            self.over = True
-            raise TimeUp(self.reason)
-
-    @property
-    def reason(self) -> str:
-        """Why a packing ends at its limit."""
-        return f"the time limit of {self.limit:g} s"
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warning on what the limit did to the mesh, if it was met."""
-        if not self.over:
-            return []
-        return [
-            f"the time limit of {self.limit:g} s ended the packing at about {self.share:.0%}: the mesh is valid, but "
-            "less good than it could be"
-        ]
-
-
 @dataclass(frozen=True)
-class Packing:
-    """A problem with the rounds that packed it, and the time that each stage took."""
+class SlicedResult:
+    """Mesh of a run that was packed in parts and stays in their store, with its report; else as `Result`."""
 
-    problem: Problem
-    start: Figures
-    rounds: tuple[RoundRow, ...]
+    mesh: SlicedMesh
+    report: Report
     speeds: tuple[Floats, ...]
-    last: Round
-    clock: Clock
-    seconds: dict[str, float]
-    refined: Refined | None = None  # if there are demands on each triangle
-    parts: PartsRow | None = None  # if it was packed in parts
-
-    @property
-    def nodes(self) -> int:
-        """Number of bubbles in the end."""
-        return len(self.last.bubbles)
-
-    @property
-    def scale(self) -> float:
-        """Factor of the spacing, which a number of nodes may ask for."""
-        target = self.problem.node_target
-        return 1.0 if target is None else target.scale
+    verdict: BubblemeshError | None = None
 
 
 def mesh_case(
@@ -154,6 +82,13 @@ def mesh_case(
     return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
 
 
+def mesh_case_in_slices(
+    case: Case, stores: Stores, on_round: OnRound, on_share: OnShare, crew: Crew
+) -> Result | SlicedResult:
+    """Mesh a case as `mesh_case` does, but leave what is packed in parts in the stores if nothing needs it at once."""
+    return case.within_limits(lambda: _meshed(prepare(case), on_round, on_share, None, crew, stores))
+
+
 def mesh_problem(
     problem: Problem,
     on_round: OnRound = lambda row: None,
@@ -162,8 +97,21 @@ def mesh_problem(
     crew: Crew = alone,
 ) -> Result:
     """Mesh a problem; ``adaptation`` is what the report tells of the solution that the sizes come from."""
+    result = _meshed(problem, on_round, on_share, adaptation, crew, None)
+    assert isinstance(result, Result)  # without stores nothing stays in parts
+    return result
+
+
+def _meshed(
+    problem: Problem,
+    on_round: OnRound,
+    on_share: OnShare,
+    adaptation: Mapping[str, Any] | None,
+    crew: Crew,
+    stores: Stores | None,
+) -> Result | SlicedResult:
     begun = perf_counter() - sum(problem.seconds.values())
-    packings = [pack(problem, on_round, on_share, crew)]
+    packings = [pack(problem, on_round, on_share, crew, stores)]
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
         if time_left() < sum(packings[-1].seconds.get(stage, 0.0) for stage in ("placement", "packing")):
             break
@@ -171,105 +119,26 @@ def mesh_problem(
         problem = correct(problem, target, found)
         if problem.node_target is None or problem.node_target.scale in [packing.scale for packing in packings]:
             break
-        packings.append(pack(problem, on_round, on_share, crew))
+        packings.append(pack(problem, on_round, on_share, crew, stores))
     return _finish(packings, begun, adaptation)
 
 
-def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
-    """Pack a problem, in parts if the task asks for them, as long as the run's time limit leaves time to finish."""
-    whole = problem.task.parts == 1
-    packing = _whole(problem, on_round, on_share) if whole else _in_parts(problem, on_round, on_share, crew)
-    if not problem.demands:
-        return packing
-    enter("refinement")
-    with timed(packing.seconds, "refinement"):
-        refined = Refinement(problem.domain, problem.packing_spacing, problem.demands)(packing.last.net, packing.clock)
-    return replace(packing, last=replace(packing.last, net=refined.net), refined=refined)
-
-
-def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
-    """Place bubbles and run the rounds of the method."""
-    task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
-    begun, worked = perf_counter(), thread_time()
-    with timed(seconds, "placement"):
-        spacing = tabulated(domain, problem.packing_spacing)
-        levels = method.levels(domain, spacing, problem.expected_nodes)
-        start = method.placement(domain, levels[0], task.max_nodes)
-        first = Figures.of(start, connect(start, domain).triangles)
-    rows, speeds = list[RoundRow](), list[Floats]()
-    # Where other programs take the processor, what follows takes longer as well.
-    shared = max((perf_counter() - begun) / max(thread_time() - worked, LEAST_WORK), 1.0)
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * shared, on_share)
-    with timed(seconds, "packing"):
-        last_end = perf_counter()
-        last: Round | None = None
-        for done in rounds(start, domain, levels, method, clock):
-            rows.append(RoundRow.of(done, perf_counter() - last_end))
-            speeds.append(done.speeds)
-            on_round(rows[-1])
-            last_end, last = perf_counter(), done if done.stop_reason is not None else None
-            del done  # or its net, which takes most of the memory, stays while the next round makes its own
-    assert last is not None  # the last round tells why it is
-    return Packing(problem, first, tuple(rows), tuple(speeds), last, clock, seconds)
-
-
-def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew) -> Packing:
-    """Pack parts side by side, if it is worth several; each, and each strip along the cuts, is told of as a round."""
-    # Imported here since few meshes have parts.
-    from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
-
-    parts = problem.task.parts or enough_parts(problem.expected_nodes)
-    if parts == 1:
-        return _whole(problem, on_round, on_share)
-    task, seconds = problem.task, dict(problem.seconds)
-    rows, records = list[RoundRow](), list[Record]()
-
-    def on_done(record: Record) -> None:
-        records.append(record)
-        rows.append(RoundRow.of_part(len(records), record))
-        on_round(rows[-1])
-
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
-    deadline = Deadline.within(time_left() - clock.reserve)
-    together = Together(problem.packing_spacing, problem.method, task.max_nodes, deadline, crew, on_done, on_share)
-    with timed(seconds, "packing"):
-        parted = packed_in_parts(problem.domain, problem.expected_nodes, parts, together)
-    clock.over = any(record.late for record in records)
-    last = Round(
-        number=len(rows),
-        before=len(parted.net.bubbles),
-        inserted=0,
-        net=parted.net,
-        speeds=np.zeros(0),
-        evaluations=0,
-        stop_reason=clock.reason if clock.over else "all parts and the seams between are packed",
-    )
-    start = Figures.together([record.start for record in records[:parts]])
-    nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
-    row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams)
-    return Packing(problem, start, tuple(rows), speeds, last, clock, seconds, parts=row)
-
-
-def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result:
+def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result | SlicedResult:
     """Make the mesh of the best packing, measure it and report: the nearest one to the wanted number of nodes."""
     target = packings[0].problem.node_target
     wanted = packings[0].nodes if target is None else target.nodes
     best = min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - wanted)))
     problem, task, seconds = best.problem, best.problem.task, dict(best.seconds)
-    domain, ideal_nodes, last = problem.domain, problem.survey.ideal_nodes, best.last
+    ideal_nodes = problem.survey.ideal_nodes
     with timed(seconds, "quality"):
-        mesh = mesh_of(last.net, domain)
-        measures = Measures(mesh.points, mesh.triangles)
-        require_conforming(mesh, measures)
-        departure = deviation(domain, mesh.points, *domain.boundary.edges(last.bubbles.piece, last.bubbles.s))
-        figures = mesh_figures(measures, problem.spacing.between)
-        error, fields = area_error(mesh, measures), triangle_fields(measures, problem.spacing)
-        straight = 0
-        if task.order == 2:
+        found = measured(best.packed, problem)
+        mesh, figures, straight = found.mesh, found.figures, 0
+        if isinstance(mesh, Mesh) and task.order == 2:
             mesh, straight = mesh.second_order()
-    if task.partition is not None:
+    if isinstance(mesh, Mesh) and task.partition is not None:
         with timed(seconds, "partition"), at_key("output", "partition"):
             mesh = mesh.partitioned(task.partition)
+    partition = mesh.partition if isinstance(mesh, Mesh) else None
     seconds["total"] = sum(seconds.values())
     if target is not None:
         total = perf_counter() - begun
@@ -285,15 +154,15 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         parameters=task.parameters,
         initial=best.start,
         rounds=best.rounds,
-        stop_reason=last.stop_reason,
+        stop_reason=best.stop_reason,
         finished=not best.clock.over,
         rules=changes.get("rules"),
         periodic=changes.get("periodic"),
         ideal_nodes=ideal_nodes,
         force_evaluations=sum(row.force_evaluations for row in best.rounds),
         **figures,
-        area_error=error,
-        deviation=departure,
+        area_error=found.area_error,
+        deviation=found.deviation,
         seconds=seconds,
         peak_memory_mb=peak_memory_mb(),
         warnings=(
@@ -303,16 +172,19 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
             *([] if best.refined is None else warnings.sharper_corners(best.refined, task.least_angle)),
-            *([] if mesh.partition is None else warnings.divided_by_geometry(mesh.partition)),
+            *([] if partition is None else warnings.divided_by_geometry(partition)),
         ),
-        repairs=repair_rows(domain),
+        repairs=repair_rows(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
         adaptation=adaptation,
         parts=best.parts,
-        partition=None if mesh.partition is None else mesh.partition.figures(),
+        partition=None if partition is None else partition.figures(),
     )
-    return Result(mesh, fields, report, best.speeds, _verdict(best, figures))
+    verdict = _verdict(best, figures)
+    if isinstance(mesh, Mesh):
+        return Result(mesh, found.fields, report, best.speeds, verdict)
+    return SlicedResult(mesh, report, best.speeds, verdict)
 
 
 def _misses(packing: Packing, target: NodeTarget) -> bool:
@@ -323,7 +195,7 @@ def _misses(packing: Packing, target: NodeTarget) -> bool:
 def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | None:
     """Why the mesh is not what the case requires, if it is not."""
     if packing.clock.over:
-        return LimitError(f"limits.seconds: stopped by {packing.last.stop_reason}: the mesh is written as it was then")
+        return LimitError(f"limits.seconds: stopped by {packing.stop_reason}: the mesh is written as it was then")
     if packing.refined is not None and packing.refined.stopped is not None:
         return _unrefined(packing.refined, packing.problem.demands)
     quality = figures["quality"]

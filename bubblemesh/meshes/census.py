@@ -1,0 +1,149 @@
+"""Figures of a mesh from those of its pieces, which nobody has to hold all at once."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.quality import REGULAR_VALENCE, WORST, Measures, edge_ratios, worst_triangles
+
+QUALITY_BINS = 10_000  # of radius ratios, from 0 to 1
+SHOWN_BINS = 10  # of the histogram of a report
+OCTAVES, PER_OCTAVE = 4, 2_500  # of edge lengths over spacings, around 1
+
+
+class Tally(NamedTuple):
+    """What is known of many numbers, at least one: enough for mean, deviation, least one and quantiles."""
+
+    number: int
+    total: float
+    squares: float  # sum of the squares of what they are off from 1
+    least: float
+    bins: Integers  # (b,): how many are in each bin
+
+    @classmethod
+    def of(cls, values: Floats, places: Floats, bins: int) -> Self:
+        """Tally of values (n,) at ``places`` (n,) from 0 to 1 along so many bins; what is beyond is in the outer ones.
+
+        An empty one has the least value infinity.
+        """
+        which = np.clip((places * bins).astype(np.int64), 0, bins - 1)
+        counts = np.bincount(which, minlength=bins)
+        least = float(values.min(initial=np.inf))
+        return cls(len(values), float(values.sum()), float(((values - 1) ** 2).sum()), least, counts)
+
+    @classmethod
+    def together(cls, parts: "Sequence[Tally]") -> Self:
+        """Tally of the numbers of all parts."""
+        number, total, squares, least, bins = zip(*parts, strict=True)
+        return cls(sum(number), sum(total), sum(squares), min(least), np.sum(bins, axis=0))
+
+    @property
+    def mean(self) -> float:
+        """Mean of the numbers."""
+        return self.total / self.number
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the numbers."""
+        return float(np.sqrt(max(self.squares / self.number - (self.mean - 1) ** 2, 0.0)))
+
+    def quantile(self, share: float) -> float:
+        """Place, from 0 to 1 along the bins, below which this share of the numbers is; exact to a bin."""
+        below = np.append(0, np.cumsum(self.bins))
+        return float(np.interp(share * (self.number - 1) + 0.5, below, np.linspace(0, 1, len(below))))
+
+
+class Census(NamedTuple):
+    """Figures of a piece of a mesh, of which those of several make those of all."""
+
+    triangles: int
+    area: float
+    low: Floats  # (2,): corner of the box around its nodes
+    high: Floats  # (2,)
+    quality: Tally
+    worst: Floats  # (w,): radius ratios of the worst triangles, the worst first
+    worst_at: Floats  # (w, 2): their centroids
+    angle_min: float
+    angle_max: float
+    spacing: Tally  # of edge length over wanted spacing, by the logarithm
+    inner: int  # nodes of its own within the domain
+    irregular: int  # those of them whose valence is not six
+
+    @classmethod
+    def of(
+        cls,
+        measures: Measures,
+        spacing_between: Callable[[Floats], Floats],
+        own_edges: Booleans,
+        own_inner: Booleans,
+        valence: Integers,
+    ) -> Self:
+        """Figures of a piece, at least a triangle.
+
+        Edges (e,) of its measures that other pieces count are not its own; ``own_inner`` (n,) are the nodes within the
+        domain that no other piece counts, and ``valence`` (n,) the number of edges at each node.
+        """
+        points, edges = measures.points, measures.edges[0][own_edges]
+        ratios = edge_ratios(points, edges, spacing_between(points[edges]))
+        worst = worst_triangles(measures, WORST)
+        used = points[np.unique(measures.triangles)]
+        return cls(
+            triangles=len(measures.triangles),
+            area=float(measures.signed_areas.sum()),
+            low=used.min(axis=0),
+            high=used.max(axis=0),
+            quality=Tally.of(measures.radius_ratios, measures.radius_ratios, QUALITY_BINS),
+            worst=np.array([q for q, _ in worst]),
+            worst_at=np.array([at for _, at in worst]),
+            angle_min=float(measures.angles.min()),
+            angle_max=float(measures.angles.max()),
+            spacing=Tally.of(ratios, np.log2(ratios) / (2 * OCTAVES) + 0.5, 2 * OCTAVES * PER_OCTAVE),
+            inner=int(own_inner.sum()),
+            irregular=int((valence[own_inner] != REGULAR_VALENCE).sum()),
+        )
+
+    @classmethod
+    def together(cls, parts: "Sequence[Census]") -> Self:
+        """Figures of all pieces of a mesh."""
+        worst = np.concatenate([part.worst for part in parts])
+        order = np.argsort(worst, kind="stable")[:WORST]
+        return cls(
+            triangles=sum(part.triangles for part in parts),
+            area=sum(part.area for part in parts),
+            low=np.min([part.low for part in parts], axis=0),
+            high=np.max([part.high for part in parts], axis=0),
+            quality=Tally.together([part.quality for part in parts]),
+            worst=worst[order],
+            worst_at=np.concatenate([part.worst_at for part in parts])[order],
+            angle_min=min(part.angle_min for part in parts),
+            angle_max=max(part.angle_max for part in parts),
+            spacing=Tally.together([part.spacing for part in parts]),
+            inner=sum(part.inner for part in parts),
+            irregular=sum(part.irregular for part in parts),
+        )
+
+    def figures(self, nodes: int, boundary_nodes: int) -> dict[str, Any]:
+        """Figures of a mesh with so many nodes, as of `mesh_figures`; quantiles are exact to a bin."""
+        shown = self.quality.bins.reshape(SHOWN_BINS, -1).sum(axis=1)
+        ends = [2.0 ** (2 * OCTAVES * (self.spacing.quantile(share) - 0.5)) for share in (0.01, 0.99)]
+        worst = zip(self.worst.tolist(), map(tuple, self.worst_at.tolist()), strict=True)
+        return {
+            "nodes": nodes,
+            "triangles": self.triangles,
+            "boundary_nodes": boundary_nodes,
+            "bounds": (*self.low.tolist(), *self.high.tolist()),
+            "quality": {
+                "mean": self.quality.mean,
+                "min": self.quality.least,
+                "p01": self.quality.quantile(0.01),
+                "histogram": tuple(shown.tolist()),
+                "irregular_fraction": self.irregular / self.inner if self.inner else None,
+                "angle_min": self.angle_min,
+                "angle_max": self.angle_max,
+                "worst": [{"quality": q, "at": at} for q, at in worst],
+            },
+            "area": self.area,
+            "spacing": {"mean": self.spacing.mean, "std": self.spacing.deviation, "p01": ends[0], "p99": ends[1]},
+        }

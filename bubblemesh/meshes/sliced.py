@@ -1,0 +1,61 @@
+"""A mesh that is too large to be held at once: what all of it has in common, and slices of nodes and triangles."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.mesh import Mesh
+
+
+class Slice(NamedTuple):
+    """Nodes and triangles, whose numbers follow those of the slices before."""
+
+    points: Floats  # (n, 2)
+    triangles: Integers  # (t, 3): numbers of nodes in the whole mesh
+    regions: Integers  # (t,): index into the names of the regions
+    fields: Mapping[str, Floats]  # of the triangles
+
+
+@dataclass(frozen=True, eq=False)
+class SlicedMesh:
+    """A conforming triangle mesh of a plane domain, of which only a frame is held.
+
+    Attributes
+    ----------
+    frame : Mesh
+        All facets, labels and regions of the mesh; its points are the first ones of the mesh, which triangles of
+        several slices may have. It has no triangles.
+    outer : (f,)
+        Mask of the facets that are boundary edges.
+    sizes : (k, 2)
+        Number of nodes and of triangles of each slice.
+    read : callable
+        Gives a slice by its number; the nodes of the first one follow those of the frame.
+    """
+
+    frame: Mesh
+    outer: Booleans
+    sizes: Integers
+    read: Callable[[int], Slice]
+
+    @property
+    def nodes(self) -> int:
+        """Number of all nodes."""
+        return len(self.frame.points) + int(self.sizes[:, 0].sum())
+
+    @property
+    def triangles(self) -> int:
+        """Number of all triangles."""
+        return int(self.sizes[:, 1].sum())
+
+    @property
+    def first_nodes(self) -> Integers:
+        """Number (k,) of the first node of each slice."""
+        return len(self.frame.points) + np.cumsum(self.sizes[:, 0]) - self.sizes[:, 0]
+
+    def slices(self) -> Iterator[Slice]:
+        """All slices, one after the other."""
+        return map(self.read, range(len(self.sizes)))

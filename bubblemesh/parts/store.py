@@ -1,0 +1,103 @@
+"""Where packed parts are kept until the mesh is made of them: in the memory, or in files that outlive the process."""
+
+from pathlib import Path
+from typing import Any, Protocol, get_type_hints
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.errors import FileError
+from bubblemesh.files import unreadable, unwritten
+from bubblemesh.parts.cores import Core, Margin, Part
+
+NAME = "part-{}.npz"
+UNFINISHED = ".unfinished"  # end of the name of a file that is being written
+
+
+class Store(Protocol):
+    """Keeps parts by their numbers."""
+
+    def keep(self, number: int, part: Part) -> None:
+        """Keep a part."""
+
+    def margin(self, number: int) -> Margin | None:
+        """All of a part but its core; None if it is not there."""
+
+    def core(self, number: int) -> Core:
+        """The core of a part that is there."""
+
+
+class InMemory:
+    """Keeps parts as long as the process runs."""
+
+    def __init__(self) -> None:
+        self._parts: dict[int, Part] = {}
+
+    def keep(self, number: int, part: Part) -> None:
+        """Keep a part."""
+        self._parts[number] = part
+
+    def margin(self, number: int) -> Margin | None:
+        """All of a part but its core; None if it is not there."""
+        return self._parts[number].margin if number in self._parts else None
+
+    def core(self, number: int) -> Core:
+        """The core of a part."""
+        return self._parts[number].core
+
+
+class InFolder:
+    """Keeps each part in a file of a folder that exists; FileError where it cannot be written or read."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def keep(self, number: int, part: Part) -> None:
+        """Keep a part: its file is there as a whole, or not at all."""
+        path = self._folder / NAME.format(number)
+        begun = path.with_name(path.name + UNFINISHED)
+        try:
+            with begun.open("wb") as file:
+                np.savez(file, allow_pickle=False, **_columns(part))
+            begun.replace(path)
+        except OSError as error:
+            raise unwritten(path, error) from None
+
+    def margin(self, number: int) -> Margin | None:
+        """All of a part but its core; None if it is not there."""
+        return self._read(number, Margin, "margin") if (self._folder / NAME.format(number)).exists() else None
+
+    def core(self, number: int) -> Core:
+        """The core of a part."""
+        return self._read(number, Core, "core")
+
+    def _read(self, number: int, kind: Any, name: str) -> Any:
+        path = self._folder / NAME.format(number)
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                return _record(kind, file, name)
+        except OSError as error:
+            raise FileError(f"{path}: {unreadable(error, 'part')}") from None
+        except (BadZipFile, ValueError, KeyError) as error:
+            raise FileError(f"{path}: this is no part of a mesh: remove it ({error})") from None
+
+
+def _columns(record: Any, name: str = "") -> dict[str, NDArray[Any]]:
+    """Arrays and numbers of a record, and of those in it, by their names with dots between; None has none."""
+    if hasattr(record, "_asdict"):
+        inner = (_columns(value, f"{name}.{key}" if name else key) for key, value in record._asdict().items())
+        return {key: value for columns in inner for key, value in columns.items()}
+    return {} if record is None else {name: np.asarray(record)}
+
+
+def _record(kind: Any, file: Any, name: str) -> Any:
+    """The record of a kind from its `_columns` in a file."""
+    options = [option for option in getattr(kind, "__args__", (kind,)) if hasattr(option, "_fields")]
+    if not options:
+        value = file[name]
+        return value if value.ndim else value.item()
+    if not any(key.startswith(f"{name}.") for key in file.files):
+        return None
+    hints = get_type_hints(options[0])
+    return options[0](*(_record(hints[key], file, f"{name}.{key}") for key in options[0]._fields))

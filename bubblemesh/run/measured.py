@@ -1,0 +1,72 @@
+"""The mesh of a packing, with its figures: whole, or in slices where it was packed in parts and stays so."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.followed import Deviation, deviation
+from bubblemesh.meshes.census import Census
+from bubblemesh.meshes.conformity import (
+    area_error,
+    enclosed_area,
+    require_area,
+    require_conforming,
+    require_matching_nodes,
+    require_piece,
+)
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import Measures, mesh_figures
+from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.packing.net import Net
+from bubblemesh.parts.parted import Parted
+from bubblemesh.problem.problem import Problem
+from bubblemesh.run.assembly import mesh_of, sliced_mesh
+from bubblemesh.run.report import triangle_fields
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A mesh that holds what every mesh has to, with its figures."""
+
+    mesh: Mesh | SlicedMesh
+    fields: dict[str, Floats]  # (t,) of the triangles; in slices, none
+    figures: Mapping[str, Any]
+    area_error: float
+    deviation: Deviation | None
+
+
+def measured(packed: Net | Parted, problem: Problem) -> Measured:
+    """The mesh of a problem's packing with its figures."""
+    return _in_slices(packed, problem) if isinstance(packed, Parted) else _whole(packed, problem)
+
+
+def _whole(net: Net, problem: Problem) -> Measured:
+    mesh = mesh_of(net, problem.domain)
+    measures = Measures(mesh.points, mesh.triangles)
+    require_conforming(mesh, measures)
+    departure = deviation(problem.domain, mesh.points, net.facets, net.facet_piece)
+    figures, fields = mesh_figures(measures, problem.spacing.between), triangle_fields(measures, problem.spacing)
+    return Measured(mesh, fields, figures, area_error(mesh, measures), departure)
+
+
+def _in_slices(parted: Parted, problem: Problem) -> Measured:
+    """Figures merged from those of the parts and of the seams between them."""
+    net, x = parted.net, parted.net.bubbles.x
+    measures, used = Measures(x, net.triangles), parted.valence > 0
+    edges = measures.edges[0]
+    require_piece(measures, net.facets, parted.rim, ~used)
+    mesh = sliced_mesh(parted, problem.domain, triangle_fields(measures, problem.spacing))
+    on_rings = np.zeros(len(x), bool)
+    on_rings[mesh.frame.facets[mesh.outer]] = True
+    # Edges between band and core count here, all others of the core there.
+    valence = np.bincount(edges.ravel(), minlength=len(x)) + parted.valence
+    own = Census.of(measures, problem.spacing.between, np.ones(len(edges), bool), ~on_rings, valence)
+    census = Census.together([own, *parted.census])
+    error = census.area / enclosed_area(x, mesh.frame.facets[mesh.outer]) - 1
+    require_matching_nodes(mesh.frame)
+    require_area(x, census.area, error)
+    departure = deviation(problem.domain, x, net.facets, net.facet_piece)
+    return Measured(mesh, {}, census.figures(mesh.nodes, int(on_rings.sum())), error, departure)

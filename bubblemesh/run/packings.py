@@ -1,0 +1,173 @@
+"""The packing of a problem, in one piece or in parts, as long as the run's time limit leaves time to finish it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter, thread_time
+
+from bubblemesh.arrays import Floats
+from bubblemesh.limits import enter, time_left, timed
+from bubblemesh.packing.net import Net, connect
+from bubblemesh.packing.progress import TimeUp
+from bubblemesh.packing.refinement import Refined, Refinement
+from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.parts.parted import Parted, Together, enough_parts, packed_in_parts
+from bubblemesh.parts.store import InMemory, Store
+from bubblemesh.parts.work import Crew, Deadline, Figures, Record
+from bubblemesh.problem.problem import Problem
+from bubblemesh.run.report import PartsRow, RoundRow
+from bubblemesh.spacing.grid.table import tabulated
+
+# Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
+FINISHING = 6e-5
+LEAST_WORK = 0.05  # seconds that tell how much of the processor a run gets
+
+OnRound = Callable[[RoundRow], None]
+OnShare = Callable[[float], None]
+Stores = Callable[[float], Store]
+"""Gives a store for the parts of a packing, by the factor of its spacing."""
+
+
+@dataclass
+class Clock:
+    """A watch that ends a packing while there is time to finish it, and hands on what share of it is done."""
+
+    limit: float | None  # seconds
+    reserve: float  # seconds that what follows takes
+    on_share: OnShare
+    share: float = 0.0
+    over: bool = False
+
+    def __call__(self, share: float) -> None:
+        """Note the share that is done; TimeUp if the time is over."""
+        self.share = share
+        self.on_share(share)
+        if time_left() < self.reserve:
+            self.over = True
+            raise TimeUp(self.reason)
+
+    @property
+    def reason(self) -> str:
+        """Why a packing ends at its limit."""
+        return f"the time limit of {self.limit:g} s"
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warning on what the limit did to the mesh, if it was met."""
+        if not self.over:
+            return []
+        return [
+            f"the time limit of {self.limit:g} s ended the packing at about {self.share:.0%}: the mesh is valid, but "
+            "less good than it could be"
+        ]
+
+
+@dataclass(frozen=True)
+class Packing:
+    """A problem with the rounds that packed it, and the time that each stage took.
+
+    What was packed in parts, and is to stay there, is in parts; all else is one net.
+    """
+
+    problem: Problem
+    start: Figures
+    rounds: tuple[RoundRow, ...]
+    speeds: tuple[Floats, ...]
+    packed: Net | Parted
+    stop_reason: str | None
+    clock: Clock
+    seconds: dict[str, float]
+    refined: Refined | None = None  # if there are demands on each triangle
+    parts: PartsRow | None = None  # if it was packed in parts
+
+    @property
+    def nodes(self) -> int:
+        """Number of bubbles in the end."""
+        return self.packed.nodes if isinstance(self.packed, Parted) else len(self.packed.bubbles)
+
+    @property
+    def scale(self) -> float:
+        """Factor of the spacing, which a number of nodes may ask for."""
+        return scale_of(self.problem)
+
+
+def scale_of(problem: Problem) -> float:
+    """Factor of a problem's spacing, which a number of nodes may ask for."""
+    return 1.0 if problem.node_target is None else problem.node_target.scale
+
+
+def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, stores: Stores | None) -> Packing:
+    """Pack a problem, in parts if the task asks for them, which then stay in a store if stores are given."""
+    parts = problem.task.parts or enough_parts(problem.expected_nodes)
+    if parts == 1:
+        packing = _whole(problem, on_round, on_share)
+    else:
+        packing = _in_parts(problem, parts, on_round, on_share, crew, stores if problem.may_stay_in_parts else None)
+    if not problem.demands:
+        return packing
+    assert isinstance(packing.packed, Net)
+    enter("refinement")
+    with timed(packing.seconds, "refinement"):
+        refined = Refinement(problem.domain, problem.packing_spacing, problem.demands)(packing.packed, packing.clock)
+    return replace(packing, packed=refined.net, refined=refined)
+
+
+def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
+    """Place bubbles and run the rounds of the method."""
+    task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
+    begun, worked = perf_counter(), thread_time()
+    with timed(seconds, "placement"):
+        spacing = tabulated(domain, problem.packing_spacing)
+        levels = method.levels(domain, spacing, problem.expected_nodes)
+        start = method.placement(domain, levels[0], task.max_nodes)
+        first = Figures.of(start, connect(start, domain).triangles)
+    rows, speeds = list[RoundRow](), list[Floats]()
+    # Where other programs take the processor, what follows takes longer as well.
+    shared = max((perf_counter() - begun) / max(thread_time() - worked, LEAST_WORK), 1.0)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * shared, on_share)
+    with timed(seconds, "packing"):
+        last_end = perf_counter()
+        last: Round | None = None
+        for done in rounds(start, domain, levels, method, clock):
+            rows.append(RoundRow.of(done, perf_counter() - last_end))
+            speeds.append(done.speeds)
+            on_round(rows[-1])
+            last_end, last = perf_counter(), done if done.stop_reason is not None else None
+            del done  # or its net, which takes most of the memory, stays while the next round makes its own
+    assert last is not None  # the last round tells why it is
+    return Packing(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
+
+
+def _in_parts(
+    problem: Problem, parts: int, on_round: OnRound, on_share: OnShare, crew: Crew, stores: Stores | None
+) -> Packing:
+    """Pack so many parts side by side; each of them, and each pass over the seams, is told of as a round."""
+    task, seconds = problem.task, dict(problem.seconds)
+    rows, records = list[RoundRow](), list[Record]()
+
+    def on_done(record: Record) -> None:
+        records.append(record)
+        rows.append(RoundRow.of_part(len(records), record))
+        on_round(rows[-1])
+
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
+    deadline = Deadline.within(time_left() - clock.reserve)
+    together = Together(
+        problem.packing_spacing,
+        None if stores is None else problem.spacing,
+        problem.method,
+        task.max_nodes,
+        deadline,
+        crew,
+        InMemory() if stores is None else stores(scale_of(problem)),
+        on_done,
+        on_share,
+    )
+    with timed(seconds, "packing"):
+        parted = packed_in_parts(problem.domain, problem.expected_nodes, parts, together)
+        packed = parted.whole(problem.packing_spacing) if stores is None else parted
+    clock.over = any(record.late for record in records)
+    why = clock.reason if clock.over else "all parts and the seams between are packed"
+    start = Figures.together([record.start for record in records[:parts]])
+    nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
+    row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams)
+    return Packing(problem, start, tuple(rows), speeds, packed, why, clock, seconds, parts=row)
