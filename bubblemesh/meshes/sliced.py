@@ -32,6 +32,8 @@ class SlicedMesh:
         Mask of the facets that are boundary edges.
     sizes : (k, 2)
         Number of nodes and of triangles of each slice.
+    fields : tuple of str
+        Names of the fields of the triangles.
     read : callable
         Gives a slice by its number; the nodes of the first one follow those of the frame.
     """
@@ -39,6 +41,7 @@ class SlicedMesh:
     frame: Mesh
     outer: Booleans
     sizes: Integers
+    fields: tuple[str, ...]
     read: Callable[[int], Slice]
 
     @property

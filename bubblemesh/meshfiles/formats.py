@@ -10,6 +10,7 @@ from bubblemesh.errors import CaseError
 
 if TYPE_CHECKING:
     from bubblemesh.meshes.mesh import Mesh
+    from bubblemesh.meshes.sliced import SlicedMesh
     from bubblemesh.meshfiles.groups import Fields
 
 BOTH = (1, 2)
@@ -22,8 +23,9 @@ class Format:
     """One way to write a mesh.
 
     Functions are given as ``module.name`` within this package: ``writer`` is one of a mesh, its fields and the main
-    file's path, which writes the other files beside it; ``speller`` gives the names of a mesh's groups as the files
-    spell them, and is None where solvers find ids only; ``alone`` writes one file that needs no other.
+    file's path, which writes the other files beside it; ``slices`` writes the same of a `SlicedMesh` and the path, and
+    is None where all of the mesh is needed at once; ``speller`` gives the names of a mesh's groups as the files spell
+    them, and is None where solvers find ids only; ``alone`` writes one file that needs no other.
     """
 
     files: tuple[str, ...]  # ends of the files' names, the main one first, but for the pieces of a partition
@@ -35,6 +37,7 @@ class Format:
     partition: bool = False  # whether it holds the parts of triangles or nodes
     piece: str | None = None  # end of the name of the file that each part has, with its number for the braces
     alone: str | None = None  # as the writer unless given
+    slices: str | None = None
     solvers: tuple[str, ...] = ()  # that are to get it; why is told in docs/solvers.md
 
     def ends(self, parts: int) -> tuple[str, ...]:
@@ -51,6 +54,11 @@ class Format:
     def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
         """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""
         _loaded((alone and self.alone) or self.writer)(mesh, fields, path)
+
+    def write_slices(self, mesh: "SlicedMesh", path: Path) -> None:
+        """Write a mesh, slice by slice, to the main file's path, and the other files beside it."""
+        assert self.slices is not None
+        _loaded(self.slices)(mesh, path)
 
     def names(self, mesh: "Mesh") -> dict[str, str] | None:
         """Spelling of each group's name, if it holds names."""
@@ -77,6 +85,7 @@ FORMATS: Mapping[str, Format] = {
         points=False,
         partition=True,
         alone="write.xdmf.write_inline_xdmf",
+        slices="write.xdmf.write_sliced_xdmf",
         solvers=("fenicsx",),
     ),
     "pvtu": Format(
@@ -153,6 +162,11 @@ def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
         (form, name if firsts.setdefault(format_named(form).files[0], form) == form else f"{name}.{form}")
         for form in formats
     ]
+
+
+def whole_only(formats: Iterable[str]) -> list[str]:
+    """Return those of the formats that need all of a mesh at once."""
+    return [name for name in formats if format_named(name).slices is None]
 
 
 def without_partition(formats: Iterable[str]) -> list[str]:

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import temporary_folder, unwritten
 from bubblemesh.limits import enter
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stems
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.text import json_text
@@ -23,7 +24,7 @@ NO_TABLES: Mapping[str, str] = {}
 
 
 def write_files(
-    mesh: Mesh,
+    mesh: Mesh | SlicedMesh,
     fields: Fields,
     report: Mapping[str, Any],
     folder: Path,
@@ -42,7 +43,8 @@ def write_files(
     Parameters
     ----------
     mesh, fields
-        The fields are ``quality`` and ``target_spacing`` of each triangle.
+        The fields are ``quality`` and ``target_spacing`` of each triangle; a mesh in slices, which only some formats
+        take, has its own.
     report : mapping
         Is written to NAME.report.json, and returned, with the names of all files, relative to the folder, under
         ``files``, and the time of writing the meshes under ``seconds``.
@@ -63,8 +65,9 @@ def write_files(
     FileError
         If a file cannot be written, or two of them would have the same name.
     """
-    require_order(formats, mesh.order)
-    labels = _labels(mesh, formats)
+    frame = mesh.frame if isinstance(mesh, SlicedMesh) else mesh
+    require_order(formats, frame.order)
+    labels = _labels(frame, formats)
     tables = tables if labels is None else {**tables, LABELS_FILE: labels}
     files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])), _parts(mesh))
     _check_distinct(files, folder)
@@ -72,7 +75,11 @@ def write_files(
     enter("writing")
     with transaction(folder, lasting=lasting) as staging:
         for form, stem in stems(name, formats):
-            format_named(form).write(mesh, fields, staging / f"{stem}{format_named(form).files[0]}")
+            path = staging / f"{stem}{format_named(form).files[0]}"
+            if isinstance(mesh, SlicedMesh):
+                format_named(form).write_slices(mesh, path)
+            else:
+                format_named(form).write(mesh, fields, path)
         for end, text in tables.items():
             (staging / f"{name}{end}").write_text(text, encoding="utf-8")
         written = _completed(report, files, "writing", perf_counter() - begun)
@@ -111,7 +118,9 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     return [stem + end for end in format_named(form).ends(_parts(mesh))]
 
 
-def _parts(mesh: Mesh) -> int:
+def _parts(mesh: Mesh | SlicedMesh) -> int:
+    if isinstance(mesh, SlicedMesh):
+        return len(mesh.sizes)
     return 1 if mesh.partition is None else mesh.partition.count
 
 

@@ -61,7 +61,8 @@ def sliced_mesh(parted: Parted, domain: Domain, fields: Mapping[str, Floats]) ->
         )
 
     named = replace(frame, regions=tuple(parts.names[k] for k in numbers))
-    return SlicedMesh(named, ~net.two_sided, parted.sizes + np.column_stack([np.zeros_like(counts), counts]), read)
+    sizes = parted.sizes + np.column_stack([np.zeros_like(counts), counts])
+    return SlicedMesh(named, ~net.two_sided, sizes, tuple(fields), read)
 
 
 def _frame(bubbles: Bubbles, domain: Domain) -> tuple[Mesh, Integers]:

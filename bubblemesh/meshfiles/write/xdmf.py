@@ -1,6 +1,8 @@
 """XDMF, one cell type in each file as FEniCSx wants it, the numbers in HDF5 files or inline."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, facet_ids, group_names, region_ids
 
 _Data = Mapping[str, NDArray[Any]]
@@ -29,17 +32,79 @@ def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     partition the first has the part of each triangle, ``partition``, and that of each node, ``owner``. A colon in the
     file's name, which separates file and data set in XDMF, is a CaseError.
     """
-    if ":" in path.name:
-        raise CaseError(f"{path.name}: the name of an XDMF file cannot hold a colon; choose another name")
+    _require_name(path)
     _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields), _nodal_data(mesh))
-    beside, labels = path.with_name(f"{path.stem}_facets{path.suffix}"), {"label": facet_ids(mesh).astype(np.int32)}
-    _write_pair(beside, mesh, _EDGE[mesh.order], mesh.facets, labels, {})
+    _write_pair(_beside(path), mesh, _EDGE[mesh.order], mesh.facets, _facet_data(mesh), {})
+
+
+def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
+    """Write the files of `write_xdmf`, slice by slice; nothing is compressed, which would take as long as all else."""
+    _require_name(path)
+    frame = replace(mesh.frame, points=_unwritten((mesh.nodes, 2)))
+    data = {"material": _unwritten((mesh.triangles,), np.int32)}
+    data |= {name: _unwritten((mesh.triangles,)) for name in mesh.fields}
+    labels = _facet_data(frame)
+    cells = _unwritten((mesh.triangles, 3), np.int64)
+    with (
+        _columns(path, frame, _TRIANGLE[1], cells, data) as (points, triangles, materials, *fields),
+        _columns(_beside(path), frame, _EDGE[1], frame.facets, labels) as (same_points, facets, ids),
+    ):
+        facets[:], ids[:] = frame.facets, labels["label"]
+        points[: len(mesh.frame.points)] = same_points[: len(mesh.frame.points)] = mesh.frame.points
+        node, cell = len(mesh.frame.points), 0
+        for part in mesh.slices():
+            nodes, rows = slice(node, node + len(part.points)), slice(cell, cell + len(part.triangles))
+            points[nodes] = same_points[nodes] = part.points
+            triangles[rows], materials[rows] = part.triangles, part.regions + 1 + len(frame.labels)
+            for name, column in zip(mesh.fields, fields, strict=True):
+                column[rows] = part.fields[name]
+            node, cell = nodes.stop, rows.stop
+
+
+@contextmanager
+def _columns(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data) -> Iterator[list[Any]]:
+    """Data sets for points, cells and data of the shapes of these arrays, to be filled; with the XML beside them."""
+    import h5py
+
+    heavy = path.with_suffix(".h5")
+    try:
+        # No lock, which network drives may not have.
+        with h5py.File(heavy, "w", locking=False) as file:
+
+            def store(array: NDArray[Any]) -> tuple[str, str]:
+                name = f"data{len(file)}"
+                file.create_dataset(name, array.shape, array.dtype)
+                return "HDF", f"{heavy.name}:/{name}"
+
+            tree = _grid(mesh, topology, cells, data, {}, store)
+            yield [file[f"data{k}"] for k in range(len(file))]
+    except RuntimeError as error:  # as the library tells of a disk that is full when the file is closed
+        raise OSError(str(error)) from error
+    tree.write(path)
+
+
+def _unwritten(shape: tuple[int, ...], kind: type = np.float64) -> NDArray[Any]:
+    """An array of a shape, and of no size in memory."""
+    return np.broadcast_to(np.zeros((), kind), shape)
 
 
 def write_inline_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write one file with the triangles and the numbers as text, without the boundary edges."""
     data, nodal = _triangle_data(mesh, fields), _nodal_data(mesh)
     _grid(mesh, _TRIANGLE[mesh.order], mesh.triangles, data, nodal, _inline).write(path)
+
+
+def _require_name(path: Path) -> None:
+    if ":" in path.name:
+        raise CaseError(f"{path.name}: the name of an XDMF file cannot hold a colon; choose another name")
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f"{path.stem}_facets{path.suffix}")
+
+
+def _facet_data(mesh: Mesh) -> _Data:
+    return {"label": facet_ids(mesh).astype(np.int32)}
 
 
 def _triangle_data(mesh: Mesh, fields: Fields) -> _Data:
