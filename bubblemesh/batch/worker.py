@@ -1,19 +1,17 @@
 """The part of a batch that runs in worker processes, here or on a cluster: a job goes in, an outcome comes back."""
 
 import errno
-import json
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
-from pathlib import Path
-from typing import Any
 
 from bubblemesh import __version__
 from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
 from bubblemesh.errors import FileError, located
 from bubblemesh.files import local_copies, no_place, temporary_folder
+from bubblemesh.problem.files import inputs_digest
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import Destination
@@ -43,30 +41,13 @@ class Job:
         Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
         and how much time and memory there was.
         """
-        contents = _digests(self.files)
-        case = self.case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds", "max_memory_mb"}})
-        inputs = {
-            "version": self.version,
-            "case": _with_contents(case, contents) if contents else case,
-            "files": sorted((Path(name).name, digest) for name, digest in contents.items()),
-            "formats": self.destination.formats,
-            "order": self.case.output.order,
-        }
-        return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
-
-
-def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    return {name: sha256(content).hexdigest() for name, content in files.items()}
-
-
-def _with_contents(value: Any, contents: Mapping[str, str]) -> Any:
-    """Copy of data with the hash of its content in place of each file's name."""
-    if isinstance(value, dict):
-        named = {"file": contents[value["file"]]} if value.get("file") in contents else {}
-        return {key: _with_contents(entry, contents) for key, entry in value.items()} | named
-    if isinstance(value, list | tuple):
-        return [_with_contents(entry, contents) for entry in value]
-    return value
+        return inputs_digest(
+            self.case,
+            self.files,
+            version=self.version,
+            formats=self.destination.formats,
+            order=self.case.output.order,
+        )
 
 
 @dataclass(frozen=True)
@@ -107,7 +88,8 @@ def _made(job: Job, tell: Tell) -> Outcome:
     with temporary_folder() as folder:
         report = replace(job.destination, folder=folder, lasting=False).deliver(result)
         files = {name: (folder / name).read_bytes() for name in report["files"]}
-    row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=_digests(files))
+    digests = {name: sha256(content).hexdigest() for name, content in files.items()}
+    row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=digests)
     if result.verdict is not None:
         row = row.failed(result.verdict.exit_code, f"{row.source}: {result.verdict}")
     return Outcome(row, files)

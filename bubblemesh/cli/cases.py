@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
     from bubblemesh.run.packings import OnRound, OnShare
-    from bubblemesh.run.pipeline import Result
+    from bubblemesh.run.pipeline import Result, SlicedResult
 
 
 @with_overrides(CASE_OPTIONS)
@@ -56,11 +56,16 @@ def run(
     picture: Picture = None,
     jobs: Jobs = None,
     cluster: Cluster = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Keep parts as they are done, and go on with those of a run that was ended."),
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
     from bubblemesh.run import pipeline
     from bubblemesh.run.destination import OutputOptions
+    from bubblemesh.run.keeping import parts_kept
 
     loaded = case_at(case, overrides, untrusted)
     place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or (), history, page), as_json)
@@ -69,8 +74,9 @@ def run(
         return
     if picture is not None:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
-    with crew_for(loaded, jobs, cluster) as crew:
-        deliver(partial(pipeline.mesh_case, loaded, crew=crew), loaded, case, place, as_json, quiet)
+    with crew_for(loaded, jobs, cluster) as crew, parts_kept(loaded, place, resume) as keeping:
+        meshed = partial(pipeline.mesh_case_in_slices, loaded, keeping, crew=crew)
+        deliver(meshed, loaded, case, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -251,7 +257,7 @@ def destination_of(
 
 
 def deliver(
-    meshed: "Callable[[OnRound, OnShare], Result]",
+    meshed: "Callable[[OnRound, OnShare], Result | SlicedResult]",
     case: "Case",
     source: str,
     place: "Destination | StreamDestination",
@@ -264,7 +270,7 @@ def deliver(
     from bubblemesh.console.run import PackingProgress
     from bubblemesh.run.destination import Destination
 
-    def delivered() -> "tuple[Result, dict[str, Any]]":
+    def delivered() -> "tuple[Result | SlicedResult, dict[str, Any]]":
         with PackingProgress(f"packing {case.name}", quiet, heed) as progress, located(source, case.origin):
             result = meshed(progress.show, progress.advance)
         return result, place.deliver(result)

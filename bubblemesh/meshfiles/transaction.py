@@ -25,7 +25,7 @@ def transaction(folder: Path, prefix: str = _PREFIX, *, lasting: bool = True) ->
     """
     try:
         with (
-            _existing(folder, lasting),
+            existing(folder, lasting),
             # Who has a prefix of his own tidies by himself: to look through a large folder for each case takes long.
             temporary_folder(folder, prefix, tidy=prefix == _PREFIX) as staging,
         ):
@@ -46,8 +46,11 @@ def _culprit(error: OSError, folder: Path) -> Path:
 
 
 @contextmanager
-def _existing(folder: Path, lasting: bool) -> Iterator[None]:
-    """Make the folder and its parents, and remove those made here after an exception."""
+def existing(folder: Path, lasting: bool) -> Iterator[None]:
+    """Make the folder and its parents, and remove those made here, if they are empty, after an exception.
+
+    FileError if something else is in the way. The names of those made are ``lasting`` if no power cut may take them.
+    """
     if folder.is_symlink() and not folder.exists():
         raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
     if folder.exists() and not folder.is_dir():

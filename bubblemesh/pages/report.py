@@ -37,11 +37,13 @@ def report_page(
     report: Mapping[str, Any],
     speeds: Sequence[Floats],
     written: datetime,
+    overview: bytes | None = None,
 ) -> str:
     """The page of a run: one file of HTML that needs nothing else.
 
     The report is as written, with the names of all files, which are in the folder of the page; the fields hold
-    ``target_spacing`` (t,), ``speeds`` the mean speeds of the bubbles after each step of each round.
+    ``target_spacing`` (t,), ``speeds`` the mean speeds of the bubbles after each step of each round. If the mesh is
+    only a sample of the one that the report is of, ``overview`` is a picture of the whole spacing, as PNG.
     """
     scene = Scene.of(mesh, fields, WORST)
     text, omitted = readable_json(report["parameters"], MOST_LINES)
@@ -52,6 +54,7 @@ def report_page(
         f"{written.day} {written:%B %Y, %H:%M}",
         figures=_figures(report),
         warnings=_warnings(report["warnings"]),
+        sample="" if overview is None else _sample(mesh, report, overview),
         picture=f"The mesh of {report['case']}: {counted(len(mesh.triangles), 'triangle')}, {_named(mesh.labels)}. Its "
         "figures are in the tables of this page.",
         colourings=colourings(mesh),
@@ -69,6 +72,19 @@ def report_page(
         data=scene.blocks(),
     )
     return page(f"{report['case']} - bubblemesh report", body, [f"{name}.js" for name in SCRIPTS])
+
+
+def _sample(mesh: Mesh, report: Mapping[str, Any], overview: bytes) -> Markup:
+    """What of a mesh that is too large for a page is shown, above a picture of its spacing."""
+    told = (
+        f"The mesh has {counted(report['triangles'], 'triangle')}. The picture to zoom into shows the "
+        f"{whole(len(mesh.triangles))} around the one of the least quality; histograms and worst triangles are those of "
+        "them. This is the spacing of all:"
+    )
+    source = f"data:image/png;base64,{base64.b64encode(overview).decode()}"
+    return html(
+        tag("p", told, class_="note"), tag("img", src=source, alt="The spacing in the whole domain", class_="overview")
+    )
 
 
 def _named(labels: Sequence[str]) -> str:

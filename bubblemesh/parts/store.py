@@ -1,7 +1,8 @@
 """Where packed parts are kept until the mesh is made of them: in the memory, or in files that outlive the process."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol, get_type_hints
+from typing import Any, NamedTuple, Protocol, get_type_hints
 from zipfile import BadZipFile
 
 import numpy as np
@@ -81,6 +82,16 @@ class InFolder:
             raise FileError(f"{path}: {unreadable(error, 'part')}") from None
         except (BadZipFile, ValueError, KeyError) as error:
             raise FileError(f"{path}: this is no part of a mesh: remove it ({error})") from None
+
+
+class Keeping(NamedTuple):
+    """Where parts are kept, and whether the mesh stays there, to be written slice by slice."""
+
+    store: Callable[[float], Store]  # for the parts of a packing, by the factor of its spacing
+    in_slices: bool
+
+
+IN_MEMORY = Keeping(lambda scale: InMemory(), in_slices=False)
 
 
 def _columns(record: Any, name: str = "") -> dict[str, NDArray[Any]]:

@@ -112,8 +112,12 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
 
 
 def small_png(mesh: Mesh, options: PlotOptions) -> bytes:
-    """Picture of a mesh as PNG of few colours, which takes a quarter of the bytes; errors as `mesh_figure`."""
-    figure = mesh_figure(mesh, options)
+    """Picture of a mesh, as of `png_of`; errors as `mesh_figure`."""
+    return png_of(mesh_figure(mesh, options), options)
+
+
+def png_of(figure: Figure, options: PlotOptions) -> bytes:
+    """A figure as PNG of few colours, which takes a quarter of the bytes."""
     full, small = io.BytesIO(), io.BytesIO()
     with _drawing(options):
         figure.savefig(full, format="png", dpi=figure.dpi, bbox_inches=_cropped(figure, options))

@@ -1,21 +1,25 @@
 """The files that a case names: which they are, what is in them, and copies of them for an untrusted case."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
-from bubblemesh import readers
+from bubblemesh.case import Case
 from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.errors import prefixed
 from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
+from bubblemesh.readers.formats import files_of
 
 
 def named_files(model: Strict) -> Iterator[Path]:
     """The files that a case, or a part of it, names, with those that belong to them."""
     if isinstance(model, SelectedFile):
-        yield from readers.files_of(Path(model.file))
+        yield from files_of(Path(model.file))
     if isinstance(model, DataTerm):
         yield from model.files()
     for value in vars(model).values():  # far quicker than by the model itself, and there may be many
@@ -48,3 +52,29 @@ def own_files(model: Strict, root: Path | None) -> Iterator[None]:
     copies = nullcontext() if root is None or has_copies() else local_copies(contents_of(model, root))
     with confined_to(root), copies:
         yield
+
+
+def inputs_digest(case: Case, files: Mapping[str, bytes], **more: Any) -> str:
+    """Hash of a case with the contents of its ``files``, by their names, and of ``more`` that its results depend on.
+
+    Where files lie does not count, what is in them does. Nor does it count which files are written, and how much time
+    and memory there is.
+    """
+    contents = {name: sha256(content).hexdigest() for name, content in files.items()}
+    data = case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds", "max_memory_mb"}})
+    inputs = {
+        "case": _with_contents(data, contents) if contents else data,
+        "files": sorted((Path(name).name, digest) for name, digest in contents.items()),
+        **more,
+    }
+    return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _with_contents(value: Any, contents: Mapping[str, str]) -> Any:
+    """Copy of data with the hash of its content in place of each file's name."""
+    if isinstance(value, dict):
+        named = {"file": contents[value["file"]]} if value.get("file") in contents else {}
+        return {key: _with_contents(entry, contents) for key, entry in value.items()} | named
+    if isinstance(value, list | tuple):
+        return [_with_contents(entry, contents) for entry in value]
+    return value

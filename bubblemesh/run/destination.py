@@ -11,6 +11,7 @@ from typing import Any, BinaryIO
 from bubblemesh.case import Case, Output, Override
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import (
     FORMATS,
     FORMATS_FOR,
@@ -18,15 +19,20 @@ from bubblemesh.meshfiles.formats import (
     formats_by_ending,
     formats_for,
     require_order,
+    whole_only,
     without_partition,
 )
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.writing import NO_TABLES, PAGE_FILE, Page, file_names, write_files, write_stream
 from bubblemesh.messages import closest
-from bubblemesh.run.pipeline import Result
+from bubblemesh.run.pipeline import Result, SlicedResult
 
 PARTITIONED = ", ".join(name for name, form in FORMATS.items() if form.partition)
+SLICED = ", ".join(name for name, form in FORMATS.items() if form.slices)
+LARGE = 1_000_000  # nodes
+SAMPLE = 20_000  # triangles on the page of a mesh in slices
+NO_FIELDS: Fields = {}
 
 
 @dataclass(frozen=True)
@@ -82,25 +88,26 @@ class Destination:
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
         return file_names(self.name, self.formats, tables, self.parts)
 
-    def deliver(self, result: Result) -> dict[str, Any]:
+    def deliver(self, result: Result | SlicedResult) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
         If that is a FileError, no file is written, and old ones stay.
         """
         tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
         page = partial(_page, result) if self.page else None
-        return self.write(result.mesh, result.fields, result.report, tables, page)
+        fields = result.fields if isinstance(result, Result) else NO_FIELDS
+        return self.write(result.mesh, fields, result.report, tables, page)
 
     def write(
         self,
-        mesh: Mesh,
+        mesh: Mesh | SlicedMesh,
         fields: Fields,
         report: Mapping[str, Any],
         tables: Mapping[str, str] = NO_TABLES,
         page: Page | None = None,
     ) -> dict[str, Any]:
         """Write a mesh and a report of it, as `deliver` those of a run; see `write_files`."""
-        told = _with_partition_told(report, mesh, self.formats)
+        told = _with_formats_told(report, mesh, self.formats)
         return write_files(mesh, fields, told, self.folder, self.name, self.formats, tables, page, lasting=self.lasting)
 
 
@@ -111,14 +118,15 @@ class StreamDestination:
     stream: BinaryIO
     format_name: FormatName
 
-    def deliver(self, result: Result) -> dict[str, Any]:
+    def deliver(self, result: Result | SlicedResult) -> dict[str, Any]:
         """Write the mesh, and return the report, which has no files; a FileError if that cannot be done."""
+        assert isinstance(result, Result)  # slices are kept beside files
         return self.write(result.mesh, result.fields, result.report)
 
     def write(self, mesh: Mesh, fields: Fields, report: Mapping[str, Any]) -> dict[str, Any]:
         """Write a mesh, as `deliver` that of a run."""
         write_stream(mesh, fields, self.format_name, self.stream)
-        return {**_with_partition_told(report, mesh, [self.format_name]), "files": []}
+        return {**_with_formats_told(report, mesh, [self.format_name]), "files": []}
 
 
 def destination(case: Case, source: str, options: OutputOptions, solution: Path | None = None) -> Destination:
@@ -189,20 +197,34 @@ def stream_destination(keys: Output, stream: BinaryIO, options: OutputOptions) -
     return StreamDestination(stream, first)
 
 
-def _with_partition_told(report: Mapping[str, Any], mesh: Mesh, formats: Sequence[FormatName]) -> Mapping[str, Any]:
-    """The report of a mesh, with a warning of the formats that have no place for its partition, if it has one."""
-    lacking = [] if mesh.partition is None else without_partition(formats)
-    if not lacking:
-        return report
-    warned = f"there is no place for the partition in {', '.join(lacking)}: {PARTITIONED} have one"
-    return {**report, "warnings": [*report["warnings"], warned]}
+def _with_formats_told(
+    report: Mapping[str, Any], mesh: Mesh | SlicedMesh, formats: Sequence[FormatName]
+) -> Mapping[str, Any]:
+    """The report of a mesh, with warnings of formats that have no place for its partition, or take much memory."""
+    warned, lacking = list[str](), without_partition(formats)
+    if isinstance(mesh, Mesh) and mesh.partition is not None and lacking:
+        warned.append(f"there is no place for the partition in {', '.join(lacking)}: {PARTITIONED} have one")
+    if isinstance(mesh, Mesh) and "parts" in report and len(mesh.points) > LARGE and (whole := whole_only(formats)):
+        warned.append(f"{', '.join(whole)}: written from the whole mesh in memory: {SLICED} are written part by part")
+    return {**report, "warnings": [*report["warnings"], *warned]} if warned else report
 
 
-def _page(result: Result, report: Mapping[str, Any]) -> str:
-    """The page of a run whose report is as written."""
+def _page(result: Result | SlicedResult, report: Mapping[str, Any]) -> str:
+    """The page of a run whose report is as written; of a mesh in slices it shows a sample, and the whole spacing."""
     from bubblemesh.pages.report import report_page
 
-    return report_page(result.mesh, result.fields, report, result.speeds, datetime.now().astimezone())
+    now = datetime.now().astimezone()
+    if isinstance(result, Result):
+        return report_page(result.mesh, result.fields, report, result.speeds, now)
+    from bubblemesh.pictures.plots import png_of
+    from bubblemesh.pictures.spacing_plots import spacing_figure
+    from bubblemesh.pictures.styles import PlotOptions
+    from bubblemesh.run.assembly import previewed
+
+    extremes = result.problem.packing_extremes
+    overview = spacing_figure(*previewed(result.problem), (extremes[:2], extremes[2:]))
+    sample, fields = result.mesh.sample(SAMPLE, "quality")
+    return report_page(sample, fields, report, result.speeds, now, png_of(overview, PlotOptions()))
 
 
 def _require_known(names: Iterable[str], table: Iterable[str], problem: str) -> None:

@@ -11,7 +11,7 @@ from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.parts.parted import Parted, Together, enough_parts, packed_in_parts
-from bubblemesh.parts.store import InMemory, Store
+from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.report import PartsRow, RoundRow
@@ -23,8 +23,6 @@ LEAST_WORK = 0.05  # seconds that tell how much of the processor a run gets
 
 OnRound = Callable[[RoundRow], None]
 OnShare = Callable[[float], None]
-Stores = Callable[[float], Store]
-"""Gives a store for the parts of a packing, by the factor of its spacing."""
 
 
 @dataclass
@@ -95,13 +93,13 @@ def scale_of(problem: Problem) -> float:
     return 1.0 if problem.node_target is None else problem.node_target.scale
 
 
-def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, stores: Stores | None) -> Packing:
-    """Pack a problem, in parts if the task asks for them, which then stay in a store if stores are given."""
+def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:
+    """Pack a problem, in parts if the task asks for them, which stay where they are kept if they may."""
     parts = problem.task.parts or enough_parts(problem.expected_nodes)
     if parts == 1:
         packing = _whole(problem, on_round, on_share)
     else:
-        packing = _in_parts(problem, parts, on_round, on_share, crew, stores if problem.may_stay_in_parts else None)
+        packing = _in_parts(problem, parts, on_round, on_share, crew, keeping)
     if not problem.demands:
         return packing
     assert isinstance(packing.packed, Net)
@@ -138,10 +136,10 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
 
 
 def _in_parts(
-    problem: Problem, parts: int, on_round: OnRound, on_share: OnShare, crew: Crew, stores: Stores | None
+    problem: Problem, parts: int, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping
 ) -> Packing:
     """Pack so many parts side by side; each of them, and each pass over the seams, is told of as a round."""
-    task, seconds = problem.task, dict(problem.seconds)
+    task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and problem.may_stay_in_parts
     rows, records = list[RoundRow](), list[Record]()
 
     def on_done(record: Record) -> None:
@@ -153,18 +151,18 @@ def _in_parts(
     deadline = Deadline.within(time_left() - clock.reserve)
     together = Together(
         problem.packing_spacing,
-        None if stores is None else problem.spacing,
+        problem.spacing if stay else None,
         problem.method,
         task.max_nodes,
         deadline,
         crew,
-        InMemory() if stores is None else stores(scale_of(problem)),
+        keeping.store(scale_of(problem)),
         on_done,
         on_share,
     )
     with timed(seconds, "packing"):
         parted = packed_in_parts(problem.domain, problem.expected_nodes, parts, together)
-        packed = parted.whole(problem.packing_spacing) if stores is None else parted
+        packed = parted if stay else parted.whole(problem.packing_spacing)
     clock.over = any(record.late for record in records)
     why = clock.reason if clock.over else "all parts and the seams between are packed"
     start = Figures.together([record.start for record in records[:parts]])

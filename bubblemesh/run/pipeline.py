@@ -14,6 +14,7 @@ from bubblemesh.limits import time_left, timed
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.packing.refinement import Demands, Refined
+from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
@@ -21,7 +22,7 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.measured import measured
-from bubblemesh.run.packings import OnRound, OnShare, Packing, Stores, pack
+from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, RefinementRow, Report, repair_rows, spacing_changes
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -53,8 +54,9 @@ class Result:
 
 @dataclass(frozen=True)
 class SlicedResult:
-    """Mesh of a run that was packed in parts and stays in their store, with its report; else as `Result`."""
+    """Mesh of a problem that was packed in parts, which stays where they are kept; else as `Result`."""
 
+    problem: Problem
     mesh: SlicedMesh
     report: Report
     speeds: tuple[Floats, ...]
@@ -83,10 +85,10 @@ def mesh_case(
 
 
 def mesh_case_in_slices(
-    case: Case, stores: Stores, on_round: OnRound, on_share: OnShare, crew: Crew
+    case: Case, keeping: Keeping, on_round: OnRound, on_share: OnShare, crew: Crew
 ) -> Result | SlicedResult:
-    """Mesh a case as `mesh_case` does, but leave what is packed in parts in the stores if nothing needs it at once."""
-    return case.within_limits(lambda: _meshed(prepare(case), on_round, on_share, None, crew, stores))
+    """Mesh a case as `mesh_case` does; what is packed in parts stays where it is kept, if nothing needs all of it."""
+    return case.within_limits(lambda: _meshed(prepare(case), on_round, on_share, None, crew, keeping))
 
 
 def mesh_problem(
@@ -97,8 +99,8 @@ def mesh_problem(
     crew: Crew = alone,
 ) -> Result:
     """Mesh a problem; ``adaptation`` is what the report tells of the solution that the sizes come from."""
-    result = _meshed(problem, on_round, on_share, adaptation, crew, None)
-    assert isinstance(result, Result)  # without stores nothing stays in parts
+    result = _meshed(problem, on_round, on_share, adaptation, crew, IN_MEMORY)
+    assert isinstance(result, Result)  # what is kept in memory does not stay in parts
     return result
 
 
@@ -108,10 +110,10 @@ def _meshed(
     on_share: OnShare,
     adaptation: Mapping[str, Any] | None,
     crew: Crew,
-    stores: Stores | None,
+    keeping: Keeping,
 ) -> Result | SlicedResult:
     begun = perf_counter() - sum(problem.seconds.values())
-    packings = [pack(problem, on_round, on_share, crew, stores)]
+    packings = [pack(problem, on_round, on_share, crew, keeping)]
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
         if time_left() < sum(packings[-1].seconds.get(stage, 0.0) for stage in ("placement", "packing")):
             break
@@ -119,7 +121,7 @@ def _meshed(
         problem = correct(problem, target, found)
         if problem.node_target is None or problem.node_target.scale in [packing.scale for packing in packings]:
             break
-        packings.append(pack(problem, on_round, on_share, crew, stores))
+        packings.append(pack(problem, on_round, on_share, crew, keeping))
     return _finish(packings, begun, adaptation)
 
 
@@ -184,7 +186,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     verdict = _verdict(best, figures)
     if isinstance(mesh, Mesh):
         return Result(mesh, found.fields, report, best.speeds, verdict)
-    return SlicedResult(mesh, report, best.speeds, verdict)
+    return SlicedResult(problem, mesh, report, best.speeds, verdict)
 
 
 def _misses(packing: Packing, target: NodeTarget) -> bool:
