@@ -77,14 +77,13 @@ def report_page(
 def _sample(mesh: Mesh, report: Mapping[str, Any], overview: bytes) -> Markup:
     """What of a mesh that is too large for a page is shown, above a picture of its spacing."""
     told = (
-        f"The mesh has {counted(report['triangles'], 'triangle')}. The picture to zoom into shows the "
-        f"{whole(len(mesh.triangles))} around the one of the least quality; histograms and worst triangles are those of "
-        "them. This is the spacing of all:"
+        f"Of the {whole(report['triangles'])} triangles the picture to zoom into shows the "
+        f"{whole(len(mesh.triangles))} around the worst one; histograms and worst triangles are theirs. This is the "
+        "spacing of the whole mesh:"
     )
-    source = f"data:image/png;base64,{base64.b64encode(overview).decode()}"
-    return html(
-        tag("p", told, class_="note"), tag("img", src=source, alt="The spacing in the whole domain", class_="overview")
-    )
+    picture = f"data:image/png;base64,{base64.b64encode(overview).decode()}"
+    alt = "The spacing of the whole mesh"
+    return html(tag("p", told, class_="note"), tag("img", src=picture, alt=alt, class_="overview"))
 
 
 def _named(labels: Sequence[str]) -> str:
