@@ -5,15 +5,15 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack, contextmanager
 from time import sleep
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from bubblemesh.batch.dispatch import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of
 from bubblemesh.batch.run import Hire
-from bubblemesh.errors import BubblemeshError, FileError, LimitError
-from bubblemesh.parts.work import Crew
+from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
+from bubblemesh.parts.work import Crew, Job
 
 T = TypeVar("T")
-Given = tuple[int, tuple[Any, ...]]  # number of a job, and its arguments
+Given = tuple[int, Job]  # with its number
 MANY = 1 << 30  # parts: their number does not limit that of the workers
 
 
@@ -23,7 +23,7 @@ def crew_of(hire: Hire, warn: Callable[[str], None]) -> Iterator[Crew]:
     with ExitStack() as stack:
         hired: list[Workers] = []
 
-        def call(function: Callable[..., T], jobs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
+        def call(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:
             if not hired:
                 hired.append(stack.enter_context(hire(MANY)))
             return called(hired[0], function, jobs, warn)
@@ -32,7 +32,7 @@ def crew_of(hire: Hire, warn: Callable[[str], None]) -> Iterator[Crew]:
 
 
 def called(
-    workers: Workers, function: Callable[..., T], jobs: Iterable[tuple[Any, ...]], warn: Callable[[str], None]
+    workers: Workers, function: Callable[..., T], jobs: Iterable[Job], warn: Callable[[str], None]
 ) -> Iterator[tuple[int, T]]:
     """Results of a function for all jobs, as they come; a job whose worker dies is given to another one.
 
@@ -54,7 +54,7 @@ def called(
                 given = again.pop()
             elif following:
                 given, following = following, next(left, None)
-            running[workers.submit(function, *given[1])] = given
+            running[workers.submit(function, *given[1].arguments)] = given
         if not running:
             sleep(TICK)
         ended, _ = wait(running, TICK, FIRST_COMPLETED)
@@ -68,7 +68,8 @@ def called(
             recalls[number] += left_it
             attempts[number] += not left_it
             if not isinstance(problem, WorkerDied) or attempts[number] >= ATTEMPTS or recalls[number] >= RECALLS:
-                raise _as_ours(problem, workers, attempts[number])
+                with prefixed(job.what):
+                    raise _as_ours(problem, workers, attempts[number])
             again.append((number, job))
 
 
@@ -77,4 +78,4 @@ def _as_ours(problem: BaseException, workers: Workers, attempts: int) -> BaseExc
         return problem
     code, words = workers.failure(problem)
     kind = {error.exit_code: error for error in (FileError, LimitError)}.get(code, BubblemeshError)
-    return kind(f"a part of the mesh: {words}{f' (in each of {attempts} attempts)' if attempts > 1 else ''}")
+    return kind(f"{words}{f' (in each of {attempts} attempts)' if attempts > 1 else ''}")

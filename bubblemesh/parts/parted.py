@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.census import Census
+from bubblemesh.messages import place
 from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
@@ -20,7 +21,7 @@ from bubblemesh.parts.division import Division, Places, divided
 from bubblemesh.parts.patches import Patch, joined, patch
 from bubblemesh.parts.seams import JUNCTION, SEAM, near, put_back, settled, strips
 from bubblemesh.parts.store import Store
-from bubblemesh.parts.work import Crew, Deadline, Record, packed_from
+from bubblemesh.parts.work import Crew, Deadline, Job, Record, packed_from
 from bubblemesh.spacing.spacing import Spacing
 
 T = TypeVar("T")
@@ -95,10 +96,11 @@ class Together:
         shares = (cuts.work / cuts.work.sum()).tolist()
         places = dict[int, Places]()
 
-        def job(cell: int) -> tuple[Any, ...]:
+        def job(cell: int) -> Job:
             domain, places[cell] = division.part(cell)
             method, rest = self._of_a_part(shares[cell]), (self.max_nodes, self.deadline)
-            return domain, places[cell], self.spacing, self.wanted, method, shares[cell] * expected_nodes, *rest
+            given = domain, places[cell], self.spacing, self.wanted, method, shares[cell] * expected_nodes, *rest
+            return Job(f"the part around {_middle_of(domain)}", given)
 
         kept = ((cell, self.store.margin(cell)) for cell in range(cuts.cells))
         known = {cell: margin for cell, margin in kept if margin is not None and not margin.record.late}
@@ -116,7 +118,13 @@ class Together:
     def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
         """Pack strips of a net once more, as of `put_back`, in which the bubbles that are ``free`` (n,) may move."""
         found, method = list(strips(net, free)), self._of_a_seam()
-        jobs = ((strip.domain, self.spacing, method, strip.x, self.deadline) for strip in found)
+        jobs = (
+            Job(
+                f"the seam around {_middle_of(strip.domain)}",
+                (strip.domain, self.spacing, method, strip.x, self.deadline),
+            )
+            for strip in found
+        )
         inside = sum(len(strip.inside) for strip in found)
         work = [SEAMS_WORK / 2 * len(strip.inside) / inside for strip in found]
         done = list(self._in_order(self.crew(packed_from, jobs), work))
@@ -194,6 +202,11 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
         on_cuts=len(along),
         in_seams=in_seams + int(around.sum()),
     )
+
+
+def _middle_of(domain: Domain) -> str:
+    x0, y0, x1, y1 = domain.bounds
+    return place(((x0 + x1) / 2, (y0 + y1) / 2))
 
 
 def _patches(division: Division, places: Sequence[Places], margins: Sequence[Margin]) -> Iterator[Patch]:

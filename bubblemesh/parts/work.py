@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol, Self, TypeVar
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
@@ -22,17 +23,26 @@ T = TypeVar("T")
 LATE = "the time limit"
 
 
+class Job(NamedTuple):
+    """Arguments of a function, and what errors are about."""
+
+    what: str
+    arguments: tuple[Any, ...]
+
+
 class Crew(Protocol):
     """Who calls functions: this process, others, or those of a cluster."""
 
-    def __call__(self, function: Callable[..., T], jobs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
-        """Number and result of each job, which are arguments of the function, in any order."""
+    def __call__(self, function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:
+        """Number and result of each job, in any order; errors of the package tell which job they are about."""
 
 
-def alone(function: Callable[..., T], jobs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
+def alone(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:
     """Call a function for one job after the other, in this process."""
-    for number, job in enumerate(jobs):
-        yield number, function(*job)
+    for number, (what, arguments) in enumerate(jobs):
+        with prefixed(what):
+            result = function(*arguments)
+        yield number, result
 
 
 class Figures(NamedTuple):

@@ -13,6 +13,7 @@ from bubblemesh.batch.crew import called
 from bubblemesh.batch.dispatch import ATTEMPTS
 from bubblemesh.batch.local import local_workers
 from bubblemesh.errors import GeometryError, LimitError
+from bubblemesh.parts.work import Job
 
 CASE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
@@ -28,7 +29,9 @@ def workers():
 
 def test_all_jobs_have_a_result(workers):
     told = []
-    assert dict(called(workers, pow, ((k, 2) for k in range(20)), told.append)) == {k: k * k for k in range(20)}
+    assert dict(called(workers, pow, (Job("", (k, 2)) for k in range(20)), told.append)) == {
+        k: k * k for k in range(20)
+    }
     assert told == []
 
 
@@ -50,7 +53,7 @@ def test_jobs_are_made_when_workers_are_free_for_them(workers):
     def jobs():
         for k in range(50):
             made.append(k)
-            yield k, 1
+            yield Job("", (k, 1))
 
     results = called(workers, pow, jobs(), print)
     next(results)
@@ -61,27 +64,27 @@ def test_jobs_are_made_when_workers_are_free_for_them(workers):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 def test_a_job_whose_worker_dies_is_given_to_another_one(workers, tmp_path):
     marker = tmp_path / "died"
-    jobs = [(f"{marker!s}", k) for k in range(4)]
+    jobs = [Job("", (f"{marker!s}", k)) for k in range(4)]
     assert dict(called(workers, dying_once, jobs, print)) == {k: 10 * k for k in range(4)}
     assert marker.exists()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 def test_a_job_that_takes_each_worker_with_it_is_an_error_that_says_so(workers):
-    with pytest.raises(LimitError, match=f"a part of the mesh: its worker process was killed.*in each of {ATTEMPTS}"):
-        list(called(workers, dying, [()], print))
+    with pytest.raises(LimitError, match=f"the part around here: its worker process was killed.*in each of {ATTEMPTS}"):
+        list(called(workers, dying, [Job("the part around here", ())], print))
 
 
-def test_an_error_of_the_package_comes_as_it_is(workers):
-    with pytest.raises(GeometryError, match="rings cross"):
-        list(called(workers, failing, [("rings cross",)], print))
+def test_an_error_of_the_package_tells_its_job(workers):
+    with pytest.raises(GeometryError, match=r"^the seam there: rings cross$"):
+        list(called(workers, failing, [Job("the seam there", ("rings cross",))], print))
 
 
 def test_hired_workers_are_those_of_the_command_line():
     with crew_of(workers_at(1, None), print) as crew:
-        pids = {pid for _, pid in crew(os.getpid, [(), (), ()])}
+        pids = {pid for _, pid in crew(os.getpid, [Job("", ())] * 3)}
         assert len(pids) == 1
-        assert {pid for _, pid in crew(os.getpid, [()])} == pids
+        assert {pid for _, pid in crew(os.getpid, [Job("", ())])} == pids
     assert os.getpid() not in pids
 
 

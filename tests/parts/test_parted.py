@@ -208,7 +208,7 @@ def test_no_line_shows_where_the_cuts_were():
 
 def test_the_mesh_does_not_depend_on_who_packs_which_part_when():
     def backwards(function, jobs):
-        results = [(number, function(*pickle.loads(pickle.dumps(job)))) for number, job in enumerate(jobs)]
+        results = [(number, function(*pickle.loads(pickle.dumps(job.arguments)))) for number, job in enumerate(jobs)]
         yield from reversed(results)
 
     first, second = (mesh_case(case(REGIONS, 3), crew=crew) for crew in (alone, backwards))
