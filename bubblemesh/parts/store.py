@@ -76,11 +76,11 @@ class InFolder:
     def _read(self, number: int, kind: Any, name: str) -> Any:
         path = self._folder / NAME.format(number)
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 return _record(kind, file, name)
         except OSError as error:
             raise FileError(f"{path}: {unreadable(error, 'part')}") from None
-        except (BadZipFile, ValueError, KeyError) as error:
+        except (BadZipFile, EOFError, KeyError, ValueError) as error:
             raise FileError(f"{path}: this is no part of a mesh: remove it ({error})") from None
 
 

@@ -1,0 +1,297 @@
+"""Parts that are kept and stay in slices: the same mesh and figures as at once, files, faults, and going on."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import command, contents
+from test_parted import CHECKS, DISC, PERIODIC, REGIONS, case
+
+from bubblemesh.errors import BubblemeshError, FileError
+from bubblemesh.meshes.conformity import require_piece
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import Measures
+from bubblemesh.meshes.triangulation import triangulated
+from bubblemesh.parts.store import IN_MEMORY, InFolder, InMemory, Keeping
+from bubblemesh.parts.work import alone
+from bubblemesh.run import destination
+from bubblemesh.run.pipeline import SlicedResult, mesh_case, mesh_case_in_slices
+
+FINE = {
+    "disc": DISC.replace("0.04 + 0.05", "0.012 + 0.015"),
+    "regions": REGIONS.replace("0.1,", "0.035,").replace("0.06}", "0.025}"),
+    "periodic": PERIODIC.replace("0.04 + 0.02", "0.018 + 0.01"),
+}
+EXACT = "nodes", "triangles", "boundary_nodes", "bounds", "area", "area_error", "parts", "force_evaluations"
+BINS = 2e-3  # of quantiles from histograms of a few thousand numbers
+PLATE = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}}
+spacing: 0.02
+output: {formats: [xdmf]}
+"""
+
+
+def sliced(given, folder):
+    def nothing(value):
+        pass
+
+    result = mesh_case_in_slices(given, Keeping(lambda scale: InFolder(folder), True), nothing, nothing, alone)
+    assert isinstance(result, SlicedResult)
+    return result
+
+
+def gathered(mesh):
+    """Points, triangles, regions and fields of a mesh in slices."""
+    parts = list(mesh.slices())
+    points = np.concatenate([mesh.frame.points, *(part.points for part in parts)])
+    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in mesh.fields}
+    triangles, regions = (np.concatenate([getattr(part, name) for part in parts]) for name in ("triangles", "regions"))
+    return points, triangles, regions, fields
+
+
+def by_place(points, triangles, *columns):
+    """Centroids of triangles in order of place, with their data."""
+    centers = points[triangles].mean(axis=1)
+    order = np.lexsort(centers.round(9).T)
+    return [column[order] for column in (centers, *columns)]
+
+
+@pytest.mark.parametrize("name", FINE)
+def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, tmp_path):
+    given = case(FINE[name], 4)
+    whole, result = mesh_case(given), sliced(given, tmp_path)
+    mesh, one = result.mesh, whole.mesh
+    assert (mesh.sizes[:, 0] > 100).all()
+    points, triangles, regions, fields = gathered(mesh)
+    assert (mesh.nodes, mesh.triangles) == (len(points), len(triangles)) == (len(one.points), len(one.triangles))
+    assert (mesh.frame.labels, mesh.frame.regions) == (one.labels, one.regions)
+    np.testing.assert_array_equal(mesh.frame.points[mesh.frame.facets], one.points[one.facets])
+    np.testing.assert_array_equal(mesh.frame.periodic, one.periodic)
+    np.testing.assert_array_equal(mesh.outer, one.outer)
+    assert mesh.frame.points[mesh.frame.labelled_nodes].tolist() == one.points[one.labelled_nodes].tolist()
+    mine = by_place(points, triangles, regions, *fields.values())
+    for some, other in zip(
+        mine, by_place(one.points, one.triangles, one.triangle_regions, *whole.fields.values()), strict=True
+    ):
+        np.testing.assert_allclose(some, other, rtol=0, atol=1e-12)
+    same = Mesh(points, triangles, one.facets, one.facet_labels, one.labels, one.regions, regions)
+    for check in CHECKS[len(one.regions) > 1 :]:  # corners of regions come before other boundary nodes
+        check(same)
+    told, known = result.report.data, whole.report.data
+    for key in EXACT:
+        assert told[key] == pytest.approx(known[key], rel=1e-12, abs=1e-14)
+    for key in ("quality", "spacing"):
+        for figure, value in known[key].items():
+            if figure == "worst":
+                assert [row["quality"] for row in told[key][figure]] == [row["quality"] for row in value]
+            else:
+                rough = BINS if figure in ("p01", "p99") else 1e-12
+                assert told[key][figure] == pytest.approx(value, rel=rough)
+
+
+def test_a_kept_part_is_the_one_that_was_given(tmp_path):
+    memory, files = InMemory(), InFolder(tmp_path)
+
+    class Both:
+        def keep(self, number, part):
+            memory.keep(number, part)
+            files.keep(number, part)
+
+        margin = staticmethod(memory.margin)
+        core = staticmethod(memory.core)
+
+    def nothing(value):
+        pass
+
+    mesh_case_in_slices(case(FINE["regions"], 3), Keeping(lambda scale: Both(), True), nothing, nothing, alone)
+    for number in range(3):
+        for kept, given in ((files.core, memory.core), (files.margin, memory.margin)):
+            assert_same(kept(number), given(number))
+    assert files.margin(3) is memory.margin(3) is None
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"part-{k}.npz" for k in range(3)]
+
+
+def assert_same(some, other):
+    if hasattr(some, "_fields"):
+        assert type(some) is type(other)
+        for mine, yours in zip(some, other, strict=True):
+            assert_same(mine, yours)
+    else:
+        np.testing.assert_array_equal(some, other)
+        assert np.asarray(some).dtype == np.asarray(other).dtype
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04" + bytes(100)])
+def test_what_is_no_part_is_told_with_its_file(tmp_path, content):
+    (tmp_path / "part-0.npz").write_bytes(content)
+    with pytest.raises(FileError, match=r"part-0\.npz: this is no part of a mesh: remove it"):
+        InFolder(tmp_path).margin(0)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with a case of two parts that may stay in slices."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plate.yaml").write_text(PLATE)
+    return tmp_path
+
+
+def test_files_are_the_same_whether_a_run_was_ended_on_its_way(here, monkeypatch):
+    options = "--parts", "3", "--jobs", "1", "-q"
+    assert command("run", "plate.yaml", "-o", "once", *options)[0] == 0
+    # A run that fails when two of the parts are kept.
+    keep = InFolder.keep
+
+    def failing(self, number, part):
+        if number == 2:
+            raise FileError("no more")
+        keep(self, number, part)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(InFolder, "keep", failing)
+        code, _, told = command("run", "plate.yaml", "-o", "again", "--resume", *options)
+    assert (code, told) == (5, "error: plate.yaml: no more\n")
+    (kept,) = (here / "again").iterdir()
+    assert sorted(path.name for path in (kept / "1.0").iterdir()) == ["part-0.npz", "part-1.npz"]
+    times = [InFolder(kept / "1.0").margin(number).record.seconds for number in range(2)]
+    (here / "again" / ".plate.parts-0123").mkdir()  # of another state of the case
+    assert command("run", "plate.yaml", "-o", "again", "--resume", *options)[0] == 0
+    report = json.loads((here / "again/plate.report.json").read_text())
+    assert [row["seconds"] for row in report["rounds"][:2]] == times  # they were not packed again
+    assert contents(here / "again").keys() == contents(here / "once").keys()
+    for name in ("plate.h5", "plate_facets.h5", "plate.xdmf"):
+        assert (here / "again" / name).read_bytes() == (here / "once" / name).read_bytes()
+
+
+def test_other_inputs_find_no_parts(here, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr("bubblemesh.parts.parted.joined", None)  # all parts are there by then
+        with pytest.raises(AssertionError):
+            command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q")
+    (kept,) = (here / "out").iterdir()
+    packed, keep = [], InFolder.keep
+
+    def noted(self, number, part):
+        packed.append(number)
+        keep(self, number, part)
+
+    monkeypatch.setattr(InFolder, "keep", noted)
+    assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q", "--seed", "5")[0] == 0
+    assert sorted(packed) == [0, 1]
+    assert not kept.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--resume"], "--resume: a mesh in one piece has no parts to go on with: add --parts auto"),
+        (["--resume", "--parts", "2", "-o", "-"], "--resume: there is no place for the parts with -o -"),
+    ],
+)
+def test_where_nothing_can_be_kept_is_told(here, options, message):
+    before = contents(here)
+    code, _, told = command("run", "plate.yaml", *options)
+    assert code == 2
+    assert message in told
+    assert contents(here) == before
+
+
+def test_a_failed_run_leaves_nothing(here, monkeypatch):
+    before = contents(here)
+    monkeypatch.setattr("bubblemesh.parts.store.np.savez", full_disk)
+    for options in ([], ["--resume"]):
+        code, _, told = command("run", "plate.yaml", "-o", "new/out", "--parts", "2", *options, "-q")
+        assert code == 5
+        assert "No space left on device" in told
+        left = contents(here)
+        assert left.keys() - before.keys() <= {"new", "new/out"} | {name for name in left if ".parts-" in name}
+        assert not any(name.endswith(".npz") for name in left)
+
+
+def full_disk(*arguments, **options):
+    raise OSError(28, "No space left on device")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_run_that_is_killed_goes_on_with_the_parts_that_are_done(here, number):
+    assert command("run", "plate.yaml", "-o", "once", "--parts", "6", "--jobs", "1", "-q")[0] == 0
+    words = ["run", "plate.yaml", "-o", "out", "--parts", "6", "--jobs", "2", "--resume", "-q"]
+    process = subprocess.Popen([sys.executable, "-m", "bubblemesh", *words], cwd=here, stderr=subprocess.PIPE)
+    end = time.monotonic() + 60
+    while len(list(here.glob("out/.plate.parts-*/*/part-*.npz"))) < 2:
+        assert process.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.005)
+    process.send_signal(number)
+    process.communicate(timeout=60)
+    assert process.returncode == (130 if number == signal.SIGINT else -number)
+    assert not list(here.glob("out/plate*"))
+    kept = len(list(here.glob("out/.plate.parts-*/*/part-*.npz")))
+    assert kept >= 2
+    assert subprocess.run([sys.executable, "-m", "bubblemesh", *words], cwd=here, check=False).returncode == 0
+    assert (here / "out/plate.h5").read_bytes() == (here / "once/plate.h5").read_bytes()
+    assert not list(here.glob("out/.*"))
+
+
+def test_a_page_of_slices_shows_the_spacing_and_a_sample(here, monkeypatch):
+    monkeypatch.setattr(destination, "SAMPLE", 500)
+    assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--report", "-q")[0] == 0
+    page = Path("out/plate.html").read_text()
+    assert "500 around the worst one" in page
+    assert 'alt="The spacing of the whole mesh"' in page
+
+
+@pytest.mark.parametrize("name", FINE)
+def test_a_sample_is_a_mesh_around_the_worst_triangle(name, tmp_path):
+    result = sliced(case(FINE[name], 3), tmp_path)
+    mesh, fields = result.mesh.sample(700, "quality")
+    assert len(mesh.triangles) == 700
+    assert fields["quality"].min() == result.report["quality"]["min"]
+    np.testing.assert_array_equal(fields["quality"], Measures(mesh.points, mesh.triangles).radius_ratios)
+    assert set(np.unique(mesh.triangle_regions)) == set(range(len(mesh.regions)))
+    edges = {frozenset(pair) for pair in mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).tolist()}
+    assert {frozenset(pair) for pair in mesh.facets.tolist()} <= edges
+
+
+def test_formats_that_need_all_of_a_large_mesh_are_told(here, monkeypatch):
+    monkeypatch.setattr(destination, "LARGE", 100)
+    code, _, told = command("run", "plate.yaml", "-o", "out", "--parts", "2", "--format", "su2", "--format", "xdmf")
+    assert code == 0
+    assert "su2: written from the whole mesh in memory: xdmf" in told.replace("\n", " ")
+
+
+@pytest.mark.parametrize("extra", ["angle_min: 28", "output: {order: 2}", "output: {partition: 3}"])
+def test_what_needs_all_triangles_is_made_at_once(extra):
+    def nothing(value):
+        pass
+
+    result = mesh_case_in_slices(
+        case(f"{DISC}\n{extra}", 2), IN_MEMORY._replace(in_slices=True), nothing, nothing, alone
+    )
+    assert isinstance(result.mesh, Mesh)
+
+
+def test_pieces_that_do_not_meet_are_noticed():
+    random = np.random.default_rng(3)
+    turn = np.linspace(0, 2 * np.pi, 20, endpoint=False)
+    points = np.vstack([np.column_stack([np.cos(turn), np.sin(turn)]), random.uniform(-0.5, 0.5, (30, 2))])
+    ring = np.column_stack([np.arange(20), (np.arange(20) + 1) % 20])
+    triangles = triangulated(points, ring)
+    everything, none = np.ones(50, bool), np.zeros((0, 2), int)
+    require_piece(Measures(points, triangles), ring, none, everything)
+    require_piece(Measures(points, triangles), ring[:12], ring[12:, ::-1], everything)
+    for faulty, facets, rim, words in (
+        (triangles, ring[:-1], none, "pieces do not meet"),
+        (triangles[1:], ring, none, "pieces do not meet"),
+        (triangles, ring, np.array([[20, 21]]), "pieces do not meet"),
+        (triangles[:, ::-1], ring, none, "flat or inverted"),
+        (triangles[~(triangles == 25).any(axis=1)], ring, none, "a node belongs to no triangle"),
+    ):
+        with pytest.raises(BubblemeshError, match=words):
+            require_piece(Measures(points, faulty), facets, rim, everything)
