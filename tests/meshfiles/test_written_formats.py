@@ -247,7 +247,8 @@ def test_nodes_as_table_and_arrays(mesh, tmp_path):
 
 
 def test_normals_of_a_square_point_out_of_it():
-    nodes = nodes_of(holed_square())
+    mesh = holed_square()
+    nodes = nodes_of(mesh, mesh.outer)
     by_label = {"bottom": (0, -1), "right": (1, 0), "top": (0, 1), "left": (-1, 0)}
     x, y = nodes.x - nodes.x.min(), nodes.y - nodes.y.min()
     corner = np.isclose(x % 3, 0) & np.isclose(y % 3, 0)

@@ -1,14 +1,18 @@
 """The nodes alone, for codes that need no triangles: places, boundary flags, labels and outward normals."""
 
+from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
+from numpy.lib.format import dtype_to_descr, write_array_header_1_0
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, Fields
 from bubblemesh.meshfiles.text import csv_text, lines, write_text
 
@@ -26,31 +30,44 @@ class Nodes(NamedTuple):
     ny: Floats
 
 
-def nodes_of(mesh: Mesh) -> Nodes:
-    """Nodes of a mesh; the normal of a corner is the mean of those of its two edges, of unit length."""
+def nodes_of(mesh: Mesh, outer: Booleans) -> Nodes:
+    """Nodes of a mesh whose facets that are boundary edges have the mask ``outer`` (f,).
+
+    The normal of a corner is the mean of those of its two edges, of unit length.
+    """
     boundary = np.zeros(len(mesh.points), bool)
-    boundary[mesh.facets[mesh.outer].ravel()] = True
+    boundary[mesh.facets[outer].ravel()] = True
     label = np.full(len(mesh.points), "", dtype=object)
     names, point_names = np.array(mesh.labels, object), np.array(mesh.point_labels, object)
     # The last one stands: that of the boundary before that of inner lines, the start's before the end's.
-    for facets in (~mesh.outer, mesh.outer):
+    for facets in (~outer, outer):
         for ends in mesh.facets[facets].T[::-1]:
             label[ends] = names[mesh.facet_labels[facets]]
     label[mesh.labelled_nodes] = point_names[mesh.node_labels]
-    (x, y), (nx, ny) = mesh.points.T, _normals(mesh).T
+    (x, y), (nx, ny) = mesh.points.T, _normals(mesh, outer).T
     return Nodes(x, y, boundary, label.astype(str), nx, ny)
 
 
 def write_csv(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write a table with one row for each node, whose last column is the ``owner`` if there is a partition."""
-    nodes = nodes_of(mesh)
+    owner = {} if mesh.partition is None else {NODE_OWNER: mesh.partition.node_owner}
+    head = ",".join([*Nodes._fields, *owner])
+    write_text(path, chain([head + "\n"], _rows(mesh, nodes_of(mesh, mesh.outer), *owner.values())))
+
+
+def write_sliced_csv(mesh: SlicedMesh, path: Path) -> None:
+    """Write the table of `write_csv` slice by slice."""
+    tables = chain([nodes_of(mesh.frame, mesh.outer)], (_inner(part.points) for part in mesh.slices()))
+    rows = chain.from_iterable(_rows(mesh.frame, nodes) for nodes in tables)
+    write_text(path, chain([",".join(Nodes._fields) + "\n"], rows))
+
+
+def _rows(mesh: Mesh, nodes: Nodes, *more: Integers) -> Iterator[str]:
+    """Lines for nodes with the labels of a mesh, and for more numbers (n,) of each."""
     quoted = {label: csv_text([[label]])[:-1] if label else "" for label in ("", *mesh.labels, *mesh.point_labels)}
     labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
     columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
-    head, form, owner = ",".join(Nodes._fields), "%r,%r,%d,%s,%r,%r", []
-    if mesh.partition is not None:
-        head, form, owner = f"{head},{NODE_OWNER}", f"{form},%d", [mesh.partition.node_owner]
-    write_text(path, chain([head + "\n"], lines(form, *columns, *owner)))
+    return lines(",".join(["%r,%r,%d,%s,%r,%r", *("%d" for _ in more)]), *columns, *more)
 
 
 def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -58,18 +75,50 @@ def write_npz(mesh: Mesh, fields: Fields, path: Path) -> None:
 
     With a partition there is the part (n,) of each node, ``owner``.
     """
-    arrays = nodes_of(mesh)._asdict()
-    if mesh.periodic_sides:
-        arrays["periodic"] = np.concatenate([sides.nodes for sides in mesh.periodic_sides])
+    arrays = nodes_of(mesh, mesh.outer)._asdict() | _periodic(mesh)
     if mesh.partition is not None:
         arrays[NODE_OWNER] = mesh.partition.node_owner
     with path.open("wb") as file:
         np.savez_compressed(file, **arrays)
 
 
-def _normals(mesh: Mesh) -> Floats:
+def write_sliced_npz(mesh: SlicedMesh, path: Path) -> None:
+    """Write the arrays of `write_npz` slice by slice."""
+    with ZipFile(path, "w", ZIP_DEFLATED) as file:
+        for k, (name, column) in enumerate(nodes_of(mesh.frame, mesh.outer)._asdict().items()):
+            # Of inner nodes there are only the places: zeros, which are empty texts too, need no reading of slices.
+            places = (part.points[:, k] for part in mesh.slices())
+            zeros = (np.zeros(count, column.dtype) for count in mesh.sizes[:, 0])
+            _write_array(file, name, (mesh.nodes,), chain([column], places if name in ("x", "y") else zeros))
+        for name, pairs in _periodic(mesh.frame).items():
+            _write_array(file, name, pairs.shape, iter([pairs]))
+
+
+def _write_array(file: ZipFile, name: str, shape: tuple[int, ...], blocks: Iterator[NDArray[Any]]) -> None:
+    """Write an array of a shape to an npz file, by blocks of its rows, which have one type."""
+    first = next(blocks)
+    header = {"descr": dtype_to_descr(first.dtype), "fortran_order": False, "shape": shape}
+    with file.open(f"{name}.npy", "w", force_zip64=True) as stream:
+        write_array_header_1_0(stream, header)
+        for block in chain([first], blocks):
+            stream.write(block.tobytes())
+
+
+def _inner(points: Floats) -> Nodes:
+    """Nodes without a label at points (n, 2) inside the domain."""
+    (x, y), zero = points.T, np.zeros(len(points))
+    return Nodes(x, y, zero.astype(bool), np.full(len(points), ""), zero, zero)
+
+
+def _periodic(mesh: Mesh) -> dict[str, Integers]:
+    """The pairs (k, 2) of nodes that match, if there are periodic sides."""
+    sides = mesh.periodic_sides
+    return {"periodic": np.concatenate([each.nodes for each in sides])} if sides else {}
+
+
+def _normals(mesh: Mesh, outer: Booleans) -> Floats:
     """Outward normals (n, 2), from the tangents at the ends of the circular arc that each boundary facet follows."""
-    facets, middle = mesh.facets[mesh.outer], mesh.facet_middles[mesh.outer]
+    facets, middle = mesh.facets[outer], mesh.facet_middles[outer]
     chord = _unit(mesh.points[facets[:, 1]] - mesh.points[facets[:, 0]])
     total = np.zeros_like(mesh.points)
     for end, sign in ((0, 1), (1, -1)):
