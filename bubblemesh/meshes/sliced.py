@@ -1,14 +1,17 @@
 """A mesh that is too large to be held at once: what all of it has in common, and slices of nodes and triangles."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.partition import Partition
 
 
 class Slice(NamedTuple):
@@ -18,6 +21,17 @@ class Slice(NamedTuple):
     triangles: Integers  # (t, 3): numbers of nodes in the whole mesh
     regions: Integers  # (t,): index into the names of the regions
     fields: Mapping[str, Floats]  # of the triangles
+
+
+class Border(NamedTuple):
+    """The triangles along facets, at labelled points, and at what several slices have, as a small mesh."""
+
+    mesh: Mesh  # with these triangles, and all facets and labelled points
+    partition: Partition  # of these triangles into the slices
+    nodes: Integers  # (m,): numbers of its nodes in the whole mesh, ascending
+    cells: Integers  # (b,): numbers of its triangles in the whole mesh, ascending
+    fields: Mapping[str, Floats]  # of its triangles
+    crowded: Booleans  # (n,): mask of the nodes of the frame that all of this is about
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +74,21 @@ class SlicedMesh:
         """Number (k,) of the first node of each slice."""
         return len(self.frame.points) + np.cumsum(self.sizes[:, 0]) - self.sizes[:, 0]
 
+    @property
+    def first_triangles(self) -> Integers:
+        """Number (k,) of the first triangle of each slice."""
+        return np.cumsum(self.sizes[:, 1]) - self.sizes[:, 1]
+
     def slices(self) -> Iterator[Slice]:
         """All slices, one after the other."""
         return map(self.read, range(len(self.sizes)))
+
+    def points(self, nodes: Integers, number: int, part: Slice) -> Floats:
+        """Places (..., 2) of nodes (...), which are of the frame or of this slice with its number."""
+        in_frame = nodes < len(self.frame.points)
+        places = self.frame.points[np.where(in_frame, nodes, 0)]
+        places[~in_frame] = part.points[nodes[~in_frame] - self.first_nodes[number]]
+        return places
 
     def sample(self, count: int, field: str) -> tuple[Mesh, dict[str, Floats]]:
         """A mesh of the triangles around that of the least value of a field, at most ``count``, and their fields.
@@ -70,11 +96,9 @@ class SlicedMesh:
         They are all of one slice; labelled points and periodic pairs are left out.
         """
         number = min(range(len(self.sizes)), key=lambda number: float(self.read(number).fields[field].min()))
-        part, frame, first = self.read(number), self.frame, int(self.first_nodes[number])
+        part, frame = self.read(number), self.frame
         used, corners = np.unique(part.triangles, return_inverse=True)
-        shared = used < len(frame.points)
-        points = np.concatenate([frame.points[used[shared]], part.points[used[~shared] - first]])
-        triangles = corners.reshape(-1, 3)
+        points, triangles = self.points(used, number, part), corners.reshape(-1, 3)
         centers = points[triangles].mean(axis=1)
         away = np.hypot(*(centers - centers[part.fields[field].argmin()]).T)
         near = np.sort(np.argsort(away, kind="stable")[:count])
@@ -97,3 +121,38 @@ class SlicedMesh:
             facet_middles=frame.facet_middles[mine],
         )
         return mesh, {name: values[near] for name, values in part.fields.items()}
+
+    def border(self) -> Border:
+        """What is along facets and where slices meet; all slices are read twice."""
+        frame, slices_at = self.frame, np.zeros(len(self.frame.points), np.int64)
+        for part in self.slices():
+            slices_at[np.unique(part.triangles[part.triangles < len(slices_at)])] += 1
+        crowded = slices_at > 1
+        crowded[frame.facets.ravel()] = crowded[frame.labelled_nodes] = True
+        found = [self._at(crowded, number, part) for number, part in enumerate(self.slices())]
+        owner = np.repeat(np.arange(len(found)), [len(each[0]) for each in found])
+        cells, triangles, points, regions, *fields = (np.concatenate(each) for each in zip(*found, strict=True))
+        nodes, first, corners = np.unique(triangles, return_index=True, return_inverse=True)
+        corners = corners.reshape(-1, 3)
+        mesh = replace(
+            frame,
+            points=points.reshape(-1, 2)[first],
+            triangles=corners,
+            facets=np.searchsorted(nodes, frame.facets),
+            triangle_regions=regions,
+            labelled_nodes=np.searchsorted(nodes, frame.labelled_nodes),
+        )
+        partition = Partition(corners, owner, len(found), GEOMETRY)
+        return Border(mesh, partition, nodes, cells, dict(zip(self.fields, fields, strict=True)), crowded)
+
+    def _at(self, crowded: Booleans, number: int, part: Slice) -> tuple[NDArray[Any], ...]:
+        """Numbers, nodes, places (b, 3, 2), regions and fields of a slice's triangles at some nodes of the frame."""
+        mine = np.flatnonzero(among(crowded, part.triangles).any(axis=1))
+        nodes = part.triangles[mine]
+        fields = (part.fields[name][mine] for name in self.fields)
+        return self.first_triangles[number] + mine, nodes, self.points(nodes, number, part), part.regions[mine], *fields
+
+
+def among(mask: Booleans, numbers: Integers) -> Booleans:
+    """Whether numbers (...) have a mask (n,); those from n on have not."""
+    return np.append(mask, False)[np.minimum(numbers, len(mask))]

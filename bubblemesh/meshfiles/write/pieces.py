@@ -1,5 +1,7 @@
 """A grid of VTK in pieces, one for each part of a partition with its halo, and the list of them (pvtu)."""
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -10,6 +12,7 @@ from bubblemesh.arrays import Integers
 from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
+from bubblemesh.meshes.sliced import Border, Slice, SlicedMesh
 from bubblemesh.meshfiles.formats import PIECE
 from bubblemesh.meshfiles.groups import GLOBAL_CELL, GLOBAL_NODE, Fields
 from bubblemesh.meshfiles.write.viewers import vtk_grid, write_compressed
@@ -24,17 +27,64 @@ def write_pvtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     A piece has the triangles of its part, then those of its halo, and their nodes; numbers of both in the whole mesh
     are ``GlobalNodeId`` and ``GlobalElementId``.
     """
-    grid, whole = vtk_grid(mesh, fields), np.zeros(len(mesh.triangles), np.int64)
-    partition = mesh.partition or Partition(mesh.triangles, whole, 1, GEOMETRY)
-    grid.point_data[GLOBAL_NODE] = np.arange(len(mesh.points))
-    grid.cell_data[GLOBAL_CELL] = [np.arange(len(mesh.triangles))]
-    grid.cell_data[GHOSTS] = [whole.astype(np.uint8)]
-    names = [path.stem + PIECE.format(part) for part in range(partition.count)]
+    partition = mesh.partition or Partition(mesh.triangles, np.zeros(len(mesh.triangles), np.int64), 1, GEOMETRY)
+    grid = _numbered(vtk_grid(mesh, fields), np.arange(len(mesh.points)), np.arange(len(mesh.triangles)))
     own = np.split(np.argsort(partition.owner, kind="stable"), np.cumsum(partition.sizes)[:-1])
-    for part, (name, cells) in enumerate(zip(names, own, strict=True)):
-        piece = _piece(grid, cells, partition, part)
-        write_compressed(piece, path.with_name(name))
+    _write_pieces((_piece(grid, cells, partition, part) for part, cells in enumerate(own)), path)
+
+
+def write_sliced_pvtu(mesh: SlicedMesh, path: Path) -> None:
+    """Write the files of `write_pvtu`, whose parts are the slices."""
+    border = mesh.border()
+    _write_pieces((_slice_piece(mesh, border, number, part) for number, part in enumerate(mesh.slices())), path)
+
+
+def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> meshio.Mesh:
+    """The piece of a slice, made of its triangles and of those around it."""
+    around, own = _around(border, number), np.arange(len(part.triangles))
+    outer = border.mesh.triangles[around]
+    mine, theirs = np.unique(part.triangles), np.unique(outer)
+    nodes, first = np.unique(np.concatenate([mine, border.nodes[theirs]]), return_index=True)
+    points = np.concatenate([mesh.points(mine, number, part), border.mesh.points[theirs]])[first]
+    triangles = np.searchsorted(nodes, np.concatenate([part.triangles, border.nodes[outer]]))
+    owner = np.concatenate([np.full(len(own), number), border.partition.owner[around]])
+    partition = Partition(triangles, owner, len(mesh.sizes), GEOMETRY)
+    cells = np.concatenate([mesh.first_triangles[number] + own, border.cells[around]])
+    fields = {name: np.concatenate([part.fields[name], border.fields[name][around]]) for name in mesh.fields}
+    local = replace(
+        mesh.frame,
+        points=points,
+        triangles=triangles,
+        facets=mesh.frame.facets[:0],
+        triangle_regions=np.concatenate([part.regions, border.mesh.triangle_regions[around]]),
+        partition=partition,
+    )
+    return _piece(_numbered(vtk_grid(local, fields), nodes, cells), own, partition, number)
+
+
+def _around(border: Border, number: int) -> Integers:
+    """Triangles at the border in the halo of a slice, and what of other slices touches these: it tells their owners."""
+    triangles, owner = border.partition.triangles, border.partition.owner
+    at_halo = np.zeros(len(border.nodes), bool)
+    at_halo[triangles[border.partition.halo(number)]] = True
+    return np.flatnonzero((owner != number) & at_halo[triangles].any(axis=1))
+
+
+def _write_pieces(pieces: Iterable[meshio.Mesh], path: Path) -> None:
+    """Write the pieces and the list of them."""
+    names = []
+    for part, piece in enumerate(pieces):
+        names.append(path.stem + PIECE.format(part))
+        write_compressed(piece, path.with_name(names[-1]))
     path.write_bytes(_list_of(names, piece))
+
+
+def _numbered(grid: meshio.Mesh, nodes: Integers, cells: Integers) -> meshio.Mesh:
+    """The grid with numbers of its nodes and cells in the whole mesh, and room for marks on cells."""
+    grid.point_data[GLOBAL_NODE] = nodes
+    grid.cell_data[GLOBAL_CELL] = [cells]
+    grid.cell_data[GHOSTS] = [np.zeros(len(cells), np.uint8)]
+    return grid
 
 
 def _piece(grid: meshio.Mesh, own: Integers, partition: Partition, part: int) -> meshio.Mesh:
