@@ -1,8 +1,10 @@
 """Gmsh's mesh format 4.1, as text: nodes and cells by entities, those of a partition with their parts, and ghosts."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,17 +57,43 @@ class Layer:
         return max((entity.tag for entity in self.entities), default=0) + 1
 
 
+Place = tuple[int, int]
+"""Dimension and tag of an entity."""
+
+
+class CellBlock(NamedTuple):
+    """Cells (m, k) of an entity, by their nodes from 0, and their numbers (m,) in the file."""
+
+    entity: Entity
+    kind: str
+    numbers: Integers
+    cells: Integers
+
+
 def write_msh4(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write points, edges and triangles with their groups, the partition with its ghosts, and matching nodes.
 
     Nodes and cells have the numbers that they have in Gmsh's other formats. The format has no place for the fields.
     """
-    whole = _whole(mesh)
-    layers = whole if mesh.partition is None else _divided(mesh, mesh.partition, whole)
-    write_text(path, _text(mesh, whole, layers))
+    whole = whole_layers(mesh)
+    layers = whole if mesh.partition is None else divided_layers(mesh, mesh.partition, whole)
+    places, cells = by_places(layers, len(mesh.points)), [layer for layer in layers[::-1] if layer.kind is not None]
+    text = [
+        entities_text(mesh, whole, layers, mesh.partition),
+        nodes_text(len(places), len(mesh.points), ((place, k, mesh.points[k]) for place, k in places)),
+        elements_text(sum(len(layer.entities) for layer in cells), _cells_of(mesh), cell_blocks(cells)),
+        periodic_text(periodic_entities(mesh)),
+    ]
+    if mesh.partition is not None:
+        text.append(ghosts_text(mesh.partition, _cells_of(mesh) - len(mesh.triangles) + numbered(len(mesh.triangles))))
+    write_text(path, chain.from_iterable(text))
 
 
-def _whole(mesh: Mesh) -> list[Layer]:
+def _cells_of(mesh: Mesh) -> int:
+    return len(mesh.labelled_nodes) + len(mesh.facets) + len(mesh.triangles)
+
+
+def whole_layers(mesh: Mesh) -> list[Layer]:
     """Triangles, facets and labelled points; the entities of the first two have the numbers of their groups."""
     line, triangle = cell_kinds(mesh)
     found = []
@@ -79,7 +107,7 @@ def _whole(mesh: Mesh) -> list[Layer]:
     return [*found, Layer("vertex", mesh.labelled_nodes[:, None], points, np.arange(len(points)))]
 
 
-def _divided(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> list[Layer]:
+def divided_layers(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> list[Layer]:
     """Layers of a partition: an entity for each part of another one, and curves of the nodes that the same parts share.
 
     Later layers hold nodes before earlier ones: those that parts share are on their curve, labelled ones on a point.
@@ -121,34 +149,24 @@ def _by_parts(layer: Layer, parts: Integers) -> Layer:
     return Layer(layer.kind, layer.cells, entities, index.ravel())
 
 
-def _text(mesh: Mesh, whole: Sequence[Layer], layers: Sequence[Layer]) -> Iterator[str]:
-    """Text of a file whose groups are on entities, and whose nodes and cells are in the layers."""
-    partition = mesh.partition
+def entities_text(
+    mesh: Mesh, whole: Sequence[Layer], layers: Sequence[Layer], partition: Partition | None
+) -> Iterator[str]:
+    """Sections before the nodes: groups, the entities that have them, and what these are in a partition."""
     yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
     yield from names_text(list(group_names(mesh).items()))
     yield "$Entities\n"
-    yield from _entities_text(mesh.points, whole)
+    yield from _rows(mesh.points, whole)
     yield "$EndEntities\n"
     if partition is not None:
         first = max(layer.next_tag for layer in layers)
         ghosts = "".join(f"{first + k} {k + 1}\n" for k in range(partition.count))
         yield f"$PartitionedEntities\n{partition.count}\n{partition.count}\n{ghosts}"
-        yield from _entities_text(mesh.points, layers)
+        yield from _rows(mesh.points, layers)
         yield "$EndPartitionedEntities\n"
-    yield from _nodes_text(mesh.points, layers)
-    first_triangle = len(mesh.labelled_nodes) + len(mesh.facets)
-    yield from _elements_text([layer for layer in layers[::-1] if layer.kind is not None])
-    yield from _periodic_text(periodic_entities(mesh))
-    if partition is not None:
-        holders = ghost_holders(partition)
-        yield f"$GhostElements\n{len(holders)}\n"
-        for triangle, parts in holders.items():
-            told = " ".join(map(str, parts))
-            yield f"{first_triangle + triangle + 1} {partition.owner[triangle] + 1} {len(parts)} {told}\n"
-        yield "$EndGhostElements\n"
 
 
-def _entities_text(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
+def _rows(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
     """Numbers of points, curves, surfaces and volumes, and all of them, with the box that each is in."""
     rows: list[list[str]] = [[], [], [], []]
     for layer in layers:
@@ -168,39 +186,49 @@ def _entities_text(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
         yield from each
 
 
-def _nodes_text(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
-    """Nodes by the entities that they are on: of the last layer that has them."""
-    places = np.zeros((len(points), 2), np.int64)
+def by_places(layers: Sequence[Layer], count: int) -> list[tuple[Place, Integers]]:
+    """So many nodes (m,) by the entities that they are on: of the last layer that has them."""
+    places = np.zeros((count, 2), np.int64)
     for layer in layers:
         places[layer.cells] = layer.places[:, None]
     order = np.lexsort(places.T[::-1])
     blocks = np.split(order, np.flatnonzero(np.diff(places[order], axis=0).any(axis=1)) + 1)
-    yield f"$Nodes\n{len(blocks)} {len(points)} 1 {len(points)}\n"
-    for nodes in blocks:
-        dimension, tag = places[nodes[0]].tolist()
+    return [((int(places[nodes[0], 0]), int(places[nodes[0], 1])), nodes) for nodes in blocks]
+
+
+def nodes_text(entities: int, count: int, blocks: Iterable[tuple[Place, Integers, Floats]]) -> Iterator[str]:
+    """Section of the nodes, by blocks of their numbers (m,), from 0, and points (m, 2) on an entity."""
+    yield f"$Nodes\n{entities} {count} 1 {count}\n"
+    for (dimension, tag), nodes, points in blocks:
         yield f"{dimension} {tag} 0 {len(nodes)}\n"
         yield from lines("%d", nodes + 1)
-        yield from lines("%r %r 0", points[nodes])
+        yield from lines("%r %r 0", points)
     yield "$EndNodes\n"
 
 
-def _elements_text(layers: Sequence[Layer]) -> Iterator[str]:
-    """Cells by their entities, numbered in the order of the layers."""
-    count = sum(len(layer.cells) for layer in layers)
-    yield f"$Elements\n{sum(len(layer.entities) for layer in layers)} {count} 1 {count}\n"
+def cell_blocks(layers: Iterable[Layer]) -> Iterator[CellBlock]:
+    """Cells of layers by their entities, numbered from 1 in the order of the layers."""
     before = 0
     for layer in layers:
-        width, numbers = layer.cells.shape[1], before + numbered(len(layer.cells))
+        numbers = before + numbered(len(layer.cells))
         counts = np.bincount(layer.index, minlength=len(layer.entities))
         blocks = np.split(np.argsort(layer.index, kind="stable"), np.cumsum(counts)[:-1])
         for entity, mine in zip(layer.entities, blocks, strict=False):  # of no entities there is a block all the same
-            yield f"{entity.dimension} {entity.tag} {KINDS[str(layer.kind)]} {len(mine)}\n"
-            yield from lines("%d" + " %d" * width, numbers[mine], layer.cells[mine] + 1)
+            yield CellBlock(entity, str(layer.kind), numbers[mine], layer.cells[mine])
         before += len(layer.cells)
+
+
+def elements_text(entities: int, count: int, blocks: Iterable[CellBlock]) -> Iterator[str]:
+    """Section of the cells."""
+    yield f"$Elements\n{entities} {count} 1 {count}\n"
+    for entity, kind, numbers, cells in blocks:
+        yield f"{entity.dimension} {entity.tag} {KINDS[kind]} {len(cells)}\n"
+        yield from lines("%d" + " %d" * cells.shape[1], numbers, cells + 1)
     yield "$EndElements\n"
 
 
-def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
+def periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
+    """Section of the entities that are copies, with nodes from 0; empty if there are none."""
     if not matches:
         return
     yield f"$Periodic\n{len(matches)}\n"
@@ -208,3 +236,13 @@ def _periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
         yield f"{dimension} {copy} {original}\n16 {' '.join(map(repr, affine.tolist()))}\n{len(nodes)}\n"
         yield from lines("%d %d", nodes + 1)
     yield "$EndPeriodic\n"
+
+
+def ghosts_text(partition: Partition, numbers: Integers) -> Iterator[str]:
+    """Section of the triangles that are in halos; the triangles have numbers (t,) in the file."""
+    holders = ghost_holders(partition)
+    yield f"$GhostElements\n{len(holders)}\n"
+    for triangle, parts in holders.items():
+        told = " ".join(map(str, parts))
+        yield f"{numbers[triangle]} {partition.owner[triangle] + 1} {len(parts)} {told}\n"
+    yield "$EndGhostElements\n"
