@@ -97,11 +97,20 @@ FORMATS: Mapping[str, Format] = {
         partition=True,
         piece=PIECE,
         alone="write.viewers.write_vtu",
+        slices="write.pieces.write_sliced_pvtu",
     ),
     "msh-ascii": Format(
         (".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True, partition=True, solvers=("moose",)
     ),
-    "msh4": Format((".msh",), "write.msh4.write_msh4", _AS_THEY_ARE, BOTH, periodic=True, partition=True),
+    "msh4": Format(
+        (".msh",),
+        "write.msh4.write_msh4",
+        _AS_THEY_ARE,
+        BOTH,
+        periodic=True,
+        partition=True,
+        slices="write.sliced_msh4.write_sliced_msh4",
+    ),
     "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",)),
     "inp": Format(
         (".inp",),
@@ -121,8 +130,17 @@ FORMATS: Mapping[str, Format] = {
         points=False,
         solvers=("openfoam",),
     ),
-    "nodes.csv": Format((".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE, partition=True),
-    "nodes.npz": Format((".nodes.npz",), "write.nodes.write_npz", _AS_THEY_ARE, periodic=True, partition=True),
+    "nodes.csv": Format(
+        (".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE, partition=True, slices="write.nodes.write_sliced_csv"
+    ),
+    "nodes.npz": Format(
+        (".nodes.npz",),
+        "write.nodes.write_npz",
+        _AS_THEY_ARE,
+        periodic=True,
+        partition=True,
+        slices="write.nodes.write_sliced_npz",
+    ),
     "skfem": Format(
         (".vtu",), "write.python.write_skfem", "write.python.skfem_names", BOTH, points=False, solvers=("scikit-fem",)
     ),
