@@ -2,25 +2,22 @@
 
 import subprocess
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import h5py
-import meshio
 import numpy as np
 import pytest
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import FileError
 from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.groups import group_names, region_ids
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files
-from bubblemesh.parts.store import InFolder
+from bubblemesh.parts.store import InFolder, Keeping
 from bubblemesh.parts.work import alone
 from bubblemesh.run.pipeline import mesh_case_in_slices
 
@@ -39,30 +36,32 @@ domain:
     - {at: [3.5, 1.5], label: well}
     - {at: [1, 2], label: probe}
   periodic: [[left, right]]
-spacing: 0.055
-parts: 4
+spacing: 0.07
+parts: 5
 """
 AREAS = """
 domain:
   outer:
     - {rectangle: [0, 0, 2, 2]}
     - {rectangle: [3, 0, 5, 2]}
-spacing: 0.06
-parts: 2
+spacing: 0.08
+parts: 3
 """
-FLAT = """
+DISC = """
 domain: {outer: {circle: {center: [0, 0], radius: 1}}}
 spacing: 0.03
 parts: 3
 """
-CASES = {"plate": PLATE, "areas": AREAS, "disc": FLAT}
+CASES = {"plate": PLATE, "areas": AREAS, "disc": DISC}
+WITHOUT_PARTITION = ("xdmf", "nodes.npz", "nodes.csv")
 IN_SLICES = [name for name, form in FORMATS.items() if form.slices is not None]
 
 
 def sliced_of(text, folder):
     """The mesh of a case in slices, which are kept in a folder."""
     case = load_case("parts.yaml", text=text)
-    return mesh_case_in_slices(case, lambda scale: InFolder(folder), lambda row: None, lambda share: None, alone).mesh
+    kept = Keeping(lambda scale: InFolder(folder), in_slices=True)
+    return mesh_case_in_slices(case, kept, lambda row: None, lambda share: None, alone).mesh
 
 
 def joined(sliced):
@@ -80,42 +79,58 @@ def joined(sliced):
     return mesh, {name: np.concatenate([part.fields[name] for part in parts]) for name in sliced.fields}
 
 
-@pytest.fixture(scope="module", params=CASES)
-def sliced(request, tmp_path_factory):
-    return sliced_of(CASES[request.param], tmp_path_factory.mktemp("parts"))
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Meshes of the cases by their names, each made once."""
+    known = {}
+
+    def mesh(name):
+        if name not in known:
+            known[name] = sliced_of(CASES[name], tmp_path_factory.mktemp(name))
+        return known[name]
+
+    return mesh
 
 
-@pytest.fixture
-def both(sliced, request, tmp_path):
-    """Folders with the files of the mesh in slices, and of the same mesh as a whole."""
-    form, mesh, fields = request.param, *joined(sliced)
-    if form in ("xdmf", "nodes.npz", "nodes.csv"):
+@pytest.fixture(params=CASES)
+def both(made, request, tmp_path):
+    """Folders with the files of a mesh in slices, and of the same mesh as a whole, in the format of the test."""
+    form, sliced = request.function.form, made(request.param)
+    mesh, fields = joined(sliced)
+    if form in WITHOUT_PARTITION:
         mesh = replace(mesh, partition=None)
     folders = tmp_path / "sliced", tmp_path / "whole"
     files = [
         write_files(each, data, {}, folder, "mesh", [form])["files"]
         for each, data, folder in zip((sliced, mesh), ({}, fields), folders, strict=True)
     ]
-    assert files[0] == files[1] == [name for name in files[0] if (folders[0] / name).is_file()]
+    assert files[0] == files[1]
+    assert {*files[0]} == {path.name for path in folders[0].iterdir()}
     return folders
 
 
 def written_by(form):
-    return pytest.mark.parametrize("both", [form], indirect=True)
+    """Mark a test of what a format's writers do."""
+
+    def marked(test):
+        test.form = form
+        return test
+
+    return marked
 
 
-def test_the_cases_have_what_tells_writers_apart():
-    with tempfile.TemporaryDirectory() as folder:
-        plate = sliced_of(PLATE, Path(folder))
-        mesh, _ = joined(plate)
-        holders = [np.unique(mesh.partition.owner[mesh.triangle_regions == k]) for k in range(len(mesh.regions))]
-        assert [len(parts) for parts in holders] == [4, 2, 1]
-        assert len(mesh.periodic)
-        assert len(mesh.labelled_nodes) == 2
-        assert (plate.sizes[:, 0] > 100).all()
-        _, part, _, starts = mesh.partition.node_parts
-        assert np.diff(starts).max() == 3
-        np.testing.assert_array_equal(mesh.outer, plate.outer)
+def test_the_cases_have_what_tells_writers_apart(made):
+    plate, disc, areas = made("plate"), made("disc"), made("areas")
+    mesh, _ = joined(plate)
+    holders = [np.unique(mesh.partition.owner[mesh.triangle_regions == k]) for k in range(len(mesh.regions))]
+    assert [len(parts) for parts in holders] == [5, 3, 1]
+    assert len(mesh.periodic)
+    assert len(mesh.labelled_nodes) == 2
+    assert np.diff(mesh.partition.node_parts.starts).max() == 3
+    assert plate.sizes[:, 0].min() == 0
+    assert disc.sizes[:, 0].min() > 100
+    assert {(0, 2), (1, 2)} - {tuple(pair) for pair in joined(areas)[0].partition.interfaces[:, :2].tolist()}
+    np.testing.assert_array_equal(mesh.outer, plate.outer)
 
 
 @written_by("msh4")
@@ -159,3 +174,132 @@ def test_data_sets_of_xdmf_are_the_same(both):
             for key in theirs:
                 assert mine[key].dtype == theirs[key].dtype
                 np.testing.assert_array_equal(mine[key], theirs[key])
+
+
+@pytest.mark.solver
+def test_gmsh_knows_the_parts(made, gmsh, tmp_path):
+    sliced = made("plate")
+    mesh, _ = joined(sliced)
+    write_files(sliced, {}, {}, tmp_path, "mesh", ["msh4"])
+    gmsh.open(str(tmp_path / "mesh.msh"))
+    assert gmsh.model.getNumberOfPartitions() == len(sliced.sizes)
+    assert {gmsh.model.getPhysicalName(*g): g[::-1] for g in gmsh.model.getPhysicalGroups()} == group_names(mesh)
+    tags, points, _ = gmsh.model.mesh.getNodes()
+    np.testing.assert_array_equal(points.reshape(-1, 3)[np.argsort(tags), :2], mesh.points)
+    first = len(mesh.labelled_nodes) + len(mesh.facets) + 1
+    owner, group = np.full((2, len(mesh.triangles)), -1)
+    for dimension, tag in gmsh.model.getEntities(2):
+        if gmsh.model.getType(dimension, tag) == "Ghost surface":
+            (part,) = gmsh.model.getPartitions(dimension, tag)
+            ghosts, _ = gmsh.model.mesh.getGhostElements(dimension, tag)
+            assert sorted(ghosts - first) == mesh.partition.halo(part - 1).tolist()
+        elif len(parts := gmsh.model.getPartitions(dimension, tag)):
+            _, (elements,), (nodes,) = gmsh.model.mesh.getElements(dimension, tag)
+            owner[elements - first] = parts[0] - 1
+            group[elements - first] = gmsh.model.getPhysicalGroupsForEntity(dimension, tag)[0]
+            np.testing.assert_array_equal(nodes.reshape(-1, 3) - 1, mesh.triangles[elements - first])
+    np.testing.assert_array_equal(owner, mesh.partition.owner)
+    np.testing.assert_array_equal(group, region_ids(mesh))
+
+
+@pytest.mark.solver
+def test_processes_of_vtk_read_their_pieces(made, tmp_path):
+    vtk = pytest.importorskip("vtk")
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    sliced = made("plate")
+    mesh, _ = joined(sliced)
+    write_files(sliced, {}, {}, tmp_path, "mesh", ["pvtu"])
+    for part in range(len(sliced.sizes)):
+        reader = vtk.vtkXMLPUnstructuredGridReader()
+        reader.SetFileName(str(tmp_path / "mesh.pvtu"))
+        reader.UpdateInformation()
+        reader.UpdatePiece(part, len(sliced.sizes), 1)
+        grid = reader.GetOutput()
+        numbers = vtk_to_numpy(grid.GetCellData().GetArray("GlobalElementId"))
+        own = numbers[vtk_to_numpy(grid.GetCellGhostArray()) == 0]
+        assert sorted(own) == np.flatnonzero(mesh.partition.owner == part).tolist()
+        assert set(mesh.partition.halo(part)) <= set(numbers)
+
+
+@pytest.mark.parametrize("form", ["pvtu", "msh4", "xdmf"])
+def test_what_is_written_in_slices_is_read_as_a_whole(made, form, tmp_path):
+    sliced = made("plate")
+    mesh, _ = joined(sliced)
+    path = tmp_path / write_files(sliced, {}, {}, tmp_path, "mesh", [form])["files"][0]
+    read = read_mesh(path).mesh
+    assert (len(read.points), len(read.triangles)) == (sliced.nodes, sliced.triangles)
+    assert set(read.regions) == set(mesh.regions)
+
+
+FULL_DISK = """
+import resource, sys
+from dataclasses import replace
+from pathlib import Path
+sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
+import h5py, meshio
+import numpy as np
+from test_output import fields_of, holed_square
+from test_slices import IN_SLICES
+from bubblemesh.errors import FileError
+from bubblemesh.meshes.sliced import Slice, SlicedMesh
+from bubblemesh.meshfiles.writing import write_files
+
+def read(number):
+    mine = halves[number]
+    data = {name: values[mine] for name, values in fields.items()}
+    return Slice(np.zeros((0, 2)), mesh.triangles[mine], mesh.triangle_regions[mine], data)
+
+mesh, folder = holed_square(60), Path(sys.argv[2])
+fields, halves = fields_of(mesh), np.array_split(np.arange(len(mesh.triangles)), 2)
+sizes = np.array([(0, len(half)) for half in halves])
+sliced = SlicedMesh(replace(mesh, triangles=mesh.triangles[:0]), mesh.outer, sizes, tuple(fields), read)
+for limit in (500, 2_000, 60_000, 150_000):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+    for form in IN_SLICES:
+        try:
+            write_files(sliced, {}, {}, folder, "plate", [form])
+        except FileError as error:
+            print(form, limit, error)
+            assert not [*folder.iterdir()]
+        else:
+            for path in folder.iterdir():
+                path.unlink()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
+def test_a_disk_that_fills_up_while_slices_are_written(tmp_path):
+    command = [sys.executable, "-W", "error", "-c", FULL_DISK, str(Path(__file__).parent), str(tmp_path)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (0, "")
+    told = [line.split(" ", 2) for line in run.stdout.splitlines()]
+    assert {message for *_, message in told} == {f"cannot write {tmp_path}: File too large"}
+    assert {form for form, limit, _ in told if limit == "500"} == {*IN_SLICES}
+    assert {limit for form, limit, _ in told if form == "xdmf"} == {"500", "2000", "60000", "150000"}
+
+
+LIMITED_RUN = """
+import resource, sys
+from bubblemesh.cli import app
+from bubblemesh.run import destination
+
+write = destination.write_files
+def limited(*arguments, **options):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
+    return write(*arguments, **options)
+
+destination.write_files = limited
+app()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
+def test_a_run_whose_slices_do_not_fit_on_the_disk_ends_with_an_error_and_no_file(tmp_path):
+    (tmp_path / "case.yaml").write_text("name: disc" + DISC.replace("0.03", "0.05"), encoding="utf-8")
+    options = ["--format", "xdmf", "--jobs", "1", "-o", str(tmp_path / "out")]
+    command = [sys.executable, "-c", LIMITED_RUN, "run", str(tmp_path / "case.yaml"), *options]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout) == (5, ""), run.stderr
+    assert run.stderr.endswith(f"cannot write {tmp_path / 'out'}: File too large\n")
+    assert not (tmp_path / "out").exists()

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from io import RawIOBase
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -67,9 +68,9 @@ def _columns(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data
     import h5py
 
     heavy = path.with_suffix(".h5")
-    try:
-        # No lock, which network drives may not have.
-        with h5py.File(heavy, "w", locking=False) as file:
+    with heavy.open("w+b", buffering=0) as stream:
+        sink = _Sink(stream)
+        with h5py.File(sink, "w") as file:
 
             def store(array: NDArray[Any]) -> tuple[str, str]:
                 name = f"data{len(file)}"
@@ -78,9 +79,41 @@ def _columns(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data
 
             tree = _grid(mesh, topology, cells, data, {}, store)
             yield [file[f"data{k}"] for k in range(len(file))]
-    except RuntimeError as error:  # as the library tells of a disk that is full when the file is closed
-        raise OSError(str(error)) from error
+        if sink.error is not None:
+            raise sink.error
     tree.write(path)
+
+
+class _Sink:
+    """A file for the HDF5 library, which ends the process if it cannot write: nothing fails here.
+
+    The first error is kept, and what is written after it is dropped.
+    """
+
+    def __init__(self, stream: RawIOBase) -> None:
+        self._stream = stream
+        self.seek, self.tell, self.read, self.readinto = stream.seek, stream.tell, stream.read, stream.readinto
+        self.error: OSError | None = None
+
+    def write(self, data: Any) -> None:
+        left = memoryview(data)
+        with self._kept():
+            while left and self.error is None:
+                left = left[self._stream.write(left) :]
+
+    def truncate(self, size: int) -> None:
+        with self._kept():
+            self._stream.truncate(size)
+
+    def flush(self) -> None:
+        """Do nothing: there is no buffer."""
+
+    @contextmanager
+    def _kept(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            self.error = self.error or error
 
 
 def _unwritten(shape: tuple[int, ...], kind: type = np.float64) -> NDArray[Any]:
