@@ -336,7 +336,7 @@ def test_a_disk_that_fills_up(tmp_path):
     for file in ALL_FILES:
         (tmp_path / file).write_text("old")
     before = contents(tmp_path)
-    command = [sys.executable, "-W", "error", "-c", FULL_DISK, str(Path(__file__).parent), str(tmp_path)]
+    command = [sys.executable, "-B", "-W", "error", "-c", FULL_DISK, str(Path(__file__).parent), str(tmp_path)]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     assert run.stderr == ""
     messages = run.stdout.splitlines()

@@ -270,7 +270,7 @@ for limit in (500, 2_000, 60_000, 150_000):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
 def test_a_disk_that_fills_up_while_slices_are_written(tmp_path):
-    command = [sys.executable, "-W", "error", "-c", FULL_DISK, str(Path(__file__).parent), str(tmp_path)]
+    command = [sys.executable, "-B", "-W", "error", "-c", FULL_DISK, str(Path(__file__).parent), str(tmp_path)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (0, "")
     told = [line.split(" ", 2) for line in run.stdout.splitlines()]
@@ -298,7 +298,7 @@ app()
 def test_a_run_whose_slices_do_not_fit_on_the_disk_ends_with_an_error_and_no_file(tmp_path):
     (tmp_path / "case.yaml").write_text("name: disc" + DISC.replace("0.03", "0.05"), encoding="utf-8")
     options = ["--format", "xdmf", "--jobs", "1", "-o", str(tmp_path / "out")]
-    command = [sys.executable, "-c", LIMITED_RUN, "run", str(tmp_path / "case.yaml"), *options]
+    command = [sys.executable, "-B", "-c", LIMITED_RUN, "run", str(tmp_path / "case.yaml"), *options]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (run.returncode, run.stdout) == (5, ""), run.stderr
     assert run.stderr.endswith(f"cannot write {tmp_path / 'out'}: File too large\n")
