@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, get_type_hints
 from zipfile import BadZipFile
 
 import numpy as np
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import unreadable, unwritten
-from bubblemesh.parts.cores import Core, Margin, Part
+
+if TYPE_CHECKING:
+    from bubblemesh.parts.cores import Core, Margin, Part
 
 NAME = "part-{}.npz"
 UNFINISHED = ".unfinished"  # end of the name of a file that is being written
@@ -19,13 +21,13 @@ UNFINISHED = ".unfinished"  # end of the name of a file that is being written
 class Store(Protocol):
     """Keeps parts by their numbers."""
 
-    def keep(self, number: int, part: Part) -> None:
+    def keep(self, number: int, part: "Part") -> None:
         """Keep a part."""
 
-    def margin(self, number: int) -> Margin | None:
+    def margin(self, number: int) -> "Margin | None":
         """All of a part but its core; None if it is not there."""
 
-    def core(self, number: int) -> Core:
+    def core(self, number: int) -> "Core":
         """The core of a part that is there."""
 
 
@@ -35,15 +37,15 @@ class InMemory:
     def __init__(self) -> None:
         self._parts: dict[int, Part] = {}
 
-    def keep(self, number: int, part: Part) -> None:
+    def keep(self, number: int, part: "Part") -> None:
         """Keep a part."""
         self._parts[number] = part
 
-    def margin(self, number: int) -> Margin | None:
+    def margin(self, number: int) -> "Margin | None":
         """All of a part but its core; None if it is not there."""
         return self._parts[number].margin if number in self._parts else None
 
-    def core(self, number: int) -> Core:
+    def core(self, number: int) -> "Core":
         """The core of a part."""
         return self._parts[number].core
 
@@ -54,7 +56,7 @@ class InFolder:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def keep(self, number: int, part: Part) -> None:
+    def keep(self, number: int, part: "Part") -> None:
         """Keep a part: its file is there as a whole, or not at all."""
         path = self._folder / NAME.format(number)
         begun = path.with_name(path.name + UNFINISHED)
@@ -65,12 +67,16 @@ class InFolder:
         except OSError as error:
             raise unwritten(path, error) from None
 
-    def margin(self, number: int) -> Margin | None:
+    def margin(self, number: int) -> "Margin | None":
         """All of a part but its core; None if it is not there."""
+        from bubblemesh.parts.cores import Margin
+
         return self._read(number, Margin, "margin") if (self._folder / NAME.format(number)).exists() else None
 
-    def core(self, number: int) -> Core:
+    def core(self, number: int) -> "Core":
         """The core of a part."""
+        from bubblemesh.parts.cores import Core
+
         return self._read(number, Core, "core")
 
     def _read(self, number: int, kind: Any, name: str) -> Any:

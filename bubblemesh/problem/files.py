@@ -7,19 +7,19 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from bubblemesh import readers
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.errors import prefixed
 from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
-from bubblemesh.readers.formats import files_of
 
 
 def named_files(model: Strict) -> Iterator[Path]:
     """The files that a case, or a part of it, names, with those that belong to them."""
     if isinstance(model, SelectedFile):
-        yield from files_of(Path(model.file))
+        yield from readers.files_of(Path(model.file))
     if isinstance(model, DataTerm):
         yield from model.files()
     for value in vars(model).values():  # far quicker than by the model itself, and there may be many

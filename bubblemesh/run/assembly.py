@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.parts.parted import Parted
 from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
+
+if TYPE_CHECKING:
+    from bubblemesh.parts.parted import Parted
 
 FINEST, COARSEST = 1 / 160, 1 / 60  # of the domain's size: triangles that pictures show
 ENOUGH = 1_000_000  # nodes
@@ -35,7 +38,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     return replace(frame, triangles=triangles, regions=names, triangle_regions=region)
 
 
-def sliced_mesh(parted: Parted, domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:
+def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:
     """The mesh of what was packed in parts: a slice for each, of its core, and of the seams' triangles in its area.
 
     The fields (t,) are those of the triangles in the seams.

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,10 +21,12 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import Measures, mesh_figures
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.packing.net import Net
-from bubblemesh.parts.parted import Parted
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.assembly import mesh_of, sliced_mesh
 from bubblemesh.run.report import triangle_fields
+
+if TYPE_CHECKING:
+    from bubblemesh.parts.parted import Parted
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,9 @@ class Measured:
     deviation: Deviation | None
 
 
-def measured(packed: Net | Parted, problem: Problem) -> Measured:
+def measured(packed: "Net | Parted", problem: Problem) -> Measured:
     """The mesh of a problem's packing with its figures."""
-    return _in_slices(packed, problem) if isinstance(packed, Parted) else _whole(packed, problem)
+    return _whole(packed, problem) if isinstance(packed, Net) else _in_slices(packed, problem)
 
 
 def _whole(net: Net, problem: Problem) -> Measured:
@@ -52,7 +54,7 @@ def _whole(net: Net, problem: Problem) -> Measured:
     return Measured(mesh, fields, figures, area_error(mesh, measures), departure)
 
 
-def _in_slices(parted: Parted, problem: Problem) -> Measured:
+def _in_slices(parted: "Parted", problem: Problem) -> Measured:
     """Figures merged from those of the parts and of the seams between them."""
     net, x = parted.net, parted.net.bubbles.x
     measures, used = Measures(x, net.triangles), parted.valence > 0

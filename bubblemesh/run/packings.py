@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter, thread_time
+from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
 from bubblemesh.limits import enter, time_left, timed
@@ -10,12 +11,14 @@ from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
-from bubblemesh.parts.parted import Parted, Together, enough_parts, packed_in_parts
 from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.spacing.grid.table import tabulated
+
+if TYPE_CHECKING:
+    from bubblemesh.parts.parted import Parted
 
 # Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
 FINISHING = 6e-5
@@ -70,7 +73,7 @@ class Packing:
     start: Figures
     rounds: tuple[RoundRow, ...]
     speeds: tuple[Floats, ...]
-    packed: Net | Parted
+    packed: "Net | Parted"
     stop_reason: str | None
     clock: Clock
     seconds: dict[str, float]
@@ -80,7 +83,7 @@ class Packing:
     @property
     def nodes(self) -> int:
         """Number of bubbles in the end."""
-        return self.packed.nodes if isinstance(self.packed, Parted) else len(self.packed.bubbles)
+        return len(self.packed.bubbles) if isinstance(self.packed, Net) else self.packed.nodes
 
     @property
     def scale(self) -> float:
@@ -95,11 +98,8 @@ def scale_of(problem: Problem) -> float:
 
 def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:
     """Pack a problem, in parts if the task asks for them, which stay where they are kept if they may."""
-    parts = problem.task.parts or enough_parts(problem.expected_nodes)
-    if parts == 1:
-        packing = _whole(problem, on_round, on_share)
-    else:
-        packing = _in_parts(problem, parts, on_round, on_share, crew, keeping)
+    whole = problem.task.parts == 1
+    packing = _whole(problem, on_round, on_share) if whole else _in_parts(problem, on_round, on_share, crew, keeping)
     if not problem.demands:
         return packing
     assert isinstance(packing.packed, Net)
@@ -135,10 +135,14 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     return Packing(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
 
 
-def _in_parts(
-    problem: Problem, parts: int, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping
-) -> Packing:
-    """Pack so many parts side by side; each of them, and each pass over the seams, is told of as a round."""
+def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:
+    """Pack parts side by side, if it is worth several; each, and each pass over the seams, is told of as a round."""
+    # Imported here since few meshes have parts.
+    from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
+
+    parts = problem.task.parts or enough_parts(problem.expected_nodes)
+    if parts == 1:
+        return _whole(problem, on_round, on_share)
     task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and problem.may_stay_in_parts
     rows, records = list[RoundRow](), list[Record]()
 

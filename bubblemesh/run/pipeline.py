@@ -13,7 +13,8 @@ from bubblemesh.kernels.library import engine
 from bubblemesh.limits import time_left, timed
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
-from bubblemesh.packing.refinement import Demands, Refined
+from bubblemesh.packing.demands import Demands
+from bubblemesh.packing.refinement import Refined
 from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem import warnings
@@ -21,9 +22,10 @@ from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
+from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import measured
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
-from bubblemesh.run.report import NodeTargetRow, RefinementRow, Report, repair_rows, spacing_changes
+from bubblemesh.run.report import NodeTargetRow, RefinementRow, Report
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
