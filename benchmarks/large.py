@@ -10,18 +10,18 @@ import resource
 import subprocess
 import sys
 from dataclasses import dataclass
-from hashlib import sha256
+from hashlib import file_digest
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any
 
+import h5py
 import numpy as np
 import shapely
 
 from benchmarks.peers.machine import machine
 from bubblemesh.case import load_case
-from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.parted import enough_parts
@@ -30,6 +30,8 @@ from bubblemesh.problem.prepare import prepare
 PEERS = Path(__file__).parents[1] / "configs" / "peers" / "example-3.yaml"
 # Nodes of Example 3 and of the coast at the scale 1; the number goes with the square of the scale.
 NODES_AT_ONE, COAST_AT_ONE = 668.0, 5100.0
+TICK = 0.1  # seconds between two looks at the memory
+SAMPLE, ROWS = 1_000_000, 10_000  # triangles whose distance from cuts is looked up, and how many follow each other
 BESIDE, AWAY = 2.0, 10.0  # spacings from a cut, and from a wall
 BEGIN, END = "<!-- benchmarks.large -->", "<!-- end -->"
 
@@ -42,6 +44,8 @@ class Run:
     seconds: float
     cpu: float
     main_mb: float  # peak memory of the process that was started
+    worker_mb: float  # the largest of its workers' peaks; 0 without any
+    all_mb: float  # the most that all had at once
     digest: str
     folder: Path
 
@@ -82,12 +86,35 @@ def ran(name: str, path: Path, *options: str) -> Run:
     folder = path.parent / name.replace(" ", "-")
     command = [sys.executable, "-m", "bubblemesh", "run", str(path), "-q", "-o", str(folder), *options]
     before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
-    subprocess.run(command, check=True)
+    process, peaks, together = subprocess.Popen(command), dict[int, float](), 0.0
+    while process.poll() is None:
+        held = {pid: memory_of(pid) for pid in (process.pid, *children_of(process.pid))}
+        peaks |= {pid: max(peaks.get(pid, 0.0), megabytes) for pid, megabytes in held.items()}
+        together = max(together, sum(held.values()))
+        sleep(TICK)
+    assert process.returncode == 0
     seconds, after = perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    report = report_in(folder)
-    digest = sha256((folder / "large.h5").read_bytes()).hexdigest()[:12]
-    return Run(name, seconds, cpu, float(report["peak_memory_mb"]), digest, folder)
+    main = peaks.pop(process.pid)
+    with (folder / "large.h5").open("rb") as file:
+        digest = file_digest(file, "sha256").hexdigest()[:12]
+    return Run(name, seconds, cpu, main, max(peaks.values(), default=0.0), together, digest, folder)
+
+
+def children_of(pid: int) -> list[int]:
+    """Processes that a process has started and that live; none where there is no /proc."""
+    try:
+        return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except OSError:
+        return []
+
+
+def memory_of(pid: int) -> float:
+    """Megabytes of memory that a process has now; 0 for one that is gone."""
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * resource.getpagesize() / 1e6
+    except OSError:
+        return 0.0
 
 
 def report_in(folder: Path) -> dict[str, Any]:
@@ -103,31 +130,37 @@ def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
     cuts = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
     lines = shapely.union_all(shapely.linestrings([line.vertices for line in cuts.lines]))
     shapely.prepare(lines)
-    mesh = Mesh.read(run.folder / "large.xdmf")
-    centers = mesh.points[mesh.triangles].mean(axis=1)
+    with h5py.File(run.folder / "large.h5") as file:
+        points, count = file["data0"][:], len(file["data1"])
+        # A sample of so many rows that follow each other, from all over the file, is enough of a large mesh.
+        starts = range(0, count, max(ROWS * (count // SAMPLE), ROWS))
+        triangles = np.concatenate([file["data1"][start : start + ROWS] for start in starts])
+    centers = points[triangles].mean(axis=1)
     away = shapely.distance(lines, shapely.points(centers)) / problem.packing_spacing.extended(centers)
     wall = problem.domain.distance_at_least(centers) / problem.packing_spacing.extended(centers)
-    q = radius_ratios(mesh.points, mesh.triangles)
+    q = radius_ratios(points, triangles)
     groups = {"beside": (away < BESIDE) & (wall > AWAY), "away": (away > AWAY) & (wall > AWAY)}
     return {name: (float(q[mine].mean()), float(np.quantile(q[mine], 0.01))) for name, mine in groups.items()}
 
 
-def table(name: str, path: Path, parts: int) -> list[str]:
-    """Rows of a case: in one piece, and in parts by 1 and 2 workers."""
-    one = ran("one piece", path)
+def table(name: str, path: Path, parts: int, whole: bool) -> list[str]:
+    """Rows of a case: in one piece if ``whole``, and in parts by 1 and 2 workers."""
+    one = ran("one piece", path) if whole else None
     runs = [
         ran(f"{jobs} worker{'s' * (jobs > 1)}", path, "--parts", str(parts), "--jobs", str(jobs)) for jobs in (1, 2)
     ]
     assert runs[0].digest == runs[1].digest, "the mesh depends on the number of workers"
     q = beside_cuts(path, runs[0])
     rows = []
-    for run in (one, *runs):
+    for run in runs if one is None else (one, *runs):
         report = report_in(run.folder)
         quality, nodes = report["quality"], report["nodes"]
         cells = [
             *(name, run.name, f"{nodes:,}", str(report.get("parts", {}).get("number", 1))),
-            *(f"{run.seconds:.1f}", f"{runs[0].seconds / run.seconds:.2f}", f"{run.cpu:.1f}"),
-            *(f"{run.cpu / one.cpu:.2f}", f"{run.main_mb:.0f}", f"{quality['mean']:.4f} / {quality['p01']:.3f}"),
+            *(f"{run.seconds:.1f}", f"{runs[0].seconds / run.seconds:.2f}"),
+            f"{1e6 * run.cpu / nodes:.1f}",
+            *("" if one is None else f"{run.cpu / one.cpu:.2f}", *memory(run)),
+            f"{quality['mean']:.4f} / {quality['p01']:.3f}",
             "" if run is one else f"{q['beside'][0]:.4f} / {q['beside'][1]:.3f}",
             "" if run is one else f"{q['away'][0]:.4f} / {q['away'][1]:.3f}",
         ]
@@ -135,9 +168,14 @@ def table(name: str, path: Path, parts: int) -> list[str]:
     return rows
 
 
+def memory(run: Run) -> tuple[str, str, str]:
+    """Peak memory of the first process, of its largest worker, and of all at once."""
+    return f"{run.main_mb:.0f}", f"{run.worker_mb:.0f}" if run.worker_mb else "", f"{run.all_mb:.0f}"
+
+
 HEAD = (
-    "| case | how | nodes | parts | wall s | speed-up | CPU s | / one piece | main MB | mean q, 1 % | beside | away |"
-    "\n|---|---|---|---|---|---|---|---|---|---|---|---|"
+    "| case | how | nodes | parts | wall s | speed-up | µs per node | / one piece | main MB | worker MB | all MB "
+    "| mean q, 1 % | beside | away |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -146,6 +184,7 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m benchmarks.large", description=__doc__)
     parser.add_argument("--nodes", nargs="+", type=float, default=[1e5, 1e6], help="about [%(default)s]")
     parser.add_argument("--coast", nargs="*", type=float, default=[1e5], help="the same of the coast [%(default)s]")
+    parser.add_argument("--whole", type=float, default=2e6, help="most nodes of a mesh in one piece [%(default)s]")
     parser.add_argument("-o", "--output", type=Path, help="page with the table")
     options = parser.parse_args()
     rows = list[str]()
@@ -156,7 +195,7 @@ def main() -> None:
             text = case_of(nodes) if name != "coast" else coast_of(nodes, folder)
             path = folder / "large.yaml"
             path.write_text(text)
-            rows += table(name, path, max(enough_parts(nodes), 2))
+            rows += table(name, path, max(enough_parts(nodes), 2), nodes <= options.whole)
             print("\n".join(rows[-3:]), flush=True)
     text = f"{HEAD}\n" + "\n".join(rows) + f"\n\nMeasured on {machine()}.\n"
     print(text)

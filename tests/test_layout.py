@@ -22,7 +22,7 @@ MAY_IMPORT = {
     "readers": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
-    "parts": FOUNDATION | {"geometry", "meshes", "packing", "spacing"},
+    "parts": FOUNDATION | {"geometry", "kernels", "meshes", "packing", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},

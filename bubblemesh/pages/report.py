@@ -3,7 +3,7 @@
 import base64
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
@@ -21,7 +21,8 @@ from bubblemesh.pages.sections import (
     scales,
     worst_triangles,
 )
-from bubblemesh.pictures.plots import small_png
+from bubblemesh.pictures.plots import png_of, small_png
+from bubblemesh.pictures.spacing_plots import Extreme, spacing_figure
 from bubblemesh.pictures.styles import PlotOptions
 
 SCRIPTS = ("data", "colours", "camera", "raster", "picture", "facts", "viewer", "gestures", "controls", "report")
@@ -31,19 +32,27 @@ FEW_LABELS = 12
 MOST_LINES = 1500  # of the case
 
 
+class Overview(NamedTuple):
+    """The spacing of a whole domain: at the nodes of a mesh that is fine enough to show it, and its extremes."""
+
+    mesh: Mesh
+    spacing: Floats  # (n,)
+    extremes: tuple[Extreme, Extreme]  # the least and the largest one, with their places
+
+
 def report_page(
     mesh: Mesh,
     fields: Mapping[str, Floats],
     report: Mapping[str, Any],
     speeds: Sequence[Floats],
     written: datetime,
-    overview: bytes | None = None,
+    overview: Overview | None = None,
 ) -> str:
     """The page of a run: one file of HTML that needs nothing else.
 
     The report is as written, with the names of all files, which are in the folder of the page; the fields hold
     ``target_spacing`` (t,), ``speeds`` the mean speeds of the bubbles after each step of each round. If the mesh is
-    only a sample of the one that the report is of, ``overview`` is a picture of the whole spacing, as PNG.
+    only a sample of the one that the report is of, the ``overview`` is shown above it.
     """
     scene = Scene.of(mesh, fields, WORST)
     text, omitted = readable_json(report["parameters"], MOST_LINES)
@@ -74,14 +83,15 @@ def report_page(
     return page(f"{report['case']} - bubblemesh report", body, [f"{name}.js" for name in SCRIPTS])
 
 
-def _sample(mesh: Mesh, report: Mapping[str, Any], overview: bytes) -> Markup:
+def _sample(mesh: Mesh, report: Mapping[str, Any], overview: Overview) -> Markup:
     """What of a mesh that is too large for a page is shown, above a picture of its spacing."""
     told = (
         f"Of the {whole(report['triangles'])} triangles the picture to zoom into shows the "
         f"{whole(len(mesh.triangles))} around the worst one; histograms and worst triangles are theirs. This is the "
         "spacing of the whole mesh:"
     )
-    picture = f"data:image/png;base64,{base64.b64encode(overview).decode()}"
+    png = png_of(spacing_figure(*overview), PlotOptions())
+    picture = f"data:image/png;base64,{base64.b64encode(png).decode()}"
     alt = "The spacing of the whole mesh"
     return html(tag("p", told, class_="note"), tag("img", src=picture, alt=alt, class_="overview"))
 

@@ -211,20 +211,17 @@ def _with_formats_told(
 
 def _page(result: Result | SlicedResult, report: Mapping[str, Any]) -> str:
     """The page of a run whose report is as written; of a mesh in slices it shows a sample, and the whole spacing."""
-    from bubblemesh.pages.report import report_page
+    from bubblemesh.pages.report import Overview, report_page
 
     now = datetime.now().astimezone()
     if isinstance(result, Result):
         return report_page(result.mesh, result.fields, report, result.speeds, now)
-    from bubblemesh.pictures.plots import png_of
-    from bubblemesh.pictures.spacing_plots import spacing_figure
-    from bubblemesh.pictures.styles import PlotOptions
     from bubblemesh.run.assembly import previewed
 
     extremes = result.problem.packing_extremes
-    overview = spacing_figure(*previewed(result.problem), (extremes[:2], extremes[2:]))
+    overview = Overview(*previewed(result.problem), (extremes[:2], extremes[2:]))
     sample, fields = result.mesh.sample(SAMPLE, "quality")
-    return report_page(sample, fields, report, result.speeds, now, png_of(overview, PlotOptions()))
+    return report_page(sample, fields, report, result.speeds, now, overview)
 
 
 def _require_known(names: Iterable[str], table: Iterable[str], problem: str) -> None:

@@ -105,7 +105,7 @@ def test_a_case_that_asks_for_the_impossible_is_a_row_and_the_others_are_meshed(
         assert message in refused(here, text, code).replace("case.yaml", "a.yaml")
 
 
-PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.contents_of", "worker._with_contents")
+PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.contents_of", "worker.inputs_digest")
 
 
 @pytest.mark.parametrize("part", PARTS)
