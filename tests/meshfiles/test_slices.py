@@ -30,6 +30,7 @@ domain:
   regions:
     - {name: bar, ring: {rectangle: [0, 2.6, 4, 2.8]}}
     - {name: corner, ring: {rectangle: [3.5, 0.2, 3.8, 0.5]}}
+    - {name: stud, ring: {polygon: [[0.4, 1], [0.47, 1], [0.435, 1.06]]}}
   lines:
     - {path: [[0.4, 0.3], [3.2, 0.7]], label: crack}
   points:
@@ -123,7 +124,9 @@ def test_the_cases_have_what_tells_writers_apart(made):
     plate, disc, areas = made("plate"), made("disc"), made("areas")
     mesh, _ = joined(plate)
     holders = [np.unique(mesh.partition.owner[mesh.triangle_regions == k]) for k in range(len(mesh.regions))]
-    assert [len(parts) for parts in holders] == [5, 3, 1]
+    assert [len(parts) for parts in holders] == [5, 3, 1, 1]
+    known = np.concatenate([mesh.facets.ravel(), mesh.partition.interfaces[:, 2]])
+    assert set(mesh.triangles[mesh.triangle_regions == 3].ravel()) <= set(known.tolist())  # no nodes of its own
     assert len(mesh.periodic)
     assert len(mesh.labelled_nodes) == 2
     assert np.diff(mesh.partition.node_parts.starts).max() == 3
