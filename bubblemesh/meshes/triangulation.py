@@ -58,6 +58,8 @@ def regions(triangles: Integers, facets: Integers, left: Integers, right: Intege
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
+    if len(triangles) == 0:
+        return np.zeros(0, np.int64)
     t, table = len(triangles), SideTable.of(triangles, int(triangles.max()) + 1)
     walls = [table.find(pairs) for pairs in (facets, facets[:, ::-1])]
     other = table.opposite()

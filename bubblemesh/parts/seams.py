@@ -116,6 +116,8 @@ def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -
 
 def settled(net: Net) -> Net:
     """The net with its edges flipped until they are Delaunay, but for facets and the rim of its triangles."""
+    if len(net.triangles) == 0:  # cuts run between areas only
+        return net
     used, corners = np.unique(net.triangles, return_inverse=True)
     x, triangles = net.bubbles.x[used], corners.reshape(-1, 3)
     sides, n = directed_sides(triangles), len(used)

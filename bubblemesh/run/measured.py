@@ -59,16 +59,18 @@ def _in_slices(parted: "Parted", problem: Problem) -> Measured:
     net, x = parted.net, parted.net.bubbles.x
     measures, used = Measures(x, net.triangles), parted.valence > 0
     edges = measures.edges[0]
-    require_piece(measures, net.facets, parted.rim, ~used)
     mesh = sliced_mesh(parted, problem.domain, triangle_fields(measures, problem.spacing))
     on_rings = np.zeros(len(x), bool)
     on_rings[mesh.frame.facets[mesh.outer]] = True
-    # Edges between band and core count here, all others of the core there.
-    valence = np.bincount(edges.ravel(), minlength=len(x)) + parted.valence
-    own = Census.of(measures, problem.spacing.between, np.ones(len(edges), bool), ~on_rings, valence)
-    census = Census.together([own, *parted.census])
-    error = census.area / enclosed_area(x, mesh.frame.facets[mesh.outer]) - 1
+    census = list(parted.census)
+    if len(net.triangles):  # there are none where cuts run between areas only
+        require_piece(measures, net.facets, parted.rim, ~used)
+        # Edges between band and core count here, all others of the core there.
+        valence = np.bincount(edges.ravel(), minlength=len(x)) + parted.valence
+        census.append(Census.of(measures, problem.spacing.between, np.ones(len(edges), bool), ~on_rings, valence))
+    total = Census.together(census)
+    error = total.area / enclosed_area(x, mesh.frame.facets[mesh.outer]) - 1
     require_matching_nodes(mesh.frame)
-    require_area(x, census.area, error)
+    require_area(x, total.area, error)
     departure = deviation(problem.domain, x, net.facets, net.facet_piece)
-    return Measured(mesh, {}, census.figures(mesh.nodes, int(on_rings.sum())), error, departure)
+    return Measured(mesh, {}, total.figures(mesh.nodes, int(on_rings.sum())), error, departure)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import command, contents
-from test_parted import CHECKS, DISC, PERIODIC, REGIONS, case
+from test_parted import AREAS, CHECKS, DISC, PERIODIC, REGIONS, case
 
 from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.meshes.conformity import require_piece
@@ -92,6 +92,20 @@ def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, tmp_path):
             else:
                 rough = BINS if figure in ("p01", "p99") else 1e-12
                 assert told[key][figure] == pytest.approx(value, rel=rough)
+
+
+@pytest.mark.parametrize("spacing", [0.047, 0.05, 0.06])
+@pytest.mark.parametrize("left", [1.5, 4.0, 7.3])
+def test_areas_that_lie_apart_may_be_parts(left, spacing, tmp_path):
+    text = AREAS.replace("1.5, 0, 2.5", f"{left}, 0, {left + 1}").replace("0.05", f"{spacing}")
+    given = case(text, 2)
+    whole, result = mesh_case(given), sliced(given, tmp_path)
+    points, triangles, _, _ = gathered(result.mesh)
+    one = whole.mesh
+    np.testing.assert_allclose(
+        *(by_place(*mesh)[0] for mesh in ((points, triangles), (one.points, one.triangles))), rtol=0, atol=1e-12
+    )
+    assert result.report["quality"]["mean"] == pytest.approx(whole.report["quality"]["mean"], rel=1e-12)
 
 
 def test_a_kept_part_is_the_one_that_was_given(tmp_path):
