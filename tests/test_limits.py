@@ -211,8 +211,8 @@ def test_the_limits_of_the_outer_call_hold_inside():
 STANDS_FOR = {
     "geometry": "bubblemesh.problem.prepare.case_domain",
     "spacing": "bubblemesh.problem.prepare.surveyed",
-    "placement": "bubblemesh.run.pipeline.tabulated",
-    "quality": "bubblemesh.run.pipeline.require_conforming",
+    "placement": "bubblemesh.run.packings.tabulated",
+    "quality": "bubblemesh.run.measured.require_conforming",
     "writing": "bubblemesh.meshfiles.writing.json_text",
 }
 

@@ -35,6 +35,7 @@ def signals_obeyed() -> Iterator[None]:
     """Ctrl-C, or a request to terminate, ends what runs inside with exit code 130 and no half files."""
     for number in SIGNALS:
         signal.signal(number, interrupt)
+    sys.unraisablehook = _tell_of_dropped
     try:
         yield
     except Interrupted:  # before a command has begun
@@ -47,13 +48,29 @@ def signals_obeyed() -> Iterator[None]:
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """Note the signal, and leave whatever is running."""
+    """Note the signal, and leave whatever is running; what is being told is told to its end (see `heed`)."""
     received.append(number)
-    raise Interrupted
+    if not _telling():
+        raise Interrupted
+
+
+def _telling() -> bool:
+    """Whether a message is on its way to the terminal, which would show no other one if that ended in the middle."""
+    console = sys.modules.get("bubblemesh.console")
+    return getattr(getattr(console, "terminal", None), "busy", False)
+
+
+def _tell_of_dropped(what: Any) -> None:
+    """Tell of an exception where nobody can catch it, such as in a finalizer, unless it is a signal's (see `heed`)."""
+    if what.exc_type is not Interrupted:
+        sys.__unraisablehook__(what)
 
 
 def heed() -> None:
-    """Leave after all where a library has dropped the exception of a signal, as Pydantic does between two types."""
+    """Leave after all if a signal could not end what was running, or a library has dropped its exception.
+
+    Pydantic does so between two types, Python in finalizers.
+    """
     if received:
         raise Interrupted
 

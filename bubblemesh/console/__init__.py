@@ -13,7 +13,20 @@ from bubblemesh.messages import printable
 
 
 class Terminal(Console):
-    """A console to which only its own styles speak: what steers a terminal in a text is shown as an escape."""
+    """A console to which only its own styles speak: what steers a terminal in a text is shown as an escape.
+
+    It is ``busy`` while it prints: an exception then would leave it silent.
+    """
+
+    busy = False
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as `rich.console.Console` does."""
+        self.busy = True
+        try:
+            super().print(*objects, **options)
+        finally:
+            self.busy = False
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
         """Pieces of text with their styles."""
