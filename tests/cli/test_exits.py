@@ -6,7 +6,8 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from bubblemesh.cli import app
+from bubblemesh import console
+from bubblemesh.cli import app, exits
 
 
 @pytest.mark.parametrize(
@@ -59,3 +60,34 @@ def test_a_module_of_our_own_that_is_missing_is_our_error(monkeypatch):
     result = CliRunner().invoke(app, ["plot", "mesh.node"])
     assert result.exit_code == 1
     assert "this is an error of bubblemesh" in result.stderr
+
+
+def test_an_interrupt_lets_a_message_be_told_to_its_end(monkeypatch, capsys):
+    monkeypatch.setattr(exits, "received", [])
+
+    class Interrupting:
+        def __rich_console__(self, console, options):
+            exits.interrupt(2, None)
+            yield "told"
+
+    console.terminal.print(Interrupting())
+    assert capsys.readouterr().err == "told\n"
+    with pytest.raises(exits.Interrupted):
+        exits.heed()
+    with pytest.raises(exits.Interrupted):
+        exits.interrupt(2, None)
+    assert exits.received == [2, 2]
+
+
+def test_only_an_interrupt_that_a_finalizer_drops_is_not_told_of(monkeypatch, capsys):
+    told = []
+    monkeypatch.setattr(sys, "__unraisablehook__", told.append)
+    monkeypatch.setattr(sys, "unraisablehook", exits._tell_of_dropped)
+    for error in (exits.Interrupted, ZeroDivisionError):
+
+        class Faulty:
+            def __del__(self, error=error):
+                raise error
+
+        Faulty()
+    assert [what.exc_type for what in told] == [ZeroDivisionError]
