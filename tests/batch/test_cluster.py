@@ -41,7 +41,7 @@ pytestmark = [
 ]
 
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-LONG = SMALL.replace("iterations: 5", "iterations: 200")
+LONG = SMALL.replace("iterations: 5", "iterations: 2000")
 
 
 class Cluster:
