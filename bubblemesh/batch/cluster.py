@@ -147,7 +147,7 @@ class ClusterWorkers(Workers):
         if threads and self._call is not None:
             self._call.cancel()
         self._call = None if threads else self._call or self._submitted(eval, VERSION, to=[])
-        for future in [future for future, addresses in self._given.items() if addresses.isdisjoint(threads)]:
+        for future in [future for future, addresses in [*self._given.items()] if addresses.isdisjoint(threads)]:
             self.recalled.add(future)
             future.cancel()
 

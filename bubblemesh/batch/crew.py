@@ -2,12 +2,12 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from time import sleep
 from typing import TypeVar
 
-from bubblemesh.batch.dispatch import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of
+from bubblemesh.batch.dispatch import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of, wait_for_any
 from bubblemesh.batch.run import Hire
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
 from bubblemesh.parts.work import Crew, Job
@@ -57,7 +57,7 @@ def called(
             running[workers.submit(function, *given[1].arguments)] = given
         if not running:
             sleep(TICK)
-        ended, _ = wait(running, TICK, FIRST_COMPLETED)
+        ended = wait_for_any(running)
         for future in ended:
             number, job = running.pop(future)
             problem = problem_of(future, workers)

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import replace
 from pathlib import Path
@@ -106,7 +106,7 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
                 yield entry, Outcome(job)
         if left and not running:
             sleep(TICK)
-        ended, _ = wait(running, TICK, FIRST_COMPLETED)
+        ended = wait_for_any(running)
         for _ in range(workers.notes.qsize()):
             number, finished_rounds, nodes = workers.notes.get()
             begun[number] += finished_rounds == 0
@@ -122,6 +122,15 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
                 continue
             outcome = future.result() if problem is None else Outcome(_failed(job.row, problem, workers, times))
             yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts))
+
+
+def wait_for_any(running: Collection[Future[T]]) -> list[Future[T]]:
+    """Futures that have ended, after a wait for one that is `TICK` seconds at most.
+
+    A future that was cancelled here has ended even if nobody has taken note of it, for which `wait` would wait.
+    """
+    wait(running, TICK, FIRST_COMPLETED)
+    return [future for future in running if future.done()]
 
 
 def problem_of(future: Future[Any], workers: Workers) -> BaseException | None:

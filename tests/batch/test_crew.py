@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from concurrent.futures import Future
 from contextlib import contextmanager
 
 import pytest
@@ -10,7 +11,7 @@ from commands import command
 
 from bubblemesh.batch import crew_of, workers_at
 from bubblemesh.batch.crew import called
-from bubblemesh.batch.dispatch import ATTEMPTS
+from bubblemesh.batch.dispatch import ATTEMPTS, Workers
 from bubblemesh.batch.local import local_workers
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.parts.work import Job
@@ -67,6 +68,29 @@ def test_a_job_whose_worker_dies_is_given_to_another_one(workers, tmp_path):
     jobs = [Job("", (f"{marker!s}", k)) for k in range(4)]
     assert dict(called(workers, dying_once, jobs, print)) == {k: 10 * k for k in range(4)}
     assert marker.exists()
+
+
+class Leaving(Workers):
+    """Workers that leave with their first job, and come back; nobody else hears of its cancellation."""
+
+    def submit(self, function, /, *arguments):
+        future = Future()
+        if self.recalled:
+            future.set_result(function(*arguments))
+        else:
+            self.recalled.add(future)
+            future.cancel()
+        return future
+
+    def capacity(self):
+        return 1
+
+    def failure(self, error):
+        raise AssertionError
+
+
+def test_a_job_that_is_recalled_is_given_out_again():
+    assert dict(called(Leaving(), pow, [Job("", (3, 2)), Job("", (4, 2))], print)) == {0: 9, 1: 16}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
