@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from test_output import fields_of, holed_square
+from squares import fields_of, holed_square
 
 from bubblemesh.meshfiles.groups import group_names
 from bubblemesh.meshfiles.writing import write_files

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import radius_ratios
 
 
 def holed_square(cells=9, labels=("bottom", "right", "top", "left", "hole")):
@@ -37,3 +38,9 @@ def holed_square(cells=9, labels=("bottom", "right", "top", "left", "hole")):
         facet_labels=np.array([label for _, _, label in outline]),
         labels=labels,
     )
+
+
+def fields_of(mesh):
+    """Fields as a run has them, some of them made up."""
+    ratios = radius_ratios(mesh.points, mesh.triangles)
+    return {"quality": ratios, "target_spacing": np.linspace(0.1, 1 / 3, len(mesh.triangles))}

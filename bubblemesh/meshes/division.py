@@ -1,4 +1,4 @@
-"""Triangles divided among processes: by METIS on the graph of neighbours, or by geometry."""
+"""Cells divided among processes: by METIS on the graph of neighbours, or by geometry."""
 
 from importlib.util import find_spec
 from typing import NamedTuple
@@ -13,29 +13,30 @@ SEED = 1  # of METIS's random numbers
 
 
 class Division(NamedTuple):
-    """Part of each triangle (t,), from 0, what divided them, and why it was not METIS if it was not."""
+    """Part of each cell (c,), from 0, what divided them, and why it was not METIS if it was not."""
 
     owner: Integers
     by: str
     reason: str | None = None
 
 
-def divided(points: Floats, triangles: Integers, neighbours: Integers, count: int) -> Division:
-    """Division of triangles (t, 3), of which pairs (m, 2) are neighbours, into ``count`` parts, t at most.
+def divided(places: Floats, neighbours: Integers, weights: Integers, count: int) -> Division:
+    """Division of cells at places (c, 2), of which pairs (m, 2) are neighbours, into ``count`` parts, c at most.
 
-    METIS looks for parts of one piece each with few edges between them, none larger than 1.03 times the mean, rounded
-    up. Where it is not installed, or gives no such parts, which happens if they are of few triangles, geometry divides.
+    The weight (c,) of a cell is the number of its triangles. METIS looks for parts of one piece each with few edges
+    between them, none larger than 1.03 times the mean, rounded up. Where it is not installed, or gives no such parts,
+    which happens if they are of few triangles, geometry divides.
     """
     if find_spec("pymetis") is None:
         reason = 'METIS is not installed, whose parts have shorter borders: pip install "bubblemesh[partition]"'
     else:
-        owner = by_metis(neighbours, len(triangles), count)
-        sizes = np.bincount(owner, minlength=count)
-        if sizes.min() > 0 and sizes.max() <= largest_size(len(triangles), count):
+        owner, total = by_metis(neighbours, weights, count), int(weights.sum())
+        sizes = np.bincount(np.repeat(owner, weights), minlength=count)
+        if sizes.min() > 0 and sizes.max() < largest_size(total, count) + weights.max():
             return Division(owner, METIS)
-        mean = f"{len(triangles) / count:.3g}"
+        mean = f"{total / count:.3g}"
         reason = f"the parts of METIS have {sizes.min()} to {sizes.max()} triangles, of {mean} on average"
-    return Division(by_geometry(points[triangles].mean(axis=1), count), GEOMETRY, reason)
+    return Division(by_geometry(places, weights, count), GEOMETRY, reason)
 
 
 def largest_size(triangles: int, count: int) -> int:
@@ -43,8 +44,8 @@ def largest_size(triangles: int, count: int) -> int:
     return -(-triangles * (1000 + IMBALANCE) // (1000 * count))
 
 
-def by_metis(neighbours: Integers, triangles: int, count: int) -> Integers:
-    """Part (t,) of each triangle by METIS's multilevel k-way partitioning of the graph of neighbours.
+def by_metis(neighbours: Integers, weights: Integers, count: int) -> Integers:
+    """Part (c,) of each cell, with weights (c,), by METIS's multilevel k-way partitioning of the graph of neighbours.
 
     Its parts are of one piece each if the graph is, but for rare ones.
 
@@ -55,17 +56,18 @@ def by_metis(neighbours: Integers, triangles: int, count: int) -> Integers:
 
     both = np.concatenate([neighbours, neighbours[:, ::-1]])
     here, there = both[np.lexsort(both.T[::-1])].T
-    starts = np.searchsorted(here, np.arange(triangles + 1))
-    joined = not components(neighbours, triangles).any()  # METIS ends the program if it should join what is apart
+    starts = np.searchsorted(here, np.arange(len(weights) + 1))
+    joined = not components(neighbours, len(weights)).any()  # METIS ends the program if it should join what is apart
     options = pymetis.Options(ufactor=IMBALANCE, contig=int(joined), seed=SEED)
     graph = pymetis.CSRAdjacency(starts, there)
-    return np.array(pymetis.part_graph(count, graph, recursive=False, options=options).vertex_part, np.int64)
+    found = pymetis.part_graph(count, graph, vweights=weights, recursive=False, options=options)
+    return np.array(found.vertex_part, np.int64)
 
 
-def by_geometry(places: Floats, count: int) -> Integers:
-    """Part (t,) of each place (t, 2) by recursive inertial bisection; sizes of parts differ by one at most.
+def by_geometry(places: Floats, weights: Integers, count: int) -> Integers:
+    """Part (c,) of each place (c, 2) by recursive inertial bisection; with weights of 1 sizes of parts differ by 1.
 
-    Each half of the parts gets its share of the places in the order along their longest principal axis.
+    Each half of the parts gets its share of the weights (c,) in the order along their longest principal axis.
 
     Simon, Partitioning of unstructured problems for parallel processing, Comput. Syst. Eng. 2 (1991) 135-148.
     """
@@ -79,6 +81,8 @@ def by_geometry(places: Floats, count: int) -> Integers:
             angle = np.arctan2(2 * (x * y).sum(), (x * x).sum() - (y * y).sum()) / 2
             rows = rows[np.argsort(np.cos(angle) * x + np.sin(angle) * y, kind="stable")]
             half = parts // 2
-            cut = len(rows) * half // parts
+            upto = np.cumsum(weights[rows])
+            cut = int(np.searchsorted(upto, upto[-1] * half // parts, side="right"))
+            cut = min(max(cut, half), len(rows) - (parts - half))  # each part needs a place
             pending += [(rows[:cut], first, half), (rows[cut:], first + half, parts - half)]
     return owner

@@ -12,8 +12,10 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, MeshWarning
+from bubblemesh.meshes.edge_nodes import without_folds
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
 from bubblemesh.meshes.partition import Partition
+from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
 from bubblemesh.meshes.quality import Measures, Shape, radius_ratios, shape_quality
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
@@ -62,6 +64,14 @@ class Mesh:
         Facets that match: the second is the first one moved across the domain, and runs the other way.
     partition : Partition or None
         How the triangles are divided among the processes of a parallel solver, if they are: see `partitioned`.
+    quads : (q, 2)
+        Pairs of triangles that are one quadrilateral in files whose formats hold such cells, and in `cells`: they share
+        an edge, the diagonal, and have one region. A triangle is in one pair at most; none is in any unless given.
+    curved_edges : (c, 2)
+        Edges beside the facets, by their nodes, that are curved in a mesh of second order; none unless given. The
+        diagonals of quadrilaterals need not be among them: their curves follow from those of the sides.
+    curved_middles : (c, 2)
+        Point where the node on each of them is in a mesh of second order.
     """
 
     points: Floats
@@ -77,15 +87,21 @@ class Mesh:
     facet_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     periodic: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     partition: Partition | None = None
+    quads: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    curved_edges: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    curved_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
+        require_pairs(self.triangles, self.quads)
         if len(self.triangle_regions) == 0:
             object.__setattr__(self, "triangle_regions", np.zeros(len(self.triangles), np.int64))
         if len(self.facet_middles) == 0:
             object.__setattr__(self, "facet_middles", self.points[self.facets[:, :2]].mean(axis=1))
 
     def __repr__(self) -> str:
-        return f"<Mesh: {len(self.points)} nodes, {len(self.triangles)} triangles, labels {', '.join(self.labels)}>"
+        quads = f" ({len(self.quads)} pairs are quadrilaterals)" if len(self.quads) else ""
+        cells = f"{len(self.points)} nodes, {len(self.triangles)} triangles{quads}"
+        return f"<Mesh: {cells}, labels {', '.join(self.labels)}>"
 
     @property
     def order(self) -> int:
@@ -93,9 +109,40 @@ class Mesh:
         return 1 if self.triangles.shape[1] == 3 else 2
 
     @cached_property
+    def cells(self) -> tuple[Cells, ...]:
+        """Cells as files have them: triangles that are no halves of quadrilaterals, then these; no block is empty.
+
+        Quadrilaterals have four nodes, counter-clockwise, in a mesh of second order nine: the corners, the nodes on
+        edges 0-1, 1-2, 2-3 and 3-0, and the one in the middle. The region of a cell is that of its first triangle,
+        ``triangle_regions[cells.triangles[:, 0]]``.
+        """
+        return cells_of(self.triangles, self.quads)
+
+    @cached_property
+    def cell_numbers(self) -> Integers:
+        """Number (t,) of the cell that each triangle is, or is half of, among all `cells` in their order."""
+        number, before = np.zeros(len(self.triangles), np.int64), 0
+        for nodes, triangles in self.cells:
+            number[triangles] = before + np.arange(len(nodes))[:, None]
+            before += len(nodes)
+        return number
+
+    @cached_property
     def sides(self) -> Integers:
         """Triangle and side (f, 2) on whose left each facet lies: side k goes from corner k to corner k + 1."""
         return np.column_stack(find_sides(self.triangles[:, :3], len(self.points), self.facets))
+
+    @cached_property
+    def cell_sides(self) -> Integers:
+        """Number of the cell, as of `cell_numbers`, and side (f, 2) on whose left each facet lies, as of `sides`."""
+        triangle, side = self.sides.T
+        cell, side = np.where(triangle < 0, -1, self.cell_numbers[triangle]), side.copy()
+        for nodes, triangles in self.cells:
+            if triangles.shape[1] == 2:
+                before = self.cell_numbers[triangles[0, 0]]
+                here = np.flatnonzero((cell >= before) & (cell < before + len(nodes)))
+                side[here] = np.argmax(nodes[cell[here] - before, :4] == self.facets[here, :1], axis=1)
+        return np.column_stack([cell, side])
 
     @cached_property
     def outer(self) -> Booleans:
@@ -123,39 +170,47 @@ class Mesh:
         return PeriodicSides(second, first, 0 - shift, nodes[:, ::-1])
 
     def second_order(self) -> tuple[Self, int]:
-        """The mesh with a node on each edge, those of the facets on the true curves; and how many of them are not.
+        """The mesh with a node on each edge, on the curves of facets and ``curved_edges``; and how many are not there.
 
-        A curve may bulge farther than a flat triangle can follow without folding over; its facet then stays straight.
+        A curve may bulge farther than a flat cell can follow without folding over; its edge then stays straight.
+        CaseError if one of the ``curved_edges`` is no edge.
         """
         corners, n = self.triangles[:, :3], len(self.points)
         edges, of_triangle = numbered_edges(corners)
-        middles = self.points[edges].mean(axis=1)
-        mine = find_keys(edge_keys(edges, n), edge_keys(np.sort(self.facets[:, :2], axis=1), n))
-        straight = middles[mine].copy()
-        middles[mine] = self.facet_middles
-        folded = np.zeros(len(edges), bool)
-        folded[of_triangle[_folded(self.points[corners], middles[of_triangle])]] = True
-        kept_straight = folded[mine]
-        middles[mine[kept_straight]] = straight[kept_straight]
+        keys = edge_keys(edges, n)
+        facets, others = (
+            find_keys(keys, edge_keys(np.sort(pairs[:, :2], axis=1), n)) for pairs in (self.facets, self.curved_edges)
+        )
+        if (others < 0).any():
+            raise CaseError(f"curved_edges: the nodes {self.curved_edges[np.argmin(others)].tolist()} have no edge")
+        straight = self.points[edges].mean(axis=1)
+        curved = straight.copy()
+        curved[others] = self.curved_middles
+        curved[facets] = self.facet_middles
+        numbered = np.hstack([corners, of_triangle])
+        middles, kept_straight = without_folds(self.points, numbered, self.quads, straight, curved)
         triangles = np.hstack([corners, n + of_triangle])
-        curved = replace(
+        result = replace(
             self,
             points=np.vstack([self.points, middles]),
             triangles=triangles,
-            facets=np.column_stack([self.facets[:, :2], n + mine]),
+            facets=np.column_stack([self.facets[:, :2], n + facets]),
             partition=None if self.partition is None else self.partition.with_nodes(triangles),
         )
-        bulging = (self.facet_middles != straight).any(axis=1)
-        return curved, int((kept_straight & bulging).sum())
+        return result, int(kept_straight.sum())
+
+    def in_triangles(self) -> Self:
+        """The mesh without quadrilaterals: their halves are triangles like others."""
+        return replace(self, quads=self.quads[:0]) if len(self.quads) else self
 
     def partitioned(self, parts: int) -> Self:
         """The mesh with a partition of its triangles into so many parts, for a parallel solver.
 
         Its files tell the part of each triangle and node, if their formats have a place for that. METIS divides if it
         is installed, else geometry does; ``partition.by`` tells which. Matching nodes of periodic sides are different
-        nodes here. CaseError if there are fewer triangles.
+        nodes here. Both halves of a quadrilateral come into one part. CaseError if there are fewer cells.
         """
-        return replace(self, partition=Partition.of(self.points, self.triangles, parts))
+        return replace(self, partition=Partition.of(self.points, self.triangles, parts, self.quads))
 
     def quality(self) -> Shape:
         """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
@@ -165,9 +220,10 @@ class Mesh:
     def read(cls, path: Path | str) -> "Mesh":
         """Mesh of triangles from a file of any format that `bubblemesh quality` reads, with its labels and regions.
 
-        Triangles are turned counter-clockwise, edges of the boundary without a label are called ``boundary``, and a
-        mesh without regions has the region ``domain``. Names that the file does not hold are taken from
-        NAME.labels.json beside it. Of triangles of higher order the corners are read.
+        Quadrilaterals are two triangles each, which are a pair of ``quads`` if they are convex. Triangles are turned
+        counter-clockwise, edges of the boundary without a label are called ``boundary``, and a mesh without regions has
+        the region ``domain``. Names that the file does not hold are taken from NAME.labels.json beside it. Of cells of
+        higher order the corners are read.
 
         Warns
         -----
@@ -187,7 +243,7 @@ class Mesh:
         return mesh
 
     def to_meshio(self, columns: Literal[2, 3] = 2) -> Any:
-        """A `meshio.Mesh` with labels, regions and labelled points as cell sets, and with Gmsh's ids.
+        """A `meshio.Mesh` of the `cells`, with labels, regions and labelled points as cell sets, and with Gmsh's ids.
 
         Points have two ``columns``, or three, the last of which is 0, as VTK's formats and Gmsh want them.
         """
@@ -204,7 +260,7 @@ class Mesh:
         return result
 
     def to_pyvista(self) -> Any:
-        """A `pyvista.UnstructuredGrid` of the triangles and, after them, of the labelled edges.
+        """A `pyvista.UnstructuredGrid` of the `cells` and, after them, of the labelled edges.
 
         Its cells have ``group``, the number from 1 on of a label or region in ``field_data["groups"]``, and
         ``quality``. FileError if the library is missing, with the command that installs it.
@@ -294,6 +350,8 @@ class Mesh:
     def write(self, path: Path | str, *, sidecars: bool = False) -> list[str]:
         """Write the mesh in the format of the path's ending, and return the names of the files: one in most formats.
 
+        Quadrilaterals are written as two triangles if the format does not hold them.
+
         With ``sidecars`` there are also STEM.report.json with the figures of the mesh, and STEM.labels.json with the
         names of all groups if the format has numbers or other words for them.
 
@@ -311,18 +369,3 @@ class Mesh:
             return write_alone(self, fields, Path(path))
         figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
         return list(write_file(self, fields, figures, Path(path))["files"])
-
-
-def _folded(corners: Floats, middles: Floats) -> Booleans:
-    """Mask (t,) of curved triangles, corners (t, 3, 2) and edge nodes (t, 3, 2), whose map is not one to one.
-
-    The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
-    """
-    # Twice the derivatives along edges 0-1 and 0-2 as linear functions, by their values at the three corners.
-    a, b, c = np.moveaxis(corners, 1, 0)
-    ab, bc, ca = np.moveaxis(middles, 1, 0)
-    u = np.stack([4 * ab - 3 * a - b, a + 3 * b - 4 * ab, 4 * bc - 4 * ca - b + a], axis=1)
-    v = np.stack([4 * ca - 3 * a - c, 4 * bc - 4 * ab - c + a, a + 3 * c - 4 * ca], axis=1)
-    product = u[:, :, None, 0] * v[:, None, :, 1] - u[:, :, None, 1] * v[:, None, :, 0]
-    coefficients = (product + product.swapaxes(1, 2)) / 2
-    return (coefficients <= 0).any(axis=(1, 2))

@@ -11,6 +11,8 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.division import divided
 from bubblemesh.meshes.edges import neighbour_pairs
 
+NO_PAIRS = np.zeros((0, 2), np.int64)
+
 
 class NodeParts(NamedTuple):
     """Nodes (m,) with the parts (m,) that have triangles at them, in lexicographic order, and how many (m,) they have.
@@ -49,16 +51,28 @@ class Partition:
     reason: str | None = None
 
     @classmethod
-    def of(cls, points: Floats, triangles: Integers, count: int) -> Self:
+    def of(cls, points: Floats, triangles: Integers, count: int, quads: Integers = NO_PAIRS) -> Self:
         """Partition of triangles (t, 3) or (t, 6) with nodes at points (n, 2) into ``count`` parts.
 
-        CaseError if there are fewer triangles.
+        Both triangles of a pair in ``quads`` (q, 2) come into one part. CaseError if there are fewer triangles, such a
+        pair being one.
         """
-        if not 1 <= count <= len(triangles):
-            raise CaseError(f"a mesh of {len(triangles)} triangles has from 1 to {len(triangles)} parts, not {count}")
+        own = np.arange(len(triangles))
+        other = own.copy()
+        other[quads] = quads[:, ::-1]
+        first = np.minimum(own, other)
+        kept = first == own  # one triangle of each cell
+        cell = (np.cumsum(kept) - 1)[first]
+        cells = int(kept.sum())
+        if not 1 <= count <= cells:
+            what = "triangles and quadrilaterals" if len(quads) else "triangles"
+            raise CaseError(f"a mesh of {cells} {what} has from 1 to {cells} parts, not {count}")
         corners = triangles[:, :3]
-        division = divided(points, corners, neighbour_pairs(corners), count)
-        return cls(triangles, division.owner, count, division.by, division.reason)
+        centroids = points[corners].mean(axis=1)
+        pairs = cell[neighbour_pairs(corners)]
+        pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+        division = divided(((centroids + centroids[other]) / 2)[kept], pairs, np.bincount(cell), count)
+        return cls(triangles, division.owner[cell], count, division.by, division.reason)
 
     @cached_property
     def sizes(self) -> Integers:

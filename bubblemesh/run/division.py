@@ -30,7 +30,7 @@ def divided_file(path: Path, parts: int) -> DividedFile:
     """Divide the mesh of a file; CaseError if it has fewer triangles than parts, else errors as of `whole_mesh`."""
     mesh, notes = whole_mesh(path)
     with located(str(path)):
-        partition = Partition.of(mesh.points, mesh.triangles, parts)
+        partition = Partition.of(mesh.points, mesh.triangles, parts, mesh.quads)
         mesh = replace(mesh, partition=partition)
     measures = Measures(mesh.points, mesh.triangles)
     report = {

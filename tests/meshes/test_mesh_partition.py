@@ -182,7 +182,7 @@ def test_without_pymetis_the_reason_is_told(monkeypatch):
 
 def test_where_metis_gives_empty_or_large_parts_geometry_divides(monkeypatch):
     pytest.importorskip("pymetis")
-    monkeypatch.setattr(division, "by_metis", lambda neighbours, triangles, count: np.zeros(triangles, int))
+    monkeypatch.setattr(division, "by_metis", lambda neighbours, weights, count: np.zeros(len(weights), int))
     partition = holed_square(9).partitioned(4).partition
     assert partition.by == "geometry"
     assert partition.reason == "the parts of METIS have 0 to 144 triangles, of 36 on average"
@@ -193,7 +193,7 @@ def test_a_long_strip_is_cut_across_wherever_it_leads(turn):
     along = np.linspace(0, 10, 400)
     places = np.column_stack([along, np.tile([0, 0.1], 200)])
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    owner = by_geometry(places @ rotation.T, 4)
+    owner = by_geometry(places @ rotation.T, np.ones(400, int), 4)
     assert (np.diff(owner) != 0).sum() == 3
     assert np.bincount(owner).tolist() == [100] * 4
 

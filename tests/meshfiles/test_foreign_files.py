@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 import skfem
-from test_output import fields_of, holed_square
+from squares import fields_of, holed_square
 
 from bubblemesh.meshfiles.writing import write_files, write_stream
 

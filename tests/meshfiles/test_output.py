@@ -10,10 +10,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from squares import holed_square
+from squares import fields_of, holed_square
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
 from bubblemesh.meshfiles.text import json_ready, json_text
@@ -28,11 +27,6 @@ ALL_FILES = [
     *("plate.mesh", "plate.inp", "plate.su2", "plate.med", "plate.dat", "plate.nodes.csv", "plate.nodes.npz"),
     *("plate.labels.json", "plate.report.json"),
 ]
-
-
-def fields_of(mesh):
-    ratios = radius_ratios(mesh.points, mesh.triangles)
-    return {"quality": ratios, "target_spacing": np.linspace(0.1, 1 / 3, len(mesh.triangles))}
 
 
 @pytest.fixture(scope="module")

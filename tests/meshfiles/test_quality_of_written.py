@@ -7,7 +7,7 @@ import pytest
 from commands import command
 from sandwiches import sandwich, written
 from solver_files import vtu
-from test_output import fields_of
+from squares import fields_of
 
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.writing import write_stream

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import skfem
 from sandwiches import sandwich
-from test_output import fields_of, holed_square
+from squares import fields_of, holed_square
 from test_solvers import python_with, run
 
 from bubblemesh.meshfiles.formats import FORMATS

@@ -242,7 +242,7 @@ from pathlib import Path
 sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
 import h5py, meshio
 import numpy as np
-from test_output import fields_of, holed_square
+from squares import fields_of, holed_square
 from test_slices import IN_SLICES
 from bubblemesh.errors import FileError
 from bubblemesh.meshes.sliced import Slice, SlicedMesh

@@ -1,0 +1,85 @@
+"""Nodes on the edges of cells of second order: on true curves, but where a cell would fold over on them."""
+
+from math import comb
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.quads import quadrilaterals
+
+# Control points of a quadratic curve by its nodes at the start, in the middle and at the end.
+CONTROL = np.array([[1, 0, 0], [-0.5, 2, -0.5], [0, 0, 1]])
+# Places of the nodes of a quadrilateral among three by three ones.
+GRID = np.array([[0, 7, 3], [4, 8, 6], [1, 5, 2]])
+# Coefficients k of the product of a linear and a quadratic polynomial by theirs, i and j, all in Bernstein's form.
+PRODUCT = np.array(
+    [[[comb(1, i) * comb(2, j) / comb(3, k) * (i + j == k) for j in range(3)] for i in range(2)] for k in range(4)]
+)
+
+
+def without_folds(
+    points: Floats, triangles: Integers, quads: Integers, straight: Floats, curved: Floats
+) -> tuple[Floats, Booleans]:
+    """Nodes (e, 2) of edges, as ``curved`` where no cell folds over; and the mask (e,) of edges that stay straight.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Corners of the triangles.
+    triangles : (t, 6)
+        Counter-clockwise corners, and the numbers of edges 0-1, 1-2 and 2-0.
+    quads : (q, 2)
+        Pairs of triangles that are a quadrilateral. Its middle node, on their diagonal, follows from the others: it is
+        where the map of the eight nodes around has its centre.
+    straight, curved : (e, 2)
+        Middles of the edges, and the wanted places of their nodes.
+    """
+    cells = quadrilaterals(triangles, quads)
+    middles, bent = curved.copy(), (curved != straight).any(axis=1)
+    bent[cells[:, 8]] = False
+    sides = triangles[:, [3, 4, 5, 5]]  # of the cell of each triangle
+    sides[quads] = cells[:, None, 4:8]
+    flat, looked_at = np.zeros(len(middles), bool), np.arange(len(triangles))
+    while True:
+        middles[cells[:, 8]] = middles[cells[:, 4:8]].sum(axis=1) / 2 - points[cells[:, :4]].sum(axis=1) / 4
+        rows = triangles[looked_at]
+        folded = looked_at[_folded(points[rows[:, :3]], middles[rows[:, 3:]])]
+        folded_quads = _quads_folded(points[cells[:, :4]], middles[cells[:, 4:]])
+        mine = np.concatenate([sides[folded].ravel(), cells[folded_quads, 4:8].ravel()])
+        mine = mine[bent[mine]]
+        if len(mine) == 0:
+            return middles, flat
+        # A straight edge may be beyond a neighbour's curved one: these are looked at anew.
+        middles[mine], bent[mine], flat[mine] = straight[mine], False, True
+        moved = np.zeros(len(middles), bool)
+        moved[mine] = True
+        looked_at = np.flatnonzero(moved[sides].any(axis=1))
+
+
+def _folded(corners: Floats, middles: Floats) -> Booleans:
+    """Mask (t,) of curved triangles, corners (t, 3, 2) and edge nodes (t, 3, 2), whose map is not one to one.
+
+    The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
+    """
+    # Twice the derivatives along edges 0-1 and 0-2 as linear functions, by their values at the three corners.
+    a, b, c = np.moveaxis(corners, 1, 0)
+    ab, bc, ca = np.moveaxis(middles, 1, 0)
+    u = np.stack([4 * ab - 3 * a - b, a + 3 * b - 4 * ab, 4 * bc - 4 * ca - b + a], axis=1)
+    v = np.stack([4 * ca - 3 * a - c, 4 * bc - 4 * ab - c + a, a + 3 * c - 4 * ca], axis=1)
+    product = u[:, :, None, 0] * v[:, None, :, 1] - u[:, :, None, 1] * v[:, None, :, 0]
+    coefficients = (product + product.swapaxes(1, 2)) / 2
+    return (coefficients <= 0).any(axis=(1, 2))
+
+
+def _quads_folded(corners: Floats, others: Floats) -> Booleans:
+    """Mask (q,) of curved quadrilaterals, corners (q, 4, 2) and other nodes (q, 5, 2), whose map is not one to one.
+
+    As of triangles, with polynomials of the third degree in both directions.
+    """
+    nodes = np.concatenate([corners, others], axis=1)[:, GRID]
+    control = np.einsum("ai,bj,qijd->qabd", CONTROL, CONTROL, nodes)
+    u, v = np.diff(control, axis=1), np.diff(control, axis=2)
+    product = np.einsum("qijx,qmny->qijmnxy", u, v)
+    cross = product[..., 0, 1] - product[..., 1, 0]
+    coefficients = np.einsum("kim,lnj,qijmn->qkl", PRODUCT, PRODUCT, cross)
+    return (coefficients <= 0).any(axis=(1, 2))

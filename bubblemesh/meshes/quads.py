@@ -1,0 +1,125 @@
+"""Quadrilaterals: pairs of triangles of a mesh that share an edge, their diagonal, and cells cut into such pairs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import CaseError
+
+FLAT = 1e-12  # of a quadrilateral's area: a half with less has none
+EQUAL = 1e-9  # cosines of angles that differ by less are of the same angle
+
+
+class Cells(NamedTuple):
+    """Cells of one kind: their nodes (m, k), and the triangles (m, 1), or two halves (m, 2), that each is made of."""
+
+    nodes: Integers
+    triangles: Integers
+
+
+def cells_of(triangles: Integers, quads: Integers) -> tuple[Cells, ...]:
+    """The triangles (t, 3) or (t, 6) that are no halves, then the quadrilaterals of the pairs (q, 2); none is empty."""
+    if not len(quads):
+        return (Cells(triangles, np.arange(len(triangles))[:, None]),)
+    whole = np.ones(len(triangles), bool)
+    whole[quads] = False
+    rest = np.flatnonzero(whole)
+    found = (Cells(triangles[rest], rest[:, None]), Cells(quadrilaterals(triangles, quads), quads))
+    return tuple(cells for cells in found if len(cells.nodes))
+
+
+def quadrilaterals(triangles: Integers, quads: Integers) -> Integers:
+    """Nodes (q, 4) of the quadrilaterals of pairs (q, 2) of triangles (t, 3), as the triangles turn.
+
+    Of triangles (t, 6) they are (q, 9): after the corners the nodes on edges 0-1, 1-2, 2-3 and 3-0, and the middle one,
+    which is that of the diagonal.
+    """
+    first, second = triangles[quads[:, 0]], triangles[quads[:, 1]]
+    a, b = _from_apex(first, second), _from_apex(second, first)
+    corners = [a[:, 0], a[:, 1], b[:, 0], b[:, 1]]
+    if triangles.shape[1] == 3:
+        return np.column_stack(corners)
+    return np.column_stack([*corners, a[:, 3], b[:, 5], b[:, 3], a[:, 5], a[:, 4]])
+
+
+def _from_apex(mine: Integers, other: Integers) -> Integers:
+    """Triangles (q, 3) or (q, 6) whose nodes begin with the first corner that the other triangle (q, 3) has not."""
+    shared = (mine[:, :3, None] == other[:, None, :3]).any(axis=2)
+    turn = (np.argmin(shared, axis=1)[:, None] + [0, 1, 2]) % 3
+    columns = np.hstack([turn, turn + 3])[:, : mine.shape[1]]
+    return np.take_along_axis(mine, columns, axis=1)
+
+
+def require_pairs(triangles: Integers, quads: Integers) -> None:
+    """Check that pairs (q, 2) are of triangles that share an edge and turn the same way, each in one pair at most."""
+    if quads.size == 0:
+        return
+    if quads.min() < 0 or quads.max() >= len(triangles) or np.bincount(quads.ravel()).max() > 1:
+        raise CaseError("quads: give each triangle in one pair at most, by its index")
+    first, second = triangles[quads[:, 0], :3], triangles[quads[:, 1], :3]
+    a, b = _from_apex(first, second), _from_apex(second, first)
+    apart = (a[:, 1:] != b[:, :0:-1]).any(axis=1) | (a[:, 0] == b[:, 0])
+    if apart.any():
+        i, j = quads[np.argmax(apart)].tolist()
+        raise CaseError(f"quads: the triangles {i} and {j} share no edge, or turn different ways")
+
+
+class Halves(NamedTuple):
+    """Quadrilaterals cut into triangles."""
+
+    triangles: Integers  # (t, 3) that turn as their quadrilaterals
+    cells: Integers  # (t,) the quadrilateral that each is a part of, in ascending order
+    quads: Integers  # (q, 2) pairs of triangles that are a convex quadrilateral
+    dented: Integers  # quadrilaterals that are not convex
+    crossed: Integers  # those that have no area or cross themselves, which no diagonal cuts in two
+
+
+def halved(points: Floats, cells: Integers) -> Halves:
+    """Triangles of quadrilaterals, given by nodes (m, 4) at points (n, 2), that may turn either way.
+
+    Of the two diagonals the one counts whose triangles have the smaller largest angle, of a quadrilateral that is not
+    convex the one inside. A quadrilateral with the same node twice in a row is a triangle.
+    """
+    triangles = np.stack([cells[:, [[0, 1, 2], [0, 2, 3]]], cells[:, [[1, 2, 3], [1, 3, 0]]]], axis=1)  # (m, 2, 2, 3)
+    corners = points[triangles]
+    area = _twice_area(corners)
+    whole = area.sum(axis=2, keepdims=True)
+    inside = (area * np.sign(whole) > FLAT * np.abs(whole)).all(axis=2)
+    convex = inside.all(axis=1)
+    # The largest angle of two triangles has the least cosine.
+    blunt = _least_cosine(corners).min(axis=2)
+    choice = np.where(convex, blunt[:, 1] > blunt[:, 0] + EQUAL, ~inside[:, 0] & inside[:, 1]).astype(int)
+    chosen = triangles[np.arange(len(cells)), choice]
+    collapsed = cells == np.roll(cells, -1, axis=1)
+    once = collapsed.sum(axis=1) == 1
+    chosen[once, 0] = _without_second(cells[once], collapsed[once])
+    kept = np.column_stack([np.ones(len(cells), bool), ~once])
+    number = np.cumsum(kept.ravel()).reshape(-1, 2) - 1
+    return Halves(
+        chosen[kept],
+        np.repeat(np.arange(len(cells)), kept.sum(axis=1)),
+        number[convex & ~once],
+        np.flatnonzero(~convex & inside.any(axis=1) & ~once),
+        np.flatnonzero(~inside.any(axis=1) & ~once),
+    )
+
+
+def _twice_area(corners: Floats) -> Floats:
+    """Twice the signed areas of triangles (..., 3, 2)."""
+    u, v = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+
+def _least_cosine(corners: Floats) -> Floats:
+    """Cosine of the largest angle of triangles (..., 3, 2); of one without a length it is not finite."""
+    sides = np.roll(corners, -1, axis=-2) - corners
+    length = np.hypot(sides[..., 0], sides[..., 1])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosines = -(sides * np.roll(sides, 1, axis=-2)).sum(axis=-1) / (length * np.roll(length, 1, axis=-1))
+    return np.asarray(cosines.min(axis=-1))
+
+
+def _without_second(cells: Integers, same: Booleans) -> Integers:
+    """Triangles (m, 3) of cells (m, 4) without the node that is the same as the next one."""
+    return cells[~same].reshape(-1, 3)
