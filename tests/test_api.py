@@ -437,14 +437,16 @@ def test_a_mesh_is_read_again(disc, tmp_path, name):
 
 
 def test_what_a_file_has_and_a_mesh_has_not_is_told(disc, tmp_path):
-    square = [("triangle", [(0, 2, 1)]), ("quad", [(1, 2, 3, 4)])]
+    square = [("triangle", [(0, 2, 1)]), ("tetra", [(1, 2, 3, 4)])]
     points = [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0)]
     meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), square).write(tmp_path / "a.vtk")
-    with pytest.warns(bubblemesh.MeshWarning, match=r"a\.vtk: cells that are no triangles are left out: quad"):
+    with pytest.warns(
+        bubblemesh.MeshWarning, match=r"a\.vtk: cells that are no triangles or quadrilaterals are left out: tetra"
+    ):
         read = bubblemesh.Mesh.read(tmp_path / "a.vtk")
     assert read.triangles.tolist() == [[1, 2, 0]]  # counter-clockwise
     disc.second_order()[0].write(tmp_path / "b.vtu")
-    with pytest.warns(bubblemesh.MeshWarning, match="triangles of higher order: their corners are read"):
+    with pytest.warns(bubblemesh.MeshWarning, match="cells of higher order: their corners are read"):
         assert bubblemesh.Mesh.read(tmp_path / "b.vtu").order == 1
     with pytest.raises(FileError, match=r"missing\.msh"):
         bubblemesh.Mesh.read(tmp_path / "missing.msh")

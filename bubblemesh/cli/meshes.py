@@ -192,8 +192,8 @@ def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | Non
 
 
 def chosen(mesh: Path, notes: Sequence[str], left_out: Sequence[str]) -> list[str]:
-    """Warnings of what is not read of a mesh file: times but the last one, kinds of cells that are no triangles."""
-    others = [f"cells that are no triangles are left out: {', '.join(left_out)}"] if left_out else []
+    """Warnings of what is not read of a mesh file: times but the last one, kinds of cells that are no faces."""
+    others = [f"cells that are no triangles or quadrilaterals are left out: {', '.join(left_out)}"] if left_out else []
     return [f"{mesh}: {note}" for note in (*notes, *others)]
 
 

@@ -1,5 +1,7 @@
 """Nodes that a file has several times, once for each cell, made one again."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
@@ -12,9 +14,10 @@ MOST_VALUES = 16  # different ones of the copies of a node that are told apart
 JUMPS = 0.5  # part of the nodes with several values from which on a solution is none that is continuous
 
 
-def are_apart(triangles: Integers) -> bool:
-    """Whether each triangle (t, 3) has nodes of its own, as if all had been cut apart."""
-    return len(triangles) > 1 and len(np.unique(triangles)) == triangles.size
+def are_apart(cells: Sequence[Integers]) -> bool:
+    """Whether each of some cells, blocks (m, k) of nodes, has nodes of its own, as if all had been cut apart."""
+    nodes = np.concatenate([block.ravel() for block in cells])
+    return sum(map(len, cells)) > 1 and len(np.unique(nodes)) == nodes.size
 
 
 def places(points: Floats, digits: float) -> Integers:
@@ -65,7 +68,7 @@ def joined(
             break
     kept, group = np.unique(first, return_inverse=True)
     several = np.bincount(place) > 1
-    if are_apart(triangles) and (np.bincount(place[kept]) > 1)[several].mean() > JUMPS:
+    if are_apart([triangles]) and (np.bincount(place[kept]) > 1)[several].mean() > JUMPS:
         raise CaseError(
             f"{name} jumps from cell to cell, and the estimate takes a continuous solution: write its interpolation by "
             "linear elements"

@@ -35,6 +35,7 @@ class Format:
     points: bool = True  # whether it holds labelled points
     periodic: bool = False  # whether it holds which nodes of periodic sides match
     partition: bool = False  # whether it holds the parts of triangles or nodes
+    quads: bool = False  # whether it holds quadrilaterals; others get their halves
     piece: str | None = None  # end of the name of the file that each part has, with its number for the braces
     alone: str | None = None  # as the writer unless given
     slices: str | None = None
@@ -53,7 +54,7 @@ class Format:
 
     def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
         """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""
-        _loaded((alone and self.alone) or self.writer)(mesh, fields, path)
+        _loaded((alone and self.alone) or self.writer)(mesh if self.quads else mesh.in_triangles(), fields, path)
 
     def write_slices(self, mesh: "SlicedMesh", path: Path) -> None:
         """Write a mesh, slice by slice, to the main file's path, and the other files beside it."""
@@ -73,10 +74,17 @@ _FOR_MSH = ("fenicsx", "scikit-fem", "mfem", "firedrake", "getdp")
 _AS_THEY_ARE = "groups.as_they_are"
 FORMATS: Mapping[str, Format] = {
     "msh": Format(
-        (".msh",), "write.gmsh.write_msh", _AS_THEY_ARE, BOTH, periodic=True, partition=True, solvers=_FOR_MSH
+        (".msh",),
+        "write.gmsh.write_msh",
+        _AS_THEY_ARE,
+        BOTH,
+        periodic=True,
+        partition=True,
+        solvers=_FOR_MSH,
+        quads=True,
     ),
-    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, points=False, partition=True),
-    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, points=False, partition=True),
+    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, points=False, partition=True, quads=True),
+    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, points=False, partition=True, quads=True),
     "xdmf": Format(
         XDMF_FILES,
         "write.xdmf.write_xdmf",
@@ -87,6 +95,7 @@ FORMATS: Mapping[str, Format] = {
         alone="write.xdmf.write_inline_xdmf",
         slices="write.xdmf.write_sliced_xdmf",
         solvers=("fenicsx",),
+        quads=True,
     ),
     "pvtu": Format(
         (".pvtu",),
@@ -98,9 +107,17 @@ FORMATS: Mapping[str, Format] = {
         piece=PIECE,
         alone="write.viewers.write_vtu",
         slices="write.pieces.write_sliced_pvtu",
+        quads=True,
     ),
     "msh-ascii": Format(
-        (".msh",), "write.gmsh.write_msh_ascii", _AS_THEY_ARE, BOTH, periodic=True, partition=True, solvers=("moose",)
+        (".msh",),
+        "write.gmsh.write_msh_ascii",
+        _AS_THEY_ARE,
+        BOTH,
+        periodic=True,
+        partition=True,
+        solvers=("moose",),
+        quads=True,
     ),
     "msh4": Format(
         (".msh",),
@@ -110,25 +127,25 @@ FORMATS: Mapping[str, Format] = {
         periodic=True,
         partition=True,
         slices="write.sliced_msh4.write_sliced_msh4",
+        quads=True,
     ),
-    "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",)),
+    "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",), quads=True),
     "inp": Format(
-        (".inp",),
-        "write.fem.write_plane_stress",
-        "write.fem.set_names",
-        BOTH,
-        solvers=("calculix",),
+        (".inp",), "write.fem.write_plane_stress", "write.fem.set_names", BOTH, solvers=("calculix",), quads=True
     ),
-    "inp-strain": Format((".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH),
-    "su2": Format((".su2",), "write.flow.write_su2", "write.flow.marker_names", points=False, solvers=("su2",)),
-    "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH),
-    "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False, partition=True),
+    "inp-strain": Format((".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH, quads=True),
+    "su2": Format(
+        (".su2",), "write.flow.write_su2", "write.flow.marker_names", points=False, solvers=("su2",), quads=True
+    ),
+    "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH, quads=True),
+    "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False, partition=True, quads=True),
     "openfoam": Format(
         (".msh",),
         "write.flow.write_openfoam",
         "write.flow.patch_names",
         points=False,
         solvers=("openfoam",),
+        quads=True,
     ),
     "nodes.csv": Format(
         (".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE, partition=True, slices="write.nodes.write_sliced_csv"

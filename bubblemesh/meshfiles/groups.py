@@ -12,6 +12,7 @@ from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.errors import CaseError
 from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quads import Cells
 from bubblemesh.meshfiles.text import dumped
 
 LABELS_FILE = ".labels.json"
@@ -30,9 +31,9 @@ class Group(NamedTuple):
     dimension: int
 
 
-def cell_kinds(mesh: Mesh) -> tuple[str, str]:
-    """Return what meshio calls the edges and the triangles of a mesh."""
-    return ("line", "triangle") if mesh.order == 1 else ("line3", "triangle6")
+# What meshio calls facets and cells, by the number of their nodes.
+FACET_KINDS = {2: "line", 3: "line3"}
+CELL_KINDS = {3: "triangle", 6: "triangle6", 4: "quad", 9: "quad9"}
 
 
 def facet_ids(mesh: Mesh) -> Integers:
@@ -43,6 +44,16 @@ def facet_ids(mesh: Mesh) -> Integers:
 def region_ids(mesh: Mesh) -> Integers:
     """Return the (t,) region ids of the triangles: those after the labels', as some readers know groups by id alone."""
     return mesh.triangle_regions.astype(np.int64) + 1 + len(mesh.labels)
+
+
+def cell_ids(mesh: Mesh, cells: Cells) -> Integers:
+    """Return the (m,) region ids of cells of a mesh."""
+    return region_ids(mesh)[cells.triangles[:, 0]]
+
+
+def cell_values(values: Floats, cells: Cells) -> Floats:
+    """Return the (m,) values of cells: those (t,) of the triangles, of two halves their mean."""
+    return np.asarray(values, float)[cells.triangles].mean(axis=1)
 
 
 def node_ids(mesh: Mesh) -> Integers:

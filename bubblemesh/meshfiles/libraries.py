@@ -11,7 +11,7 @@ from bubblemesh.errors import FileError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
+from bubblemesh.meshfiles.groups import cell_ids, cell_values, facet_ids, group_names, region_ids
 
 # What installs each library, by the name of its package.
 COMMANDS = {
@@ -19,8 +19,9 @@ COMMANDS = {
     "skfem": "pip install scikit-fem",
     "dolfinx": "conda install -c conda-forge fenics-dolfinx (it is in no package index for pip)",
 }
-# VTK's numbers of edges and triangles, by the order of the mesh.
-VTK_KINDS = {1: (3, 5), 2: (21, 22)}
+# VTK's numbers of facets and cells, by the number of their nodes.
+VTK_FACETS = {2: 3, 3: 21}
+VTK_CELLS = {3: 5, 6: 22, 4: 9, 9: 28}
 # Basix counts the edges of a triangle by the corner across.
 BASIX_NODES = {1: [0, 1, 2], 2: [0, 1, 2, 4, 5, 3]}
 
@@ -41,19 +42,21 @@ def in_space(points: Floats) -> Floats:
 
 
 def to_pyvista(mesh: Mesh) -> Any:
-    """An unstructured grid of the triangles and, after them, of the labelled edges.
+    """An unstructured grid of the cells and, after them, of the labelled edges.
 
     Its cells have ``group``, the number of the region or label from 1 on in ``field_data["groups"]``, and ``quality``,
-    which edges do not have (NaN).
+    which edges do not have (NaN), and of which quadrilaterals have the mean of their halves.
     """
     pyvista = library("pyvista")
-    edge, triangle = VTK_KINDS[mesh.order]
-    cells = [np.insert(block, 0, block.shape[1], axis=1).ravel() for block in (mesh.triangles, mesh.facets)]
-    kinds = np.repeat([triangle, edge], [len(mesh.triangles), len(mesh.facets)]).astype(np.uint8)
+    blocks = [*(cells.nodes for cells in mesh.cells), mesh.facets]
+    cells = [np.insert(block, 0, block.shape[1], axis=1).ravel() for block in blocks]
+    each = [*(VTK_CELLS[block.shape[1]] for block in blocks[:-1]), VTK_FACETS[mesh.facets.shape[1]]]
+    kinds = np.repeat(each, [len(block) for block in blocks]).astype(np.uint8)
     grid = pyvista.UnstructuredGrid(np.concatenate(cells), kinds, in_space(mesh.points))
-    grid.cell_data["group"] = np.concatenate([region_ids(mesh), facet_ids(mesh)])
+    grid.cell_data["group"] = np.concatenate([*(cell_ids(mesh, each) for each in mesh.cells), facet_ids(mesh)])
     ratios = radius_ratios(mesh.points, mesh.triangles[:, :3])
-    grid.cell_data["quality"] = np.concatenate([ratios, np.full(len(mesh.facets), np.nan)])
+    of_cells = [cell_values(ratios, each) for each in mesh.cells]
+    grid.cell_data["quality"] = np.concatenate([*of_cells, np.full(len(mesh.facets), np.nan)])
     grid.field_data["groups"] = list(group_names(mesh))
     return grid
 

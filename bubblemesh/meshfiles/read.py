@@ -11,14 +11,15 @@ from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quads import halved
 from bubblemesh.meshfiles.coincident import are_apart, joined, places
 from bubblemesh.meshfiles.contained import require_contained
 from bubblemesh.meshfiles.groups import cell_groups
 from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
-from bubblemesh.meshfiles.sources.source import Source
+from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
-from bubblemesh.messages import shown
+from bubblemesh.messages import place, shown
 
 SELF_CONTAINED = (".msh", ".vtk", ".vtu", ".frd")  # whose readers open no further file
 LONGEST_REASON = 200  # letters
@@ -28,8 +29,11 @@ NO_FACES = (*EDGES, "vertex")
 PLANE = 1e-12  # of the extent
 REAL = "iuf"  # kinds of NumPy types
 
-# Triangles by the nodes of each kind of face.
-CORNERS = {kind: [[0, 1, 2]] for kind in ("triangle", *(f"triangle{n}" for n in (6, 7, 10, 15, 21, 28, 36, 45, 55)))}
+# Corners of each kind of face.
+TRIANGLES = {kind: [[0, 1, 2]] for kind in ("triangle", *(f"triangle{n}" for n in (6, 7, 10, 15, 21, 28, 36, 45, 55)))}
+QUADS = {kind: [[0, 1, 2, 3]] for kind in ("quad", *(f"quad{n}" for n in (8, 9, 16, 25, 36, 49, 64, 81, 100)))}
+CORNERS = TRIANGLES | QUADS
+LINEAR = ("triangle", "quad")
 # Those that cover faces of any kind: all data at nodes counts.
 PARTS = {
     "triangle": [[0, 1, 2]],
@@ -49,6 +53,8 @@ class MeshFile:
     nodes: Integers  # (n,) numbers of these in the file
     index: Integers  # (m,) of each of the file's nodes among these, -1 for others
     triangles: Integers  # (t, 3) in any orientation
+    cells: Integers  # (t,) number of the part of a face, among all of them, that each triangle is of
+    quads: Integers  # (q, 2) pairs of triangles that are a convex quadrilateral of the file
     left_out: tuple[str, ...]  # kinds of cells that are none of the faces asked for, nor edges or points
     source: Source
     faces: tuple[int, ...]  # blocks of the source's cells that the triangles are of
@@ -61,11 +67,12 @@ def read_triangles(
     *,
     as_they_are: bool = False,
 ) -> MeshFile:
-    """Read the triangles of a mesh file: ``parts`` of each kind of face, given by three of its nodes.
+    """Read the triangles of a mesh file: ``parts`` of each kind of face, given by three or four of its nodes.
 
-    The ``refusal`` says why cells of other kinds, but for edges and points, are an error; without it they are left out.
-    If each triangle has nodes of its own, those in the same place become one, but not if nodes stay ``as_they_are``.
-    FileError if the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
+    Parts with four are cut into two triangles along the better diagonal. The ``refusal`` says why cells of other kinds,
+    but for edges and points, are an error; without it they are left out. If each part has nodes of its own, those in
+    the same place become one, but not if nodes stay ``as_they_are``. FileError if the file cannot be read, holds no
+    triangles, is not plane, or has faulty points or cells.
     """
     source = _read(path)
     others = [block for block in source.cells if block.type not in (*parts, *NO_FACES)]
@@ -75,11 +82,10 @@ def read_triangles(
     faces = _blocks(source, parts)
     if not faces:
         raise FileError(f"{path}: holds no triangles")
-    cut = [np.asarray(source.cells[k].data, np.int64)[:, parts[source.cells[k].type]].reshape(-1, 3) for k in faces]
-    triangles = np.concatenate(cut)
-    if triangles.min() < 0 or triangles.max() >= len(source.points):
+    corners = [_parts(source.cells[k], parts) for k in faces]
+    nodes = np.unique(np.concatenate([cells.ravel() for cells in corners]))
+    if nodes[0] < 0 or nodes[-1] >= len(source.points):
         raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
-    nodes = np.unique(triangles)
     points = np.asarray(source.points[nodes], float)
     if points.ndim != 2 or points.shape[1] not in (2, 3):
         raise FileError(f"{path}: its points have no two or three coordinates: the file is damaged")
@@ -91,13 +97,57 @@ def read_triangles(
         raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are read")
     left_out = tuple(sorted({block.type for block in others}))
     points, group, used = points[:, :2], np.arange(len(nodes)), nodes
-    if not as_they_are and are_apart(triangles):
+    if not as_they_are and are_apart(corners):
         with prefixed(path):
             _, first, group = np.unique(places(points, _digits(source)), return_index=True, return_inverse=True)
         points, nodes = points[first], nodes[first]
     index = np.full(len(source.points), -1)
     index[used] = group.ravel()
-    return MeshFile(path, points, nodes, index, index[triangles], left_out, source, faces)
+    cut = [_triangles(path, points, index[cells]) for cells in corners]
+    dented = sum(part.dented for part in cut)
+    if dented:
+        what = "1 quadrilateral is not convex" if dented == 1 else f"{dented} quadrilaterals are not convex"
+        source = replace(source, notes=(*source.notes, f"{what}: triangles are read in their place"))
+    triangles, cells, quads = _one_after_the_other(cut)
+    return MeshFile(path, points, nodes, index, triangles, cells, quads, left_out, source, faces)
+
+
+def _parts(block: Block, parts: Mapping[str, Sequence[Sequence[int]]]) -> Integers:
+    """Nodes (p, 3) or (p, 4) of the parts of some cells."""
+    chosen = np.asarray(parts[block.type])
+    return np.asarray(block.data, np.int64)[:, chosen].reshape(-1, chosen.shape[1])
+
+
+class _Cut(NamedTuple):
+    """Triangles (t, 3) of a block, the number (t,) of the cell of each, pairs (q, 2) that are convex, other ones."""
+
+    triangles: Integers
+    cells: Integers
+    quads: Integers
+    whole: int  # cells
+    dented: int
+
+
+def _triangles(path: Path, points: Floats, cells: Integers) -> _Cut:
+    """Triangles of cells (m, 3) or (m, 4); a FileError if one of four nodes has no area or crosses itself."""
+    if cells.shape[1] == 3:
+        return _Cut(cells, np.arange(len(cells)), np.zeros((0, 2), np.int64), len(cells), 0)
+    found = halved(points, cells)
+    if len(found.crossed):
+        at = place(points[cells[found.crossed[0]]].mean(axis=0), float(np.ptp(points, axis=0).max()))
+        raise FileError(f"{path}: a quadrilateral has no area or crosses itself at {at}: the file is damaged")
+    return _Cut(found.triangles, found.cells, found.quads, len(cells), len(found.dented))
+
+
+def _one_after_the_other(cut: Sequence[_Cut]) -> tuple[Integers, Integers, Integers]:
+    """Triangles, their cells and pairs of all blocks."""
+    triangles = np.cumsum([0, *(len(part.triangles) for part in cut)])
+    cells = np.cumsum([0, *(part.whole for part in cut)])
+    return (
+        np.concatenate([part.triangles for part in cut]),
+        np.concatenate([part.cells + k for part, k in zip(cut, cells, strict=False)]),
+        np.concatenate([part.quads + k for part, k in zip(cut, triangles, strict=False)]),
+    )
 
 
 def _digits(source: Source) -> float:
@@ -114,25 +164,36 @@ class MeshWithData(NamedTuple):
     point_data: Mapping[str, Floats]  # (n,) or (n, k)
     left_out: tuple[str, ...]  # kinds of cells
     notes: tuple[str, ...] = ()  # what was chosen of the file
-    higher: bool = False  # whether triangles have nodes beside their corners, which are left out
+    higher: bool = False  # whether cells have nodes beside their corners, which are left out
 
 
 def read_mesh(path: Path) -> MeshWithData:
     """Read a mesh file's triangles, labelled edges, regions and data; errors as of `read_triangles`.
 
-    Names that the file does not hold are those of NAME.labels.json beside it.
+    Quadrilaterals are two triangles each, with the data of their cell. Names that the file does not hold are those of
+    NAME.labels.json beside it.
     """
     file = read_triangles(path)
     source = named(file.source, path)
     file = replace(file, source=source)
     regions, region = cell_groups(source, file.faces, "region")
     facets, label, labels = _facets(file)
-    mesh = Mesh(file.points, file.triangles, facets, label, labels, regions=regions, triangle_regions=region)
+    mesh = Mesh(
+        file.points,
+        file.triangles,
+        facets,
+        label,
+        labels,
+        regions=regions,
+        triangle_regions=region[file.cells] if regions else region,
+        quads=file.quads,
+    )
     cell_data = {
-        name: np.concatenate([np.asarray(data[k]) for k in file.faces]) for name, data in source.cell_data.items()
+        name: np.concatenate([np.asarray(data[k]) for k in file.faces])[file.cells]
+        for name, data in source.cell_data.items()
     }
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
-    higher = any(source.cells[k].type != "triangle" for k in file.faces)
+    higher = any(source.cells[k].type not in LINEAR for k in file.faces)
     return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out, source.notes, higher)
 
 
@@ -215,7 +276,7 @@ def read_nodal_field(path: Path, name: str | None) -> NodalField:
     unknown, or one of data that is not given by real numbers at the nodes, or that is not continuous.
     """
     refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
-    file = read_triangles(path, CORNERS, refusal, as_they_are=True)
+    file = read_triangles(path, TRIANGLES, refusal, as_they_are=True)
     data = file.source.point_data
     known = _own_names(data)
     listed = ", ".join(known) or "none"

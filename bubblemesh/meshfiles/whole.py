@@ -22,8 +22,9 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     turned = signed_areas(mesh.points, triangles) < 0
     triangles[turned] = triangles[turned][:, ::-1]
     mesh = replace(mesh, triangles=triangles, regions=mesh.regions or ("domain",))
-    others = (f"cells that are no triangles are left out: {', '.join(read.left_out)}",) if read.left_out else ()
-    higher = ("has triangles of higher order: their corners are read",) if read.higher else ()
+    kinds = ", ".join(read.left_out)
+    others = (f"cells that are no triangles or quadrilaterals are left out: {kinds}",) if kinds else ()
+    higher = ("has cells of higher order: their corners are read",) if read.higher else ()
     return with_boundary(mesh), (*read.notes, *others, *higher)
 
 

@@ -144,13 +144,13 @@ def test_a_target_spacing_that_is_not_positive_is_named(files, tmp_path):
     assert re.search(r"zero\.vtu: target_spacing is not positive", said)
 
 
-def test_cells_that_are_no_triangles_are_told(files, tmp_path):
+def test_cells_that_are_no_faces_are_told(files, tmp_path):
     points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    mixed = meshio.Mesh(points, [("triangle", [(0, 1, 2)]), ("quad", [(0, 1, 2, 3)])])
+    mixed = meshio.Mesh(points, [("triangle", [(0, 1, 2)]), ("tetra", [(0, 1, 2, 3)])])
     mixed.write(tmp_path / "mixed.vtu")
     code, _, said = run(files[0], tmp_path / "mixed.vtu")
     assert code == 0
-    assert "mixed.vtu: cells that are no triangles are left out: quad" in said
+    assert "mixed.vtu: cells that are no triangles or quadrilaterals are left out: tetra" in said
 
 
 def written(folder, name, *triangles):

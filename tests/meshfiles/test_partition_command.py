@@ -180,4 +180,4 @@ def test_what_is_left_out_of_a_file_is_told(here):
     mesh, _ = holed_square().second_order()
     _, _, said = command("partition", written(mesh, here, "vtu"), "2", "-q")
     assert "warning: " in said
-    assert "has triangles of higher order: their corners are read" in said
+    assert "has cells of higher order: their corners are read" in said

@@ -480,9 +480,9 @@ def test_a_mesh_of_su2_has_its_markers(tmp_path):
         "MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 1\n1 0 0\n"
     )
     read = read_mesh(tmp_path / "a.su2")
-    assert read.left_out == ("quad",)
-    assert label_counts(read.mesh) == {"far field": 1}  # the other edge is of the square alone
-    assert len(read.mesh.triangles) == 2
+    assert read.left_out == ()
+    assert label_counts(read.mesh) == {"far field": 2}
+    assert (len(read.mesh.triangles), read.mesh.quads.tolist()) == (4, [[2, 3]])
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""One layer of prisms on a plane mesh, as OpenFOAM needs and CalculiX makes of plane elements, back to that mesh."""
+"""One layer of solids on a plane mesh, as OpenFOAM needs and CalculiX makes of plane elements, back to that mesh."""
 
 from dataclasses import replace
 
@@ -6,42 +6,42 @@ import numpy as np
 
 from bubblemesh.meshfiles.sources.source import Block, Data, Source
 
-PRISMS = ("wedge", "wedge15", "wedge18")
-SOLIDS = (*PRISMS, "tetra", "tetra10", "pyramid", "pyramid13", "hexahedron", "hexahedron20", "hexahedron27")
+# Corners of one side of the layer, by kinds of cells.
+SIDES = {**dict.fromkeys(("wedge", "wedge15", "wedge18"), 3), **dict.fromkeys(("hexahedron", "hexahedron20"), 4)}
+SIDES["hexahedron27"] = 4
+FACES = {3: "triangle", 4: "quad"}
+OTHERS = ("tetra", "tetra10", "pyramid", "pyramid13")
 ROUNDING = 1e-6  # of the layer's height
 
 
 def flattened(source: Source) -> Source:
-    """The lower side of a layer of prisms between two planes of one z each, or the source as it is if it is none.
+    """The lower side of a layer of cells between two planes of one z each, or the source as it is if it is none.
 
-    Prisms become triangles of their three lower corners, upright rectangles edges, and groups of both are one dimension
-    lower; cells of other kinds are left out.
+    Prisms become triangles of their three lower corners, hexahedra quadrilaterals, upright rectangles edges, and groups
+    of all are one dimension lower; cells of other kinds are left out.
     """
-    prisms = [block.data for block in source.cells if block.type in PRISMS and len(block.data)]
-    solid = [block for block in source.cells if block.type in SOLIDS and len(block.data)]
-    if not prisms or len(prisms) < len(solid) or source.points.shape[1] != 3:
+    solid = [block for block in source.cells if block.type in (*SIDES, *OTHERS) and len(block.data)]
+    if not solid or any(block.type in OTHERS for block in solid) or source.points.shape[1] != 3:
         return source
     z = source.points[:, 2]
-    corners = np.concatenate([cells[:, :6] for cells in prisms])
-    if corners.min() < 0 or corners.max() >= len(z):
+    used = np.concatenate([block.data[:, : 2 * SIDES[block.type]].ravel() for block in solid])
+    if used.min() < 0 or used.max() >= len(z):
         return source
-    low, high = _levels(z, corners)
-    sides = np.concatenate([corners[:, :3], corners[:, 3:]])
-    if not (_all_at(low, sides) ^ _all_at(high, sides)).all():
+    low, high = _levels(z, used)
+    if not all((_all_at(low, side) ^ _all_at(high, side)).all() for block in solid for side in _sides(block)):
         return source
-    cut = [_cut(block, low) for block in source.cells]
-    kept = [k for k, block in enumerate(cut) if block is not None]
-    cells = [block for block in cut if block is not None]
-    data = {name: [values[k] for k in kept] for name, values in source.cell_data.items()}
-    sets = {name: [chosen[k] for k in kept] for name, chosen in source.cell_sets.items()}
+    rows = [_in_layer(block, low) for block in source.cells]
+    kept = [k for k, mine in enumerate(rows) if len(mine)]
+    cells = [_cut(source.cells[k].type, source.cells[k].data[rows[k]], low) for k in kept]
+    data = {name: [np.asarray(values[k])[rows[k]] for k in kept] for name, values in source.cell_data.items()}
+    sets = {name: [_among(chosen[k], rows[k]) for k in kept] for name, chosen in source.cell_sets.items()}
     groups = {name: (number, dimension - 1) for name, (number, dimension) in source.field_data.items()}
     return replace(source, cells=cells, cell_data=data, cell_sets=sets, field_data=groups)
 
 
-def _levels(z: Data, corners: Data) -> tuple[Data, Data]:
+def _levels(z: Data, nodes: Data) -> tuple[Data, Data]:
     """Masks (n,) of the nodes at the lowest and at the highest z of some."""
-    used = z[corners]
-    bottom, top = float(used.min()), float(used.max())
+    bottom, top = float(z[nodes].min()), float(z[nodes].max())
     near = ROUNDING * (top - bottom)
     return np.asarray(np.abs(z - bottom) <= near), np.asarray(np.abs(z - top) <= near)
 
@@ -50,15 +50,31 @@ def _all_at(level: Data, cells: Data) -> Data:
     return np.asarray(level[cells].all(axis=1))
 
 
-def _cut(block: Block, low: Data) -> Block | None:
-    """The part of some cells in the lower plane, one for each."""
-    if block.type in PRISMS:
-        first = _all_at(low, block.data[:, :3])
-        return Block("triangle", np.where(first[:, None], block.data[:, :3], block.data[:, 3:6]))
+def _sides(block: Block) -> tuple[Data, Data]:
+    """Corners (m, 3) or (m, 4) of both sides of solid cells."""
+    count = SIDES[block.type]
+    return block.data[:, :count], block.data[:, count : 2 * count]
+
+
+def _in_layer(block: Block, low: Data) -> Data:
+    """Numbers (k,) of the cells that have a part in the lower plane: solid ones, and upright rectangles."""
+    if block.type in SIDES:
+        return np.arange(len(block.data))
     if block.type in ("quad", "quad8", "quad9"):
-        corners = block.data[:, :4]
-        if (low[corners].sum(axis=1) != 2).any():
-            return None
-        order = np.argsort(~low[corners], axis=1, kind="stable")[:, :2]
-        return Block("line", np.take_along_axis(corners, order, axis=1))
-    return None
+        return np.flatnonzero(low[block.data[:, :4]].sum(axis=1) == 2)
+    return np.zeros(0, np.int64)
+
+
+def _cut(kind: str, cells: Data, low: Data) -> Block:
+    """The part of some cells in the lower plane, one for each."""
+    if kind in SIDES:
+        first, second = _sides(Block(kind, cells))
+        return Block(FACES[SIDES[kind]], np.where(_all_at(low, first)[:, None], first, second))
+    corners = cells[:, :4]
+    order = np.argsort(~low[corners], axis=1, kind="stable")[:, :2]
+    return Block("line", np.take_along_axis(corners, order, axis=1))
+
+
+def _among(chosen: Data | None, rows: Data) -> Data | None:
+    """Places among the rows of those cells of a set that are there."""
+    return None if chosen is None else np.flatnonzero(np.isin(rows, chosen))

@@ -7,6 +7,7 @@ from typing import Any
 
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.contained import bounded_reading
+from bubblemesh.meshfiles.med import teach_med
 from bubblemesh.meshfiles.sources.source import Source
 from bubblemesh.messages import shown
 
@@ -26,6 +27,12 @@ def read_inp(path: Path) -> Source:
 
     for name, kind in PLANE_ELEMENTS.items():
         reader.abaqus_to_meshio_type.setdefault(name, kind)
+    return read_other(path)
+
+
+def read_med(path: Path) -> Source:
+    """Mesh of Salome or Code_Aster; errors as of `read_other`."""
+    teach_med()
     return read_other(path)
 
 

@@ -20,6 +20,7 @@ READERS: Mapping[str, str] = {
     ".sol": "medit.read_solution",
     ".msh": "gmsh.read_msh",
     ".inp": "other.read_inp",
+    ".med": "other.read_med",
     ".su2": "su2.read_su2",
 }
 # Files that a user may take for a mesh, and what to give in their place.

@@ -1,6 +1,6 @@
 """Formats of finite element programs: Medit (FreeFEM, Mmg), MED (Salome, Code_Aster), inp (Abaqus, CalculiX)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -9,26 +9,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Booleans, Floats, each_once
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quads import Cells
 from bubblemesh.meshfiles.groups import (
+    CELL_KINDS,
+    FACET_KINDS,
     Fields,
-    cell_kinds,
+    cell_ids,
     facet_ids,
     group_names,
     node_ids,
     plain_words,
     point_ids,
-    region_ids,
 )
-from bubblemesh.meshfiles.text import lines, listed, numbered, write_text
+from bubblemesh.meshfiles.med import teach_med
+from bubblemesh.meshfiles.text import lines, listed, write_text
 
+MEDIT_KINDS = {3: "Triangles", 4: "Quadrilaterals"}  # by the number of nodes
 PER_LINE = 16  # numbers in a line of a set of Abaqus, at most
 FIELD = 20  # characters of a number; CalculiX drops the others, be they an exponent
 
 
 def write_medit(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write nodes, edges and triangles with their ids; the format has no place for names and fields."""
+    """Write nodes, edges and cells with their ids; the format has no place for names and fields."""
     write_text(path, _medit_text(mesh))
 
 
@@ -37,8 +41,10 @@ def _medit_text(mesh: Mesh) -> Iterator[str]:
     yield from lines("%r %r %d", mesh.points, point_ids(mesh))
     yield f"\nEdges\n{len(mesh.facets)}\n"
     yield from lines("%d %d %d", mesh.facets + 1, facet_ids(mesh))
-    yield f"\nTriangles\n{len(mesh.triangles)}\n"
-    yield from lines("%d %d %d %d", mesh.triangles + 1, region_ids(mesh))
+    for cells in mesh.cells:
+        count, width = cells.nodes.shape
+        yield f"\n{MEDIT_KINDS[width]}\n{count}\n"
+        yield from lines("%d " * width + "%d", cells.nodes + 1, cell_ids(mesh, cells))
     if len(mesh.labelled_nodes):
         # Mmg keeps the points that are named here.
         yield f"\nRequiredVertices\n{len(mesh.labelled_nodes)}\n"
@@ -47,17 +53,17 @@ def _medit_text(mesh: Mesh) -> Iterator[str]:
 
 
 def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write edges and triangles with a named group for each label and region, and the groups of the labelled points."""
+    """Write edges and cells with a named group for each label and region, and the groups of the labelled points."""
     import meshio
 
-    line, triangle = cell_kinds(mesh)
+    teach_med()
     # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 is none.
-    data: dict[str, Any] = {"cell_tags": [-facet_ids(mesh), -region_ids(mesh)]}
+    data: dict[str, Any] = {"cell_tags": [-facet_ids(mesh), *(-cell_ids(mesh, cells) for cells in mesh.cells)]}
     points = np.zeros(len(mesh.points), np.int64)
     points[mesh.labelled_nodes] = node_ids(mesh)
-    result = meshio.Mesh(
-        mesh.points, [(line, mesh.facets), (triangle, mesh.triangles)], {"point_tags": points}, cell_data=data
-    )
+    blocks = [(FACET_KINDS[mesh.facets.shape[1]], mesh.facets)]
+    blocks += [(CELL_KINDS[cells.nodes.shape[1]], cells.nodes) for cells in mesh.cells]
+    result = meshio.Mesh(mesh.points, blocks, {"point_tags": points}, cell_data=data)
     words = plain_words(mesh)
     families = [(words[name], group) for name, group in group_names(mesh).items()]
     result.cell_tags = {-group.id: [word] for word, group in families if group.dimension > 0}
@@ -69,11 +75,12 @@ def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def write_inp(mesh: Mesh, fields: Fields, path: Path, *, element: str) -> None:
-    """Write nodes and elements of the kind ``element`` and the number of its nodes; there is no place for fields.
+    """Write nodes and elements of the kinds ``element`` and the number of its nodes; there is no place for fields.
 
-    Each region is an ELSET, each label an NSET and, for loads on edges, a SURFACE of the same name; the surface of an
-    inner line is its left side. Each labelled point is an NSET. All nodes are in the NSET ``NALL`` and all elements
-    in the ELSET ``EALL``.
+    Quadrilaterals of second order have eight nodes: that in the middle, which they would not use, is left out, and the
+    others keep their numbers. Each region is an ELSET, each label an NSET and, for loads on edges, a SURFACE of the
+    same name; the surface of an inner line is its left side. Each labelled point is an NSET. All nodes are in the NSET
+    ``NALL`` and all elements in the ELSET ``EALL``.
     """
     write_text(path, _inp_text(mesh, element))
 
@@ -91,23 +98,50 @@ def _inp_text(mesh: Mesh, element: str) -> Iterator[str]:
     spelled = set_names(mesh)
     words = list(spelled.values())
     regions, points = words[len(mesh.labels) :], words[len(mesh.labels) + len(mesh.regions) :]
-    width = mesh.triangles.shape[1]
+    blocks = [cells._replace(nodes=cells.nodes[:, :8]) for cells in mesh.cells]
+    used = _used(len(mesh.points), blocks)
     yield "*HEADING\nmesh by bubblemesh\n"
     yield from (f"** {word} stands for {name}\n" for name, word in spelled.items() if name != word)
     yield "*NODE, NSET=NALL\n"
-    yield from lines("%d, %s, %s, 0.0", numbered(len(mesh.points)), _short(mesh.points))
-    for index, word in enumerate(regions[: len(mesh.regions)]):
-        mine = np.flatnonzero(mesh.triangle_regions == index)
-        yield f"*ELEMENT, TYPE={element}{width}, ELSET={word}\n"
-        yield from lines(", ".join(["%d"] * (width + 1)), mine + 1, mesh.triangles[mine] + 1)
-    yield "*ELSET, ELSET=EALL\n" + "".join(f"{word}\n" for word in regions[: len(mesh.regions)])
+    yield from lines("%d, %s, %s, 0.0", np.flatnonzero(used) + 1, _short(mesh.points[used]))
+    yield from _inp_elements(mesh, blocks, element, regions[: len(mesh.regions)])
     for index, word in enumerate(words[: len(mesh.labels)]):
         of_label = mesh.facet_labels == index
         yield f"*NSET, NSET={word}\n{listed(np.unique(mesh.facets[of_label]) + 1, PER_LINE)}"
         yield f"*SURFACE, NAME={word}, TYPE=ELEMENT\n"
-        yield from lines("%d, S%d", mesh.sides[of_label] + 1)
+        yield from lines("%d, S%d", mesh.cell_sides[of_label] + 1)
     for index, word in enumerate(points):
         yield f"*NSET, NSET={word}\n{listed(mesh.labelled_nodes[mesh.node_labels == index] + 1, PER_LINE)}"
+
+
+def _inp_elements(mesh: Mesh, blocks: Sequence[Cells], element: str, regions: Sequence[str]) -> Iterator[str]:
+    """Elements of all blocks by their regions, and the sets of these.
+
+    Sets of two kinds of elements are lists of numbers, since meshio takes a set in ``*ELEMENT`` for that of one kind.
+    """
+    one_kind = len(blocks) == 1
+    for index, word in enumerate(regions):
+        for nodes, triangles in blocks:
+            mine, width = mesh.triangle_regions[triangles[:, 0]] == index, nodes.shape[1]
+            if mine.any():
+                yield f"*ELEMENT, TYPE={element}{width}{f', ELSET={word}' if one_kind else ''}\n"
+                numbers = mesh.cell_numbers[triangles[mine, 0]] + 1
+                yield from lines(", ".join(["%d"] * (width + 1)), numbers, nodes[mine] + 1)
+    if one_kind:
+        yield "*ELSET, ELSET=EALL\n" + "".join(f"{word}\n" for word in regions)
+        return
+    for index, word in enumerate(regions):
+        numbers = each_once(mesh.cell_numbers[mesh.triangle_regions == index]) + 1
+        yield f"*ELSET, ELSET={word}\n{listed(numbers, PER_LINE)}"
+    yield f"*ELSET, ELSET=EALL\n{listed(each_once(mesh.cell_numbers) + 1, PER_LINE)}"
+
+
+def _used(count: int, blocks: Iterable[Cells]) -> Booleans:
+    """Mask of the nodes, ``count`` in all, that cells have."""
+    used = np.zeros(count, bool)
+    for cells in blocks:
+        used[cells.nodes] = True
+    return used
 
 
 def _short(points: Floats) -> NDArray[np.object_]:

@@ -7,16 +7,25 @@ import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshfiles.groups import Fields, Group, facet_ids, group_names, plain_words, region_ids
+from bubblemesh.meshfiles.groups import (
+    CELL_KINDS,
+    Fields,
+    Group,
+    cell_ids,
+    facet_ids,
+    group_names,
+    plain_words,
+)
 from bubblemesh.meshfiles.text import lines, write_text
 from bubblemesh.meshfiles.write.gmsh import Block, msh_text
 
-LINE, TRIANGLE = 3, 5  # VTK's numbers of the kinds of cells, in SU2's files
+LINE, CELLS = 3, {3: 5, 4: 9}  # VTK's numbers of the kinds of cells, in SU2's files, by the number of nodes
+SOLIDS = {"triangle": "wedge", "quad": "hexahedron"}
 FRONT, BACK = "front", "back"
 
 
 def write_su2(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write triangles, nodes and one marker for each label; the format has no place for regions and fields.
+    """Write cells, nodes and one marker for each label; the format has no place for regions and fields.
 
     Labels of inner edges become markers too, for SU2's option ``MARKER_INTERNAL``.
     """
@@ -30,8 +39,9 @@ def marker_names(mesh: Mesh) -> dict[str, str]:
 
 def _su2_text(mesh: Mesh) -> Iterator[str]:
     words = marker_names(mesh)
-    yield f"NDIME= 2\nNELEM= {len(mesh.triangles)}\n"
-    yield from lines(f"{TRIANGLE} %d %d %d", mesh.triangles)
+    yield f"NDIME= 2\nNELEM= {sum(len(cells.nodes) for cells in mesh.cells)}\n"
+    for nodes, _ in mesh.cells:
+        yield from lines(f"{CELLS[nodes.shape[1]]}{' %d' * nodes.shape[1]}", nodes)
     yield f"NPOIN= {len(mesh.points)}\n"
     yield from lines("%r %r", mesh.points)
     yield f"NMARK= {len(mesh.labels)}\n"
@@ -47,23 +57,26 @@ def patch_names(mesh: Mesh) -> dict[str, str]:
 
 
 def write_openfoam(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write a layer of prisms from z = 0 in Gmsh's ASCII format 2.2, since meshes of OpenFOAM have volume.
+    """Write a layer of prisms, of quadrilaterals hexahedra, in Gmsh's ASCII format 2.2: OpenFOAM's meshes have volume.
 
-    Its height is the side of a square as large as the mean triangle. Labels become patches of quadrilaterals, regions
-    cell zones; the triangles at z = 0 are the patch ``back``, those above ``front``. Labelled points and the fields
-    have no place.
+    It begins at z = 0, and is as high as the side of a square as large as the mean triangle. Labels become patches of
+    quadrilaterals, regions cell zones; the cells at z = 0 are the patch ``back``, those above ``front``. Labelled
+    points and the fields have no place.
     """
     n, names, words = len(mesh.points), group_names(mesh), patch_names(mesh)
     groups = [(word, Group(names[name].id, names[name].dimension + 1)) for name, word in words.items()]
     front, back = len(names) + 1, len(names) + 2
     height = float(np.sqrt(signed_areas(mesh.points, mesh.triangles).mean()))
     points = np.vstack([np.pad(mesh.points, ((0, 0), (0, 1)), constant_values=z) for z in (0.0, height)])
-    below, above = mesh.triangles, mesh.triangles + n
-    all_of = np.ones(len(below), np.int64)
-    blocks = [
-        Block("quad", np.hstack([mesh.facets, mesh.facets[:, ::-1] + n]), facet_ids(mesh)),
-        Block("triangle", above, front * all_of),
-        Block("triangle", below[:, ::-1], back * all_of),
-        Block("wedge", np.hstack([below, above]), region_ids(mesh)),
+    kinds = [CELL_KINDS[cells.nodes.shape[1]] for cells in mesh.cells]
+    blocks = [Block("quad", np.hstack([mesh.facets, mesh.facets[:, ::-1] + n]), facet_ids(mesh))]
+    for number, move, turn in ((front, n, 1), (back, 0, -1)):
+        blocks += [
+            Block(kind, cells.nodes[:, ::turn] + move, np.full(len(cells.nodes), number))
+            for kind, cells in zip(kinds, mesh.cells, strict=True)
+        ]
+    blocks += [
+        Block(SOLIDS[kind], np.hstack([cells.nodes, cells.nodes + n]), cell_ids(mesh, cells))
+        for kind, cells in zip(kinds, mesh.cells, strict=True)
     ]
     write_text(path, msh_text(points, blocks, [*groups, (FRONT, Group(front, 2)), (BACK, Group(back, 2))]))

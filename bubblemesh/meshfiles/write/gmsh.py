@@ -13,9 +13,11 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshfiles.groups import (
+    CELL_KINDS,
+    FACET_KINDS,
     Fields,
     Group,
-    cell_kinds,
+    cell_ids,
     facet_ids,
     group_names,
     node_ids,
@@ -25,10 +27,11 @@ from bubblemesh.meshfiles.groups import (
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
 # Gmsh's numbers of the kinds of cells, by meshio's names.
-KINDS = {"line": 1, "triangle": 2, "quad": 3, "wedge": 6, "line3": 8, "triangle6": 9, "vertex": 15}
+KINDS = {"line": 1, "triangle": 2, "quad": 3, "hexahedron": 5, "wedge": 6, "line3": 8, "triangle6": 9, "quad9": 10}
+KINDS |= {"vertex": 15}
 
 Holders = Mapping[int, Sequence[int]]
-"""Parts, from 1, that hold a cell as a ghost, for each cell that is one."""
+"""Parts, from 1, that hold a cell as a ghost, for each cell that is one, by its number."""
 NO_HOLDERS: Holders = {}
 
 
@@ -48,7 +51,7 @@ Matching = tuple[int, tuple[int, int], Floats, Integers]
 
 
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write points, edges and triangles with their physical groups, binary, and which nodes of periodic sides match.
+    """Write points, edges and cells with their physical groups, binary, and which nodes of periodic sides match.
 
     All of them have the tag of their part if there is a partition, and no ghosts: readers take one number of tags for
     all cells of a kind. The format has no place for the fields.
@@ -76,7 +79,7 @@ def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def as_meshio(mesh: Mesh) -> Any:
-    """Return a `meshio.Mesh` of points, edges and triangles, with Gmsh's ids and names, and its periodic sides."""
+    """Return a `meshio.Mesh` of points, edges and cells, with Gmsh's ids and names, and its periodic sides."""
     import meshio
 
     blocks = _blocks(mesh)
@@ -91,7 +94,7 @@ def as_meshio(mesh: Mesh) -> Any:
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write what `write_msh` does as text; triangles have the tags of the parts that hold them as ghosts, too."""
+    """Write what `write_msh` does as text; cells have the tags of the parts that hold them as ghosts, too."""
     text = _plane_text(mesh, _blocks(mesh, halo=True), list(group_names(mesh).items()))
     write_text(path, chain(text, periodic_text(periodic_entities(mesh))))
 
@@ -160,16 +163,19 @@ def periodic_text(matches: Sequence[Matching], number: Callable[[float], str] = 
 
 
 def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
-    """Labelled points, facets and triangles, these with the parts that hold them as ghosts if the ``halo`` counts."""
-    line, triangle = cell_kinds(mesh)
+    """Labelled points, facets and cells, these with the parts that hold them as ghosts if the ``halo`` counts."""
     points, facets, triangles, holders = None, None, None, NO_HOLDERS
     if mesh.partition is not None:
         points, facets, triangles = cell_parts(mesh, mesh.partition)
-        holders = ghost_holders(mesh.partition) if halo else NO_HOLDERS
-    blocks = [
-        Block(line, mesh.facets, facet_ids(mesh), facets),
-        Block(triangle, mesh.triangles, region_ids(mesh), triangles, holders),
-    ]
+        holders = ghost_holders(mesh.partition, mesh.cell_numbers) if halo else NO_HOLDERS
+    blocks = [Block(FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh), facets)]
+    before = 0
+    for cells in mesh.cells:
+        count, width = cells.nodes.shape
+        mine = {cell - before: others for cell, others in holders.items() if before <= cell < before + count}
+        parts = None if triangles is None else triangles[cells.triangles[:, 0]]
+        blocks.append(Block(CELL_KINDS[width], cells.nodes, cell_ids(mesh, cells), parts, mine))
+        before += count
     if len(mesh.labelled_nodes):
         blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh), points))
     return blocks
@@ -185,11 +191,16 @@ def cell_parts(mesh: Mesh, partition: Partition) -> tuple[Integers, Integers, In
     return partition.node_owner[mesh.labelled_nodes] + 1, facets + 1, partition.owner + 1
 
 
-def ghost_holders(partition: Partition) -> Holders:
-    """Parts, from 1, that hold a triangle as a ghost, for each triangle that is one, in ascending order."""
+def ghost_holders(partition: Partition, numbers: Integers) -> Holders:
+    """Parts, from 1, that hold a cell as a ghost, for each cell that is one, in ascending order.
+
+    Triangles have the numbers (t,) of their cells: a cell is a ghost if one of its triangles is.
+    """
+    part, triangle = partition.ghosts.T
+    ghosts = np.column_stack([numbers[triangle], part])
     holders: dict[int, list[int]] = {}
-    for part, triangle in partition.ghosts[np.lexsort(partition.ghosts.T)].tolist():
-        holders.setdefault(triangle, []).append(part + 1)
+    for cell, part in np.unique(ghosts, axis=0).tolist():
+        holders.setdefault(cell, []).append(part + 1)
     return holders
 
 

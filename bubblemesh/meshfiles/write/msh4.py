@@ -11,7 +11,15 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshfiles.groups import Fields, cell_kinds, facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.groups import (
+    CELL_KINDS,
+    FACET_KINDS,
+    Fields,
+    facet_ids,
+    group_names,
+    node_ids,
+    region_ids,
+)
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 from bubblemesh.meshfiles.write.gmsh import (
     KINDS,
@@ -71,35 +79,41 @@ class CellBlock(NamedTuple):
 
 
 def write_msh4(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write points, edges and triangles with their groups, the partition with its ghosts, and matching nodes.
+    """Write points, edges and cells with their groups, the partition with its ghosts, and matching nodes.
 
     Nodes and cells have the numbers that they have in Gmsh's other formats. The format has no place for the fields.
     """
     whole = whole_layers(mesh)
     layers = whole if mesh.partition is None else divided_layers(mesh, mesh.partition, whole)
-    places, cells = by_places(layers, len(mesh.points)), [layer for layer in layers[::-1] if layer.kind is not None]
+    surfaces, *others = layers
+    cells = [*(layer for layer in others[::-1] if layer.kind is not None), *_by_kinds(mesh, surfaces)]
+    places, count = by_places(layers, len(mesh.points)), sum(len(layer.cells) for layer in cells)
     text = [
         entities_text(mesh, whole, layers, mesh.partition),
         nodes_text(len(places), len(mesh.points), ((place, k, mesh.points[k]) for place, k in places)),
-        elements_text(sum(len(layer.entities) for layer in cells), _cells_of(mesh), cell_blocks(cells)),
+        elements_text(sum(len(layer.entities) for layer in cells), count, cell_blocks(cells)),
         periodic_text(periodic_entities(mesh)),
     ]
     if mesh.partition is not None:
-        text.append(ghosts_text(mesh.partition, _cells_of(mesh) - len(mesh.triangles) + numbered(len(mesh.triangles))))
+        before = len(mesh.labelled_nodes) + len(mesh.facets)
+        text.append(ghosts_text(mesh.partition, before + 1 + mesh.cell_numbers))
     write_text(path, chain.from_iterable(text))
 
 
-def _cells_of(mesh: Mesh) -> int:
-    return len(mesh.labelled_nodes) + len(mesh.facets) + len(mesh.triangles)
+def _by_kinds(mesh: Mesh, surfaces: Layer) -> Iterator[Layer]:
+    """The layer of a mesh's triangles as layers of cells, one of each kind, with the entities that these are on."""
+    for nodes, triangles in mesh.cells:
+        present, index = np.unique(surfaces.index[triangles[:, 0]], return_inverse=True)
+        entities = tuple(surfaces.entities[k] for k in present.tolist())
+        yield Layer(CELL_KINDS[nodes.shape[1]], nodes, entities, index.ravel())
 
 
 def whole_layers(mesh: Mesh) -> list[Layer]:
     """Triangles, facets and labelled points; the entities of the first two have the numbers of their groups."""
-    line, triangle = cell_kinds(mesh)
     found = []
     for dimension, kind, cells, ids in (
-        (SURFACES, triangle, mesh.triangles, region_ids(mesh)),
-        (CURVES, line, mesh.facets, facet_ids(mesh)),
+        (SURFACES, CELL_KINDS[mesh.triangles.shape[1]], mesh.triangles, region_ids(mesh)),
+        (CURVES, FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh)),
     ):
         numbers, index = np.unique(ids, return_inverse=True)
         found.append(Layer(kind, cells, tuple(Entity(dimension, k, k) for k in numbers.tolist()), index))
@@ -239,10 +253,11 @@ def periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
 
 
 def ghosts_text(partition: Partition, numbers: Integers) -> Iterator[str]:
-    """Section of the triangles that are in halos; the triangles have numbers (t,) in the file."""
-    holders = ghost_holders(partition)
+    """Section of the cells that are in halos; those of the triangles have numbers (t,) in the file."""
+    holders, ghosts = ghost_holders(partition, numbers), partition.ghosts[:, 1]
+    owner = dict(zip(numbers[ghosts].tolist(), partition.owner[ghosts].tolist(), strict=True))
     yield f"$GhostElements\n{len(holders)}\n"
-    for triangle, parts in holders.items():
+    for number, parts in holders.items():
         told = " ".join(map(str, parts))
-        yield f"{numbers[triangle]} {partition.owner[triangle] + 1} {len(parts)} {told}\n"
+        yield f"{number} {owner[number] + 1} {len(parts)} {told}\n"
     yield "$EndGhostElements\n"

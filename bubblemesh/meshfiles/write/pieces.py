@@ -3,12 +3,14 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import meshio
 import numpy as np
+from numpy.typing import NDArray
 
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Integers, each_once
 from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
@@ -24,13 +26,18 @@ TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
 def write_pvtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write NAME.pvtu and a NAME_K.vtu for each part K, or for the whole mesh if it has no partition.
 
-    A piece has the triangles of its part, then those of its halo, and their nodes; numbers of both in the whole mesh
-    are ``GlobalNodeId`` and ``GlobalElementId``.
+    A piece has the cells of its part, then those of its halo, and their nodes; numbers of both in the whole mesh are
+    ``GlobalNodeId`` and ``GlobalElementId``.
     """
     partition = mesh.partition or Partition(mesh.triangles, np.zeros(len(mesh.triangles), np.int64), 1, GEOMETRY)
-    grid = _numbered(vtk_grid(mesh, fields), np.arange(len(mesh.points)), np.arange(len(mesh.triangles)))
-    own = np.split(np.argsort(partition.owner, kind="stable"), np.cumsum(partition.sizes)[:-1])
-    _write_pieces((_piece(grid, cells, partition, part) for part, cells in enumerate(own)), path)
+    cells = sum(len(each.nodes) for each in mesh.cells)
+    grid = _numbered(vtk_grid(mesh, fields), np.arange(len(mesh.points)), np.arange(cells))
+    triangle_of = np.concatenate([each.triangles[:, 0] for each in mesh.cells])
+    owner = partition.owner[triangle_of]
+    own = np.split(np.argsort(owner, kind="stable"), np.cumsum(np.bincount(owner, minlength=partition.count))[:-1])
+    halos = (each_once(mesh.cell_numbers[partition.halo(part)]) for part in range(partition.count))
+    pieces = zip(own, halos, strict=True)
+    _write_pieces((_piece(grid, *cells, partition, part) for part, cells in enumerate(pieces)), path)
 
 
 def write_sliced_pvtu(mesh: SlicedMesh, path: Path) -> None:
@@ -59,7 +66,7 @@ def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> 
         triangle_regions=np.concatenate([part.regions, border.mesh.triangle_regions[around]]),
         partition=partition,
     )
-    return _piece(_numbered(vtk_grid(local, fields), nodes, cells), own, partition, number)
+    return _piece(_numbered(vtk_grid(local, fields), nodes, cells), own, partition.halo(number), partition, number)
 
 
 def _around(border: Border, number: int) -> Integers:
@@ -82,20 +89,34 @@ def _write_pieces(pieces: Iterable[meshio.Mesh], path: Path) -> None:
 def _numbered(grid: meshio.Mesh, nodes: Integers, cells: Integers) -> meshio.Mesh:
     """The grid with numbers of its nodes and cells in the whole mesh, and room for marks on cells."""
     grid.point_data[GLOBAL_NODE] = nodes
-    grid.cell_data[GLOBAL_CELL] = [cells]
-    grid.cell_data[GHOSTS] = [np.zeros(len(cells), np.uint8)]
+    grid.cell_data[GLOBAL_CELL] = np.split(cells, np.cumsum([len(block.data) for block in grid.cells])[:-1])
+    grid.cell_data[GHOSTS] = [np.zeros(len(block.data), np.uint8) for block in grid.cells]
     return grid
 
 
-def _piece(grid: meshio.Mesh, own: Integers, partition: Partition, part: int) -> meshio.Mesh:
-    """The cells ``own`` (m,) of a part of a grid and those of its halo, with a mark on what is another part's."""
-    cells = np.concatenate([own, partition.halo(part)])
-    nodes, corners = np.unique(grid.cells[0].data[cells], return_inverse=True)
-    data = {name: [values[cells]] for name, (values,) in grid.cell_data.items()}
-    data[GHOSTS][0][len(own) :] = 1
+def _piece(grid: meshio.Mesh, own: Integers, halo: Integers, partition: Partition, part: int) -> meshio.Mesh:
+    """The cells ``own`` (m,) of a part of a grid and those of its ``halo`` (g,), with a mark on what is another part's.
+
+    Cells are given by their numbers in all blocks of the grid.
+    """
+    blocks: list[tuple[str, Integers]] = []
+    data: dict[str, list[NDArray[Any]]] = {name: [] for name in grid.cell_data}
+    before = 0
+    for k, block in enumerate(grid.cells):
+        mine, ghosts = (cells[(cells >= before) & (cells < before + len(block.data))] - before for cells in (own, halo))
+        before += len(block.data)
+        cells = np.concatenate([mine, ghosts])
+        if len(cells):
+            blocks.append((block.type, block.data[cells]))
+            for name, values in grid.cell_data.items():
+                data[name].append(values[k][cells])
+            data[GHOSTS][-1][len(mine) :] = 1
+    nodes = each_once(np.concatenate([cells.ravel() for _, cells in blocks]))
     nodal = {name: values[nodes] for name, values in grid.point_data.items()}
     nodal[GHOSTS] = (partition.node_owner[nodes] != part).astype(np.uint8)
-    return meshio.Mesh(grid.points[nodes], [(grid.cells[0].type, corners.reshape(len(cells), -1))], nodal, data)
+    return meshio.Mesh(
+        grid.points[nodes], [(kind, np.searchsorted(nodes, cells)) for kind, cells in blocks], nodal, data
+    )
 
 
 def _list_of(names: list[str], piece: meshio.Mesh) -> bytes:
@@ -105,7 +126,7 @@ def _list_of(names: list[str], piece: meshio.Mesh) -> bytes:
     nodal, cells = ET.SubElement(grid, "PPointData"), ET.SubElement(grid, "PCellData")
     for name, values in piece.point_data.items():
         ET.SubElement(nodal, "PDataArray", type=TYPES[values.dtype.kind], Name=name)
-    for name, (values,) in piece.cell_data.items():
+    for name, (values, *_) in piece.cell_data.items():
         ET.SubElement(cells, "PDataArray", type=TYPES[values.dtype.kind], Name=name)
     ET.SubElement(ET.SubElement(grid, "PPoints"), "PDataArray", type="Float64", NumberOfComponents="3")
     for name in names:

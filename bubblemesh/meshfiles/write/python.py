@@ -7,8 +7,8 @@ import numpy as np
 
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import (
+    CELL_KINDS,
     Fields,
-    cell_kinds,
     facet_ids,
     group_names,
     point_ids,
@@ -43,7 +43,7 @@ def write_skfem(mesh: Mesh, fields: Fields, path: Path) -> None:
             flags = np.zeros(len(mesh.triangles), np.int64)
             np.bitwise_or.at(flags, triangle[mine], 1 << side[mine])
             data[f"skfem:b:{words[name]}"] = [flags]
-    grid = meshio.Mesh(_in_space(mesh), [(cell_kinds(mesh)[1], mesh.triangles)], cell_data=data)
+    grid = meshio.Mesh(_in_space(mesh), [(CELL_KINDS[mesh.triangles.shape[1]], mesh.triangles)], cell_data=data)
     grid.write(path, file_format="vtu", binary=True, compression="zlib")
 
 
@@ -70,7 +70,7 @@ def write_sfepy(mesh: Mesh, fields: Fields, path: Path) -> None:
 
     grid = meshio.Mesh(
         _in_space(mesh),
-        [(cell_kinds(mesh)[1], mesh.triangles)],
+        [(CELL_KINDS[mesh.triangles.shape[1]], mesh.triangles)],
         {"node_groups": point_ids(mesh)},
         {"mat_id": [region_ids(mesh)]},
     )

@@ -1,4 +1,4 @@
-"""Formats of programs that show meshes, triangles only: VTK's grids, XML (vtu) and legacy (vtk), and Tecplot's text."""
+"""Formats of programs that show meshes, cells only: VTK's grids, XML (vtu) and legacy (vtk), and Tecplot's text."""
 
 from pathlib import Path
 from typing import Any
@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_kinds, region_ids
+from bubblemesh.meshfiles.groups import CELL_KINDS, NODE_OWNER, PARTITION, Fields, cell_ids, cell_values
 
 
 def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write the triangles, their region ids as ``material`` and the fields, compressed.
+    """Write the cells, their region ids as ``material`` and the fields, compressed.
 
-    With a partition there are the part of each triangle, ``partition``, and that of each node, ``owner``.
+    Fields of a quadrilateral are the means of its halves. With a partition there are the part of each cell,
+    ``partition``, and that of each node, ``owner``.
     """
     write_compressed(vtk_grid(mesh, fields), path)
 
@@ -41,14 +42,16 @@ def write_compressed(grid: Any, path: Path) -> None:
 
 
 def _grid(mesh: Mesh, fields: Fields, points: Floats, tag: type) -> Any:
-    """A `meshio.Mesh` of the triangles at points (n, 2) or (n, 3), with ``material`` and parts of the type ``tag``."""
+    """A `meshio.Mesh` of the cells at points (n, 2) or (n, 3), with ``material`` and parts of the type ``tag``."""
     import meshio
 
-    data = {"material": [region_ids(mesh).astype(tag)]} | {
-        name: [np.asarray(values, float)] for name, values in fields.items()
+    data: dict[str, list[NDArray[Any]]] = {"material": [cell_ids(mesh, cells).astype(tag) for cells in mesh.cells]} | {
+        name: [cell_values(values, cells) for cells in mesh.cells] for name, values in fields.items()
     }
     nodal: dict[str, NDArray[Any]] = {}
     if mesh.partition is not None:
-        data[PARTITION] = [mesh.partition.owner.astype(tag)]
+        owner: NDArray[Any] = mesh.partition.owner.astype(tag)
+        data[PARTITION] = [owner[cells.triangles[:, 0]] for cells in mesh.cells]
         nodal[NODE_OWNER] = mesh.partition.node_owner.astype(tag)
-    return meshio.Mesh(points, [(cell_kinds(mesh)[1], mesh.triangles)], nodal, data)
+    blocks = [(CELL_KINDS[cells.nodes.shape[1]], cells.nodes) for cells in mesh.cells]
+    return meshio.Mesh(points, blocks, nodal, data)

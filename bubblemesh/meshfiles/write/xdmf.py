@@ -1,8 +1,8 @@
-"""XDMF, one cell type in each file as FEniCSx wants it, the numbers in HDF5 files or inline."""
+"""XDMF, cells and facets in two files as FEniCSx wants it, the numbers in HDF5 files or inline."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from io import RawIOBase
 from pathlib import Path
 from typing import Any
@@ -15,27 +15,53 @@ from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
-from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, facet_ids, group_names, region_ids
+from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_ids, cell_values, facet_ids, group_names
 
 _Data = Mapping[str, NDArray[Any]]
 _Store = Callable[[NDArray[Any]], tuple[str, str]]
 """Keeps an array and returns the format and the text by which the XML refers to it."""
 
-_TRIANGLE = {1: "Triangle", 2: "Triangle_6"}
-_EDGE = {1: "Polyline", 2: "Edge_3"}
+# Kinds of facets and cells by the number of their nodes; the number of a kind in a list of several ones.
+_EDGES = {2: "Polyline", 3: "Edge_3"}
+_CELLS = {3: "Triangle", 6: "Triangle_6", 4: "Quadrilateral", 9: "Quadrilateral_9"}
+_NUMBERS = {3: 0x4, 6: 0x24, 4: 0x5, 9: 0x23}
 _DATA_TYPES = {"f": "Float", "i": "Int"}
 
 
-def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write NAME.xdmf with the triangles and NAME_facets.xdmf with the boundary edges, each with its .h5 file.
+@dataclass(frozen=True)
+class _Topology:
+    """Cells of one kind (m, k), or of several ones in a list with the number of its kind before each; and how many."""
 
-    The tags are ``material`` and ``label``. Both files hold all points, so that the numbers of the nodes agree. With a
-    partition the first has the part of each triangle, ``partition``, and that of each node, ``owner``. A colon in the
-    file's name, which separates file and data set in XDMF, is a CaseError.
+    kind: str
+    cells: Integers
+    count: int
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "_Topology":
+        """Topology of the cells of a mesh."""
+        blocks = [cells.nodes for cells in mesh.cells]
+        if len(blocks) == 1:
+            return cls(_CELLS[blocks[0].shape[1]], blocks[0], len(blocks[0]))
+        mixed = [np.insert(nodes, 0, _NUMBERS[nodes.shape[1]], axis=1).ravel() for nodes in blocks]
+        return cls("Mixed", np.concatenate(mixed), sum(map(len, blocks)))
+
+    @classmethod
+    def of_facets(cls, facets: Integers) -> "_Topology":
+        """Topology of facets (f, 2) or (f, 3)."""
+        return cls(_EDGES[facets.shape[1]], facets, len(facets))
+
+
+def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
+    """Write NAME.xdmf with the cells and NAME_facets.xdmf with the boundary edges, each with its .h5 file.
+
+    The tags are ``material`` and ``label``. Fields of a quadrilateral are the means of its halves. Both files hold all
+    points, so that the numbers of the nodes agree. With a partition the first has the part of each cell,
+    ``partition``, and that of each node, ``owner``. A colon in the file's name, which separates file and data set in
+    XDMF, is a CaseError.
     """
     _require_name(path)
-    _write_pair(path, mesh, _TRIANGLE[mesh.order], mesh.triangles, _triangle_data(mesh, fields), _nodal_data(mesh))
-    _write_pair(_beside(path), mesh, _EDGE[mesh.order], mesh.facets, _facet_data(mesh), {})
+    _write_pair(path, mesh, _Topology.of(mesh), _cell_data(mesh, fields), _nodal_data(mesh))
+    _write_pair(_beside(path), mesh, _Topology.of_facets(mesh.facets), _facet_data(mesh), {})
 
 
 def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
@@ -47,8 +73,8 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
     labels = _facet_data(frame)
     cells = _unwritten((mesh.triangles, 3), np.int64)
     with (
-        _columns(path, frame, _TRIANGLE[1], cells, data) as (points, triangles, materials, *fields),
-        _columns(_beside(path), frame, _EDGE[1], frame.facets, labels) as (same_points, facets, ids),
+        _columns(path, frame, _Topology(_CELLS[3], cells, len(cells)), data) as (points, triangles, materials, *fields),
+        _columns(_beside(path), frame, _Topology.of_facets(frame.facets), labels) as (same_points, facets, ids),
     ):
         facets[:], ids[:] = frame.facets, labels["label"]
         points[: len(mesh.frame.points)] = same_points[: len(mesh.frame.points)] = mesh.frame.points
@@ -63,7 +89,7 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
 
 
 @contextmanager
-def _columns(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data) -> Iterator[list[Any]]:
+def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> Iterator[list[Any]]:
     """Data sets for points, cells and data of the shapes of these arrays, to be filled; with the XML beside them."""
     import h5py
 
@@ -77,7 +103,7 @@ def _columns(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data
                 file.create_dataset(name, array.shape, array.dtype)
                 return "HDF", f"{heavy.name}:/{name}"
 
-            tree = _grid(mesh, topology, cells, data, {}, store)
+            tree = _grid(mesh, topology, data, {}, store)
             yield [file[f"data{k}"] for k in range(len(file))]
         if sink.error is not None:
             raise sink.error
@@ -122,9 +148,8 @@ def _unwritten(shape: tuple[int, ...], kind: type = np.float64) -> NDArray[Any]:
 
 
 def write_inline_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write one file with the triangles and the numbers as text, without the boundary edges."""
-    data, nodal = _triangle_data(mesh, fields), _nodal_data(mesh)
-    _grid(mesh, _TRIANGLE[mesh.order], mesh.triangles, data, nodal, _inline).write(path)
+    """Write one file with the cells and the numbers as text, without the boundary edges."""
+    _grid(mesh, _Topology.of(mesh), _cell_data(mesh, fields), _nodal_data(mesh), _inline).write(path)
 
 
 def _require_name(path: Path) -> None:
@@ -140,17 +165,22 @@ def _facet_data(mesh: Mesh) -> _Data:
     return {"label": facet_ids(mesh).astype(np.int32)}
 
 
-def _triangle_data(mesh: Mesh, fields: Fields) -> _Data:
+def _cell_data(mesh: Mesh, fields: Fields) -> _Data:
     # The tags come first, since dolfinx reads the first attribute unless told otherwise; it reads them as int32.
-    parts = {} if mesh.partition is None else {PARTITION: mesh.partition.owner.astype(np.int32)}
-    return {"material": region_ids(mesh).astype(np.int32), **fields, **parts}
+    data = {"material": np.concatenate([cell_ids(mesh, cells) for cells in mesh.cells]).astype(np.int32)}
+    for name, values in fields.items():
+        data[name] = np.concatenate([cell_values(values, cells) for cells in mesh.cells])
+    if mesh.partition is not None:
+        first = np.concatenate([cells.triangles[:, 0] for cells in mesh.cells])
+        data[PARTITION] = mesh.partition.owner[first].astype(np.int32)
+    return data
 
 
 def _nodal_data(mesh: Mesh) -> _Data:
     return {} if mesh.partition is None else {NODE_OWNER: mesh.partition.node_owner.astype(np.int32)}
 
 
-def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _Data, nodal: _Data) -> None:
+def _write_pair(path: Path, mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data) -> None:
     import h5py
 
     heavy = path.with_suffix(".h5")
@@ -163,7 +193,7 @@ def _write_pair(path: Path, mesh: Mesh, topology: str, cells: Integers, data: _D
             file.create_dataset(name, data=array, compression="gzip", compression_opts=4).flush()
             return "HDF", f"{heavy.name}:/{name}"
 
-        tree = _grid(mesh, topology, cells, data, nodal, store)
+        tree = _grid(mesh, topology, data, nodal, store)
         file.flush()
         heavy.write_bytes(file.id.get_file_image())
     tree.write(path)
@@ -174,17 +204,16 @@ def _inline(array: NDArray[Any]) -> tuple[str, str]:
     return "XML", "\n" + "\n".join(" ".join(map(repr, row)) for row in rows) + "\n"
 
 
-def _grid(
-    mesh: Mesh, topology: str, cells: Integers, data: _Data, nodal: _Data, store: _Store
-) -> "ET.ElementTree[ET.Element]":
+def _grid(mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data, store: _Store) -> "ET.ElementTree[ET.Element]":
     root = ET.Element("Xdmf", Version="3.0")
     grid = ET.SubElement(ET.SubElement(root, "Domain"), "Grid", Name="Grid", GridType="Uniform")
     _add_names(grid, mesh)
     geometry = ET.SubElement(grid, "Geometry", GeometryType="XY")
     _add_item(geometry, mesh.points, store)
-    count, width = cells.shape
-    shape = {"TopologyType": topology, "NumberOfElements": str(count), "NodesPerElement": str(width)}
-    _add_item(ET.SubElement(grid, "Topology", shape), cells.astype(np.int64), store)
+    shape = {"TopologyType": topology.kind, "NumberOfElements": str(topology.count)}
+    if topology.cells.ndim == 2:
+        shape["NodesPerElement"] = str(topology.cells.shape[1])
+    _add_item(ET.SubElement(grid, "Topology", shape), topology.cells.astype(np.int64), store)
     for center, arrays in (("Cell", data), ("Node", nodal)):
         for name, values in arrays.items():
             attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center=center)
