@@ -45,10 +45,21 @@ def quadrilaterals(triangles: Integers, quads: Integers) -> Integers:
 
 def _from_apex(mine: Integers, other: Integers) -> Integers:
     """Triangles (q, 3) or (q, 6) whose nodes begin with the first corner that the other triangle (q, 3) has not."""
-    shared = (mine[:, :3, None] == other[:, None, :3]).any(axis=2)
-    turn = (np.argmin(shared, axis=1)[:, None] + [0, 1, 2]) % 3
+    turn: Integers = (_apex(mine, other)[:, None] + np.arange(3)) % 3
     columns = np.hstack([turn, turn + 3])[:, : mine.shape[1]]
     return np.take_along_axis(mine, columns, axis=1)
+
+
+def _apex(mine: Integers, other: Integers) -> Integers:
+    """Number (q,) of the first corner of each triangle that the other one has not."""
+    shared = (mine[:, :3, None] == other[:, None, :3]).any(axis=2)
+    return np.argmin(shared, axis=1)
+
+
+def diagonals(triangles: Integers, quads: Integers) -> Integers:
+    """Number (q, 2) of the side of each half that is the diagonal: side k goes from corner k to corner k + 1."""
+    first, second = triangles[quads[:, 0]], triangles[quads[:, 1]]
+    return (np.column_stack([_apex(first, second), _apex(second, first)]) + 1) % 3
 
 
 def require_pairs(triangles: Integers, quads: Integers) -> None:

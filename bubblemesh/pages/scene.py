@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quads import diagonals
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.pages.markup import Markup, html, tag
 from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
@@ -57,12 +58,18 @@ class Scene:
             json_block("head", self._head(origin, extent, largest)),
             array_block("points", fixed_point(mesh.points - origin, 0, extent)),
             array_block("triangles", relative(self.corners)),
+            array_block("diagonals", self._diagonals()),
             array_block("quality", fixed_point(self.quality.values, 0, 1, np.uint16)),
             array_block("size", fixed_point(np.asarray(self.size.norm(self.size.values)), 0, 1, np.uint8)),
             array_block("ratio", fixed_point(self.ratio.values, 0, largest, np.uint16)),
             array_block("region", mesh.triangle_regions.astype(np.uint16)),
             array_block("facets", mesh.facets[order, :2].astype(np.uint32)),
         )
+
+    def _diagonals(self) -> NDArray[np.uint32]:
+        """Sides (2 q,) of triangles that are diagonals of quadrilaterals: three times the triangle, and its side."""
+        quads = self.mesh.quads
+        return (3 * quads + diagonals(self.corners, quads)).ravel().astype(np.uint32)
 
     def _head(self, origin: Floats, extent: float, largest_ratio: float) -> dict[str, Any]:
         mesh = self.mesh
@@ -110,7 +117,7 @@ def array_block(name: str, columns: NDArray[Any]) -> Markup:
     Bytes of the same rank resemble each other, so that they are compressed to far less when they stand together.
     """
     flat = np.ascontiguousarray(columns.T).reshape(-1)
-    planes = flat.astype(flat.dtype.newbyteorder("<")).view(np.uint8).reshape(len(flat), -1).T
+    planes = flat.astype(flat.dtype.newbyteorder("<")).view(np.uint8).reshape(-1, flat.dtype.itemsize).T
     text = base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
     return tag("script", Markup(text), type="text/plain", id=name, data_width=flat.dtype.itemsize)
 

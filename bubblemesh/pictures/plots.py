@@ -213,15 +213,17 @@ def _add_triangles(
     corners: Any = mesh.points[mesh.triangles[shown, :3]]
     seen = len(corners) < MANY and edge * axes.figure.dpi >= FEWEST_PIXELS
     visible = seen if options.edges is None else options.edges
+    width = float(np.clip(EDGE_SHARE * points, *style.edges))
     if visible:
-        width = float(np.clip(EDGE_SHARE * points, *style.edges))
-        triangles = PolyCollection(corners, edgecolors=INK, linewidths=width)
+        triangles = PolyCollection(corners, edgecolors="face" if len(mesh.quads) else INK, linewidths=width)
     elif len(corners) >= MANY:  # faces without soft rims leave no hairlines between them
         triangles = PolyCollection(corners, edgecolors="none", antialiaseds=False)
     else:  # edges of the faces' own colour close the hairlines between them
         triangles = PolyCollection(corners, edgecolors="face", linewidths=0.1)
     triangles.set_rasterized(len(corners) > style.most_vectors)
     axes.add_collection(triangles)
+    if visible and len(mesh.quads):  # upon the triangles, since the diagonals of quadrilaterals are no edges
+        _add_cell_edges(axes, mesh, shown, width, rasterized=len(corners) > style.most_vectors)
     if colouring is None:
         triangles.set_facecolor(BARE)
         if not visible and len(corners) < MANY:
@@ -234,6 +236,16 @@ def _add_triangles(
         size = float(np.clip(NODE_SHARE * points, 0.4, 4))
         axes.plot(x, y, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=len(x) > style.most_vectors)
     return triangles
+
+
+def _add_cell_edges(axes: Axes, mesh: Mesh, shown: Booleans, width: float, *, rasterized: bool) -> None:
+    """Draw the outlines of the cells of which a triangle is shown."""
+    for nodes, triangles in mesh.cells:
+        sides = 2 + triangles.shape[1]
+        outlines: Any = mesh.points[nodes[shown[triangles].any(axis=1), :sides]]
+        edges = PolyCollection(outlines, facecolors="none", edgecolors=INK, linewidths=width)
+        edges.set_rasterized(rasterized)
+        axes.add_collection(edges)
 
 
 def _arrange(axes: Axes, box: View, options: PlotOptions) -> None:

@@ -398,10 +398,10 @@ def test_quality_refuses_what_it_cannot_measure(points, cells, part, tmp_path):
 
 def test_quality_tells_what_it_leaves_out_and_counts_used_nodes_only(tmp_path):
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [9, 9, 0]], float)
-    cells = [("triangle", [[0, 1, 2]]), ("quad", [[0, 1, 3, 2]])]
+    cells = [("triangle", [[0, 1, 2]]), ("tetra", [[0, 1, 3, 2]])]
     meshio.Mesh(points, cells).write(tmp_path / "mesh.vtk", file_format="vtk42")
     process = bubblemesh("quality", "mesh.vtk", "--json", folder=tmp_path)
-    assert "quad" in process.stderr.decode()
+    assert "tetra" in process.stderr.decode()
     assert json.loads(process.stdout)["nodes"] == 3
 
 

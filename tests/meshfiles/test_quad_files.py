@@ -120,6 +120,18 @@ def test_gmsh_reads_the_cells(gmsh, form, order, tmp_path):
         assert same(np.array([place[node] for node in found]).reshape(nodes.shape), nodes)
 
 
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("form", ["msh", "msh-ascii"])
+def test_mfem_reads_the_cells_and_their_area(form, order, tmp_path):
+    mfem = pytest.importorskip("mfem.ser")
+    flat = mixed()
+    read = mfem.Mesh(str(written(of_order(flat, order), tmp_path, form)))
+    areas = [read.GetElementVolume(k) for k in range(read.GetNE())]
+    assert len(areas) == sum(len(cells.nodes) for cells in flat.cells)
+    assert min(areas) > 0
+    assert sum(areas) == pytest.approx(signed_areas(flat.points, flat.triangles).sum(), rel=1e-12)
+
+
 @pytest.mark.parametrize("form", OTHERS)
 def test_other_formats_get_the_triangles(form, tmp_path):
     mesh = mixed()

@@ -87,6 +87,9 @@ def test_the_page_shows_every_solver_and_format():
         rows = re.findall(rf"^\| (`.*?) \|.*?\| {order} \|", PAGE, flags=re.MULTILINE)
         found = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
         assert found == {name for name, form in FORMATS.items() if (2 in form.orders) == (order == "yes")}
+    rows = re.findall(r"^\| (`.*?) \|.*?\| (?:yes|no) \| (.*?) \|", PAGE, flags=re.MULTILINE)
+    found = {name for row, quads in rows if quads not in ("-", "as triangles") for name in re.findall(r"`(.*?)`", row)}
+    assert found == {name for name, form in FORMATS.items() if form.quads}
 
 
 def test_parts_on_the_page(tmp_path):

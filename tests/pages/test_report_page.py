@@ -8,12 +8,13 @@ import zlib
 
 import numpy as np
 import pytest
+from quadrilaterals import mixed
 from report_pages import CASE, FILES, NASTY, Elements, page_of
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.pages.scene import fixed_point, relative
+from bubblemesh.pages.scene import Scene, fixed_point, relative
 from bubblemesh.pictures.colouring import MeshData, colouring_of
 
 
@@ -51,6 +52,17 @@ def test_the_page_holds_the_mesh(page, result):
     for region in head["regions"]:
         assert mesh.regions[mesh.triangle_regions[region["at"]]] == region["name"]
     assert head["points"] == [{"name": "well", "node": int(mesh.labelled_nodes[0])}]
+
+
+def test_diagonals_of_quadrilaterals_are_told():
+    mesh = mixed()
+    scene = Scene.of(mesh, {"target_spacing": np.full(len(mesh.triangles), 0.3)}, 10)
+    triangle, side = np.divmod(integers(str(scene.blocks()), "diagonals"), 3)
+    assert np.array_equal(triangle.reshape(-1, 2), mesh.quads)
+    ends = np.sort([mesh.triangles[triangle, side], mesh.triangles[triangle, (side + 1) % 3]], axis=0)
+    assert np.array_equal(ends[:, ::2], ends[:, 1::2])
+    plain = Scene.of(mesh.in_triangles(), {"target_spacing": np.full(len(mesh.triangles), 0.3)}, 10)
+    assert len(integers(str(plain.blocks()), "diagonals")) == 0
 
 
 def test_triangles_of_any_order_of_nodes_survive_the_packing():
@@ -100,7 +112,7 @@ def test_names_with_markup_are_text_in_every_part_of_the_page(result):
     parameters = {**result.report["parameters"], "name": NASTY[0]}
     page = page_of(result, mesh, case=NASTY[0], warnings=[NASTY[0], NASTY[4]], parameters=parameters, method=NASTY[1])
     elements = Elements(page)
-    assert len(elements.named("script")) == 9
+    assert len(elements.named("script")) == 10
     assert not [e for e in elements.found if any(key.startswith("on") for key in e[1])]
     assert elements.named("title")[0][2].strip() == f"{NASTY[0]} - bubblemesh report"
     assert elements.named("h1")[0][2].strip() == NASTY[0]

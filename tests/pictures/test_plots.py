@@ -12,6 +12,7 @@ import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
+from quadrilaterals import mixed
 from squares import holed_square
 from typer.testing import CliRunner
 
@@ -55,6 +56,20 @@ def png_size(path):
 def triangles_of(figure):
     (found,) = [artist for artist in figure.axes[0].collections if isinstance(artist, PolyCollection)]
     return found
+
+
+def test_diagonals_of_quadrilaterals_are_not_drawn():
+    mesh = mixed()
+    figure = mesh_figure(mesh, PlotOptions(color="quality"))
+    drawn = [artist for artist in figure.axes[0].collections if isinstance(artist, PolyCollection)]
+    assert len(drawn) == 3
+    assert len(drawn[0].get_paths()) == len(mesh.triangles)
+    for artist, (nodes, _) in zip(drawn[1:], mesh.cells, strict=True):
+        assert len(artist.get_facecolor()) == 0
+        corners = [path.vertices[:-1] for path in artist.get_paths()]
+        assert np.array_equal(corners, mesh.points[nodes])
+    bare = mesh_figure(mesh, PlotOptions(color="quality", edges=False))
+    assert len(triangles_of(bare).get_paths()) == len(mesh.triangles)
 
 
 def lines_of(figure):

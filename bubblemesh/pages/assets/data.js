@@ -38,9 +38,11 @@ function scaled(values, low, high, largest) {
 }
 
 async function readMesh() {
-  const [points, columns, quality, size, ratio, region, facets] = await Promise.all(
-    ["points", "triangles", "quality", "size", "ratio", "region", "facets"].map(unsignedIntegers),
+  const [points, columns, diagonals, quality, size, ratio, region, facets] = await Promise.all(
+    ["points", "triangles", "diagonals", "quality", "size", "ratio", "region", "facets"].map(unsignedIntegers),
   );
+  const inQuadrilateral = new Uint8Array(columns.length); // 1 for sides of triangles that are no edges of cells
+  for (const side of diagonals) inQuadrilateral[side] = 1;
   const nodes = points.length / 2;
   // Coordinates are counted from the lower left corner: far from the origin they would lose digits on the screen.
   const along = scaled(points, 0, head.extent, 2 ** 32 - 1);
@@ -50,6 +52,7 @@ async function readMesh() {
     x: along.subarray(0, nodes),
     y: along.subarray(nodes),
     corners: absolute(columns),
+    inQuadrilateral,
     quality: scaled(quality, 0, 1, 2 ** 16 - 1),
     size: scaled(size, 0, 1, 2 ** 8 - 1), // share of the scale of colours, which may be logarithmic
     ratio: scaled(ratio, 0, head.largestRatio, 2 ** 16 - 1),

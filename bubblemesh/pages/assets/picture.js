@@ -67,7 +67,7 @@ class Picture {
       for (let side = 0; side < 3; side++) {
         const i = mesh.corners[at + side];
         const j = mesh.corners[at + ((side + 1) % 3)];
-        if (i > j) continue;
+        if (i > j || mesh.inQuadrilateral[at + side]) continue;
         context.moveTo(sx[i] / this.ratio, sy[i] / this.ratio);
         context.lineTo(sx[j] / this.ratio, sy[j] / this.ratio);
       }
