@@ -161,7 +161,7 @@ FORMATS: Mapping[str, Format] = {
     "skfem": Format(
         (".vtu",), "write.python.write_skfem", "write.python.skfem_names", BOTH, points=False, solvers=("scikit-fem",)
     ),
-    "ngsolve": Format((".msh",), "write.gmsh.write_words", "groups.plain_words", solvers=("ngsolve",)),
+    "ngsolve": Format((".msh",), "write.gmsh.write_words", "groups.plain_words", quads=True, solvers=("ngsolve",)),
     "dealii": Format((".msh",), "write.gmsh.write_boundary", _AS_THEY_ARE, points=False, solvers=("dealii",)),
     "sfepy": Format((".vtk",), "write.python.write_sfepy", None, solvers=("sfepy",)),
 }

@@ -19,7 +19,9 @@ from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, region_ids
 from bubblemesh.meshfiles.read import read_field, read_mesh, read_triangles
+from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.other import PLANE_ELEMENTS
+from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.whole import whole_mesh
 
 HOLDING = [(name, order) for name, form in FORMATS.items() if form.quads for order in form.orders]
@@ -301,6 +303,26 @@ def test_quadrilaterals_with_nodes_of_their_own_are_joined(tmp_path):
     found = read_mesh(path).mesh
     assert len(found.points) == len(mesh.points)
     assert cells_by_places(dataclasses.replace(found, regions=("domain",))).keys() == cells_by_places(mesh).keys()
+
+
+@pytest.mark.parametrize("upside_down", [False, True])
+@pytest.mark.parametrize(("wedge", "hexahedron"), [("wedge", "hexahedron"), ("wedge15", "hexahedron20")])
+def test_a_layer_of_solids_is_its_lower_side(wedge, hexahedron, upside_down):
+    """As CalculiX makes of plane elements, with nodes on edges after the corners."""
+    mesh = mixed()
+    n = len(mesh.points)
+    points = np.vstack([np.pad(mesh.points, ((0, 0), (0, 1)), constant_values=z) for z in (-0.5, 0.5)])
+    blocks = []
+    for kind, (nodes, _) in zip((wedge, hexahedron), mesh.cells, strict=True):
+        sides = [nodes + n, nodes] if upside_down else [nodes, nodes + n]
+        more = {"wedge15": 9, "hexahedron20": 12}.get(kind, 0)
+        blocks.append(Block(kind, np.hstack([*sides, np.full((len(nodes), more), 2 * n - 1)])))
+    found = flattened(Source(points, blocks, {}, {"material": [np.full(len(block.data), 7) for block in blocks]}))
+    assert [block.type for block in found.cells] == ["triangle", "quad"]
+    for block, (nodes, _) in zip(found.cells, mesh.cells, strict=True):
+        np.testing.assert_array_equal(block.data, nodes)
+    tilted = dataclasses.replace(found, points=points + 0.1 * points[:, :1] * [0, 0, 1], cells=blocks)
+    assert flattened(tilted) is tilted
 
 
 def test_fields_on_quadrilaterals_are_cut_as_before(tmp_path):
