@@ -63,6 +63,11 @@ def largest_of_rows(table: Floats) -> Floats:
     return reduce(np.maximum, table.T)
 
 
+def any_of_rows(table: Booleans) -> Booleans:
+    """Whether any (n,) of each row of a table (n, k) of few columns is true: much faster than NumPy's ``any``."""
+    return reduce(np.logical_or, table.T)
+
+
 def gathered(points: Floats, which: Integers) -> Floats:
     """Points (m, k, 2) of rows of numbers (m, k) as ``points[which]`` gives them, but in memory column after column.
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.meshes.quality import REGULAR_VALENCE, WORST, Measures, edge_ratios, worst_triangles
 
 QUALITY_BINS = 10_000  # of radius ratios, from 0 to 1
@@ -88,7 +88,7 @@ class Census(NamedTuple):
         points, edges = measures.points, measures.edges[0][own_edges]
         ratios = edge_ratios(points, edges, spacing_between(points[edges]))
         worst = worst_triangles(measures, WORST)
-        used = points[np.unique(measures.triangles)]
+        used = points[each_once(measures.triangles.ravel())]
         return cls(
             triangles=len(measures.triangles),
             area=float(measures.signed_areas.sum()),

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pythoncdt as cdt
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.kernels.enclosing import enclosed
 from bubblemesh.kernels.linking import in_order
@@ -53,13 +53,17 @@ def sorted_triangles(triangles: Integers) -> Integers:
 def regions(triangles: Integers, facets: Integers, left: Integers, right: Integers) -> Integers:
     """Region (t,) of each counter-clockwise triangle: what lies between the facets is all of one region.
 
-    The facets (e, 2) are edges of triangles, with the regions ``left`` and ``right`` (e,) on either side.
+    The facets (e, 2) are edges of triangles, with the regions ``left`` and ``right`` (e,) on either side, -1 outside.
     """
+    inside = each_once(np.concatenate([left, right]))
+    inside = inside[inside >= 0]
+    if len(inside) == 1:
+        return np.full(len(triangles), inside[0])
+    if len(triangles) == 0:
+        return np.zeros(0, np.int64)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    if len(triangles) == 0:
-        return np.zeros(0, np.int64)
     t, table = len(triangles), SideTable.of(triangles, int(triangles.max()) + 1)
     walls = [table.find(pairs) for pairs in (facets, facets[:, ::-1])]
     other = table.opposite()

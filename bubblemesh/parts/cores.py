@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, ShortIntegers
+from bubblemesh.arrays import Floats, Integers, ShortIntegers, any_of_rows
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.conformity import require_piece
-from bubblemesh.meshes.edges import directed_sides, edge_keys
+from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.methods import Method
@@ -83,7 +83,7 @@ def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) 
     bubbles, triangles = net.bubbles, net.triangles
     on_cuts = bubbles.corners + np.flatnonzero(places.on_cut[bubbles.piece])
     moving = near(net, np.append(places.ends, on_cuts), SEAM + BEYOND) | near(net, places.ends, JUNCTION + BEYOND)
-    in_band = moving[triangles].any(axis=1)
+    in_band = any_of_rows(moving[triangles])
     shared = np.arange(n) < bubbles.boundary_count
     shared[triangles[in_band]] = True
     order = np.concatenate([np.flatnonzero(shared), np.flatnonzero(~shared)])
@@ -93,7 +93,8 @@ def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) 
     near_cuts, rest = (sorted_triangles(number[triangles[mine]]) for mine in (in_band, ~in_band))
     region = regions(np.concatenate([near_cuts, rest]), facets, places.left[piece], places.right[piece])
     sides = directed_sides(near_cuts)
-    at_rim = np.flatnonzero(np.isin(edge_keys(sides, n), edge_keys(directed_sides(rest)[:, ::-1], n)))
+    open_ = np.sort(one_sided(sides, n))
+    at_rim = open_[~np.isin(edge_keys(sides[open_], n), edge_keys(facets[~net.two_sided], n))]
     rim, rim_region = sides[at_rim], region[at_rim % max(len(near_cuts), 1)]
     band = Band(x[:count], bubbles.corners, bubbles.piece, bubbles.s, near_cuts, rim, rim_region)
     own, valence = np.arange(n) >= count, np.zeros(n, np.int64)
@@ -102,7 +103,8 @@ def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) 
         measures = Measures(x, rest)
         edges = measures.edges[0]
         require_piece(measures, facets, rim, own)
-        mine = ~np.isin(edge_keys(edges, n), edge_keys(np.sort(rim, axis=1), n))
+        mine = np.ones(len(edges), bool)
+        mine[find_keys(edge_keys(edges, n), edge_keys(np.sort(rim, axis=1), n))] = False
         valence = np.bincount(edges[mine].ravel(), minlength=n)
         census = Census.of(measures, wanted.between, mine, own, valence)
         quality, target = measures.radius_ratios, wanted.between(x[rest])

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, components
+from bubblemesh.arrays import Booleans, Floats, Integers, any_of_rows, components
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
@@ -37,7 +37,7 @@ def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
     marked = np.zeros(len(net.bubbles), bool)
     marked[bubbles] = True
     for _ in range(rings):
-        marked[net.triangles[marked[net.triangles].any(axis=1)]] = True
+        marked[net.triangles[any_of_rows(marked[net.triangles])]] = True
     return marked
 
 
@@ -45,7 +45,7 @@ def strips(net: Net, free: Booleans) -> Iterator[Strip]:
     """Strips, apart from each other, in which the bubbles that are ``free`` (n,) may move."""
     n = len(net.bubbles)
     free = free & (np.arange(n) >= net.bubbles.boundary_count)
-    sides = directed_sides(net.triangles[free[net.triangles].any(axis=1)])
+    sides = directed_sides(net.triangles[any_of_rows(free[net.triangles])])
     rank, group = np.cumsum(free) - 1, np.full(n, -1)
     group[free] = components(rank[sides[free[sides].all(axis=1)]], int(free.sum()))
     # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
