@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
@@ -17,6 +17,8 @@ from bubblemesh.spacing.spacing import Spacing
 SAMPLES = 5e4  # leaves, about, whose work is divided
 COARSEST = 1.0  # spacings: the least side of a leaf
 DIRECTIONS = 12
+ANGLES = tuple(np.pi * k / DIRECTIONS for k in range(DIRECTIONS))
+ORIGIN = 0.0, 0.0  # from which heights are measured
 SHIFTS = np.linspace(-0.06, 0.06, 7)  # of the work: how far a cut may be from an even division
 LOOKED_AT = 16  # cuts of those that cross the fewest bubbles
 POINTS = 200  # on a cut, at which the spacing is taken
@@ -78,8 +80,15 @@ class _Piece:
     """What is left to cut: leaves, within a convex polygon (k, 2), into so many cells."""
 
     samples: Leaves
+    orders: tuple[Integers, ...]  # of the leaves, for each direction: from the left on
     polygon: Floats
     cells: int
+
+    def part(self, mine: Booleans, polygon: Floats, cells: int) -> "_Piece":
+        """The piece with some of the leaves (n,)."""
+        number = np.cumsum(mine) - 1
+        orders = tuple(number[order[mine[order]]] for order in self.orders)
+        return _Piece(Leaves(*(column[mine] for column in self.samples)), orders, polygon, cells)
 
 
 class _Choice(NamedTuple):
@@ -108,7 +117,9 @@ class _Cutter:
         box = np.array(shapely.box(x0 - around, y0 - around, x1 + around, y1 + around).exterior.coords)[:-1]
         total = float((samples.sides**2 / samples.d**2).sum())
         made, lines, work = list[Cut](), list[OpenPath](), list[float]()
-        queue = [(_Piece(samples, box, cells), -1, True)]
+        heights = (_offset(samples.centers, ORIGIN, angle) for angle in ANGLES)
+        orders = tuple(np.argsort(-height, kind="stable") for height in heights)
+        queue = [(_Piece(samples, orders, box, cells), -1, True)]
         for piece, parent, left in queue:
             if piece.cells == 1:
                 number = -1 - len(work)
@@ -117,7 +128,7 @@ class _Cutter:
                 number = len(made)
                 choice = self._chosen(piece)
                 made.append(Cut(choice.at, choice.angle, 0, 0))
-                parts, ends = _divided(piece, choice)
+                parts, ends = _cut(piece, choice)
                 lines.append(OpenPath((Side(Line(*ends)),), ends, CUT))
                 self._add(ends)
                 queue += [(parts[0], number, True), (parts[1], number, False)]
@@ -149,7 +160,7 @@ class _Cutter:
 
     def _cost(self, piece: _Piece, choice: _Choice) -> float:
         """Bubbles along a cut, and what its crossings and what is near it are worth."""
-        ends = np.array(_divided(piece, choice)[1])
+        ends = np.array(_divided(piece.polygon, choice)[2])
         share = (np.arange(POINTS) + 0.5) / POINTS
         points = ends[0] + share[:, None] * (ends[1] - ends[0])
         inside = self._domain.contains(points)
@@ -186,28 +197,33 @@ class _Cutter:
 def _choices(piece: _Piece) -> Iterator[_Choice]:
     """Cuts that divide the work of a piece about evenly among its cells, in several directions."""
     centers, sides, d = piece.samples
-    work = sides**2 / d**2
+    work, bubbles, half = sides**2 / d**2, sides / d, sides / 2
+    total = work.sum()
     goal = (piece.cells // 2) / piece.cells
-    for number in range(DIRECTIONS):
-        angle = np.pi * number / DIRECTIONS
-        height = _offset(centers, (0.0, 0.0), angle)
-        order = np.argsort(-height, kind="stable")  # from the left on
-        done = np.cumsum(work[order]) / work.sum()
+    for angle, order in zip(ANGLES, piece.orders, strict=True):
+        height = _offset(centers, ORIGIN, angle)
+        done = np.cumsum(work[order]) / total
         for shift in SHIFTS:
             place = int(np.searchsorted(done, goal + shift / piece.cells * 2))
             if not 0 < place < len(order):
                 continue
             middle = float(height[order[place - 1 : place + 1]].mean())
-            crossed = np.abs(height - middle) < sides / 2
+            crossed = np.abs(height - middle) < half
             at = as_point(middle * np.array([-np.sin(angle), np.cos(angle)]))
-            yield _Choice(at, angle, float((sides / d)[crossed].sum()), abs(float(shift)))
+            yield _Choice(at, angle, float(bubbles[crossed].sum()), abs(float(shift)))
 
 
-def _divided(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tuple[Point, Point]]:
+def _cut(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tuple[Point, Point]]:
     """What is on the left and on the right of a cut, and the two ends of it."""
-    at, angle = choice.at, choice.angle
-    left = _offset(piece.samples.centers, at, angle) > 0
-    corners, off = piece.polygon, _offset(piece.polygon, at, angle)
+    left = _offset(piece.samples.centers, choice.at, choice.angle) > 0
+    upper, lower, ends = _divided(piece.polygon, choice)
+    few = piece.cells // 2
+    return (piece.part(left, upper, few), piece.part(~left, lower, piece.cells - few)), ends
+
+
+def _divided(corners: Floats, choice: _Choice) -> tuple[Floats, Floats, tuple[Point, Point]]:
+    """What of a convex polygon (k, 2) is on the left and on the right of a cut, and the two ends of it."""
+    off = _offset(corners, choice.at, choice.angle)
     upper, lower, ends = list[Floats](), list[Floats](), list[Floats]()
     for k in range(len(corners)):
         (upper if off[k] > 0 else lower).append(corners[k])
@@ -217,9 +233,4 @@ def _divided(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tup
             ends.append(corners[k] + share * (corners[following] - corners[k]))
             upper.append(ends[-1])
             lower.append(ends[-1])
-    few = piece.cells // 2
-    pieces = tuple(
-        _Piece(Leaves(*(column[mine] for column in piece.samples)), np.array(polygon), cells)
-        for mine, polygon, cells in ((left, upper, few), (~left, lower, piece.cells - few))
-    )
-    return (pieces[0], pieces[1]), (as_point(ends[0]), as_point(ends[1]))
+    return np.array(upper), np.array(lower), (as_point(ends[0]), as_point(ends[1]))

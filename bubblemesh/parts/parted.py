@@ -27,6 +27,7 @@ from bubblemesh.spacing.spacing import Spacing
 T = TypeVar("T")
 
 PER_PART = 100_000  # nodes, about, of each part, where their number is not given
+EVEN = 4, 2  # workers that share the parts evenly then, if there are enough
 SEAMS_WORK = 0.15  # share of the progress
 
 
@@ -73,7 +74,8 @@ class Parted:
 
 def enough_parts(expected_nodes: float) -> int:
     """How many parts a mesh is worth."""
-    return max(round(expected_nodes / PER_PART), 1)
+    parts = expected_nodes / PER_PART
+    return next((each * round(parts / each) for each in EVEN if parts >= 0.75 * each), 1)
 
 
 @dataclass
@@ -105,8 +107,8 @@ class Together:
         kept = ((cell, self.store.margin(cell)) for cell in range(cuts.cells))
         known = {cell: margin for cell, margin in kept if margin is not None and not margin.record.late}
         left = [cell for cell in range(cuts.cells) if cell not in known]
-        fresh = self.crew(packed_part, map(job, left))
-        all_parts = chain(known.items(), ((left[number], self._kept(left[number], part)) for number, part in fresh))
+        fresh = self._results(packed_part, job, left, shares)
+        all_parts = chain(known.items(), ((cell, self._kept(cell, part)) for cell, part in fresh))
         margins = list[Margin]()
         for margin in self._in_order(all_parts, [(1 - SEAMS_WORK) * share for share in shares]):
             self.on_done(margin.record)
@@ -118,16 +120,15 @@ class Together:
     def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
         """Pack strips of a net once more, as of `put_back`, in which the bubbles that are ``free`` (n,) may move."""
         found, method = list(strips(net, free)), self._of_a_seam()
-        jobs = (
-            Job(
-                f"the seam around {_middle_of(strip.domain)}",
-                (strip.domain, self.spacing, method, strip.x, self.deadline),
-            )
-            for strip in found
-        )
         inside = sum(len(strip.inside) for strip in found)
         work = [SEAMS_WORK / 2 * len(strip.inside) / inside for strip in found]
-        done = list(self._in_order(self.crew(packed_from, jobs), work))
+
+        def job(number: int) -> Job:
+            domain = found[number].domain
+            given = domain, self.spacing, method, found[number].x, self.deadline
+            return Job(f"the seam around {_middle_of(domain)}", given)
+
+        done = list(self._in_order(self._results(packed_from, job, range(len(found)), work), work))
         if done:
             self.on_done(Record.together([part.record for part in done]))
         return put_back(net, list(zip(found, done, strict=True)), self.spacing)
@@ -150,6 +151,13 @@ class Together:
             annealing = replace(annealing, fully_shaken=max(round(share * annealing.fully_shaken), 1))
         return replace(self.method, annealing=annealing)
 
+    def _results(
+        self, function: Callable[..., T], job: Callable[[int], Job], numbers: Iterable[int], work: Sequence[float]
+    ) -> Iterator[tuple[int, T]]:
+        """Number and result of each of some jobs, as they come; the longest are begun first."""
+        order = sorted(numbers, key=lambda number: -work[number])
+        return ((order[place], result) for place, result in self.crew(function, map(job, order)))
+
     def _in_order(self, results: Iterable[tuple[int, T]], work: Sequence[float]) -> Iterator[T]:
         """Results in the order of their numbers; each is a share of all work."""
         waiting, told = dict[int, T](), 0
@@ -169,6 +177,7 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
     along the cuts are packed once more with these bubbles free: first between the ends of cuts, then around the ends.
     The bands of the parts, in which these strips are, are all that is held here.
     """
+    together.crew(packed_part, ())  # no jobs yet: its workers start while the domain is cut
     cuts = cut(domain, together.spacing, expected_nodes, parts)
     division = divided(domain, cuts, together.spacing)
     places, margins = together.parts(division, cuts, expected_nodes)

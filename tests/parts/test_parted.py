@@ -21,6 +21,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import divided
+from bubblemesh.parts.parted import PER_PART, enough_parts
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
@@ -215,6 +216,27 @@ def test_the_mesh_does_not_depend_on_who_packs_which_part_when():
     np.testing.assert_array_equal(first.mesh.points, second.mesh.points)
     np.testing.assert_array_equal(first.mesh.triangles, second.mesh.triangles)
     assert [row.nodes_after for row in first.report.rounds] == [row.nodes_after for row in second.report.rounds]
+
+
+def test_the_longest_jobs_are_begun_first_and_workers_start_before_there_are_any():
+    calls = []
+
+    def noting(function, jobs):
+        jobs = list(jobs)
+        calls.append([job.arguments for job in jobs])
+        return alone(function, jobs)
+
+    mesh_case(case(SHORE, 6), crew=noting)
+    none, parts, strips, _ = calls
+    assert none == []
+    for work in ([arguments[5] for arguments in parts], [len(arguments[3]) for arguments in strips]):
+        assert len(set(work)) > 1
+        assert work == sorted(work, reverse=True)
+
+
+def test_large_meshes_have_parts_that_two_and_four_workers_share_evenly():
+    known = {1.4: 1, 1.6: 2, 2.9: 2, 3: 4, 5: 4, 7: 8, 9.5: 8, 11: 12, 94: 96}
+    assert {size: enough_parts(size * PER_PART) for size in known} == known
 
 
 def test_one_part_is_the_mesh_of_one_piece():
