@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.quality import REGULAR_VALENCE, WORST, Measures, edge_ratios, worst_triangles
 
 QUALITY_BINS = 10_000  # of radius ratios, from 0 to 1
@@ -88,12 +88,13 @@ class Census(NamedTuple):
         points, edges = measures.points, measures.edges[0][own_edges]
         ratios = edge_ratios(points, edges, spacing_between(points[edges]))
         worst = worst_triangles(measures, WORST)
-        used = points[each_once(measures.triangles.ravel())]
+        used = np.zeros(len(points), bool)
+        used[measures.triangles] = True
         return cls(
             triangles=len(measures.triangles),
             area=float(measures.signed_areas.sum()),
-            low=used.min(axis=0),
-            high=used.max(axis=0),
+            low=points[used].min(axis=0),
+            high=points[used].max(axis=0),
             quality=Tally.of(measures.radius_ratios, measures.radius_ratios, QUALITY_BINS),
             worst=np.array([q for q, _ in worst]),
             worst_at=np.array([at for _, at in worst]),
