@@ -68,7 +68,8 @@ def run(
     from bubblemesh.run.keeping import parts_kept
 
     loaded = case_at(case, overrides, untrusted)
-    place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or (), history, page), as_json)
+    options = OutputOptions(output, formats or (), solvers or (), history, page)
+    place = destination_of(loaded, case, options, as_json, in_slices=True)
     if dry_run:
         tell_estimate(loaded, case, picture, as_json, quiet)
         return
@@ -246,13 +247,19 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None) -> "AbstractCo
 
 
 def destination_of(
-    case: "Case", source: str, options: "OutputOptions", as_json: bool, solution: Path | None = None
+    case: "Case",
+    source: str,
+    options: "OutputOptions",
+    as_json: bool,
+    solution: Path | None = None,
+    *,
+    in_slices: bool = False,
 ) -> "Destination | StreamDestination":
-    """Destination of the results; errors as of `mesh_stream` if that is the standard output."""
+    """Destination of the results, as of `destination`; errors as of `mesh_stream` if that is the standard output."""
     from bubblemesh.run.destination import destination, stream_destination
 
     if options.output != "-":
-        return destination(case, source, options, solution)
+        return destination(case, source, options, solution, in_slices=in_slices)
     return stream_destination(case.output, mesh_stream(as_json), options)
 
 

@@ -15,6 +15,7 @@ from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import (
     FORMATS,
     FORMATS_FOR,
+    MOST_PIECES,
     FormatName,
     formats_by_ending,
     formats_for,
@@ -80,7 +81,7 @@ class Destination:
     history: bool  # whether tables of all rounds and steps are written too
     page: bool = False  # whether a page to look at is written too
     lasting: bool = True  # whether the files outlast a power cut
-    parts: int = 1  # of the mesh
+    parts: int = 1  # of the mesh, at most
 
     @cached_property
     def names(self) -> list[str]:
@@ -129,10 +130,13 @@ class StreamDestination:
         return {**_with_formats_told(report, mesh, [self.format_name]), "files": []}
 
 
-def destination(case: Case, source: str, options: OutputOptions, solution: Path | None = None) -> Destination:
+def destination(
+    case: Case, source: str, options: OutputOptions, solution: Path | None = None, *, in_slices: bool = False
+) -> Destination:
     """Destination that the options and the case name together, as of `destination_beside`.
 
-    An untrusted case that names a folder outside of its own is a CaseError.
+    ``in_slices`` tells that what is packed in parts may be written part by part. An untrusted case that names a folder
+    outside of its own is a CaseError.
     """
     # Relative to the case file; with a case of the standard input, or without a name, the present folder.
     directory = case.output.directory
@@ -140,17 +144,29 @@ def destination(case: Case, source: str, options: OutputOptions, solution: Path 
     if case.root is not None and directory is not None and options.output is None:
         _require_below(folder, case.root)
     inputs = [path for path in (None if source == "-" else source, solution) if path is not None]
-    return destination_beside(inputs, case.output, folder, str(case.name), options)
+    slices = _most_parts(case) if in_slices else 1
+    return destination_beside(inputs, case.output, folder, str(case.name), options, slices)
+
+
+def _most_parts(case: Case) -> int:
+    """Most parts that a case's mesh may be packed in."""
+    if case.parts != "auto":
+        return case.parts or 1
+    # Imported here since few meshes have parts.
+    from bubblemesh.parts.parted import enough_parts
+
+    return min(enough_parts(case.limits.max_nodes), MOST_PIECES)
 
 
 def destination_beside(
-    inputs: Iterable[str | Path], keys: Output, folder: Path, name: str, options: OutputOptions
+    inputs: Iterable[str | Path], keys: Output, folder: Path, name: str, options: OutputOptions, slices: int = 1
 ) -> Destination:
     """Destination that the options name over the keys of a case, with a folder and a name for what they leave open.
 
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
-    that of its ending. CaseError if the format or the solver is unknown, or the format is not that of the file's ending
-    or has no form for the order of the triangles; FileError if a file would be written twice, or one of the inputs be
+    that of its ending. A mesh may be written in so many ``slices`` at the most, if all formats can. CaseError if the
+    format or the solver is unknown, or the format is not that of the file's ending, has no form for the order of the
+    triangles, or would be too many files; FileError if a file would be written twice, or one of the inputs be
     overwritten.
     """
     asked, output = options.formats, options.output
@@ -165,17 +181,14 @@ def destination_beside(
             folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
     require_order(formats, keys.order)
     page = keys.report if options.page is None else options.page
-    place = Destination(folder, name, formats, options.history, page, parts=keys.partition or 1)
+    parts = keys.partition or (1 if whole_only(formats) else slices)
+    place = Destination(folder, name, formats, options.history, page, parts=parts)
+    names = place.names
     for path in inputs:
-        if _would_overwrite(place, realpath(path)):
+        own, file = split(realpath(path))  # a link that has the name of a file to write is replaced by it
+        if file in names and own == realpath(folder):
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
     return place
-
-
-def _would_overwrite(place: Destination, file: str) -> bool:
-    """Whether a file, by its real path, is one of those to write; a link that has the name of one is replaced by it."""
-    folder, name = split(file)
-    return name in place.names and folder == realpath(place.folder)
 
 
 def _require_below(folder: Path, root: Path) -> None:

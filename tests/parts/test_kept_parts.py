@@ -224,6 +224,21 @@ def test_where_nothing_can_be_kept_is_told(here, options, message):
     assert contents(here) == before
 
 
+@pytest.mark.parametrize("parts", ["2", "auto"])
+def test_the_file_of_a_part_may_not_overwrite_the_case(here, parts):
+    (here / "plate_1.vtu").write_text(PLATE)
+    code, _, told = command("run", "plate_1.vtu", "-o", "plate.pvtu", "--parts", parts)
+    assert (code, told) == (5, "error: plate_1.vtu: the results would overwrite this file: give another name by -o\n")
+    code, *_ = command("run", "plate_1.vtu", "-o", "plate.pvtu", "-q")  # without parts there is one piece
+    assert code == 0
+    assert sorted(path.name for path in here.glob("plate*.vtu")) == ["plate_0.vtu", "plate_1.vtu"]
+
+
+def test_parts_that_would_be_too_many_files_are_refused_before_the_work(here):
+    code, _, told = command("run", "-", "-o", "out", "--parts", "10001", "--format", "pvtu", stdin=PLATE)
+    assert (code, told) == (2, "error: .pvtu has a file for each part, 10,000 at most: ask for fewer parts\n")
+
+
 def test_a_failed_run_leaves_nothing(here, monkeypatch):
     before = contents(here)
     monkeypatch.setattr("bubblemesh.parts.store.np.savez", full_disk)
