@@ -1,16 +1,23 @@
 """One mesh packed in parts: ``python -m benchmarks.large`` meshes in one piece, and in parts by 1 and 2 workers.
 
-It prints a table of wall and processor time, memory and quality, beside the cuts and away from them, and whether the
-meshes of the parts are the same bytes. ``-o docs/large.md`` writes the table between the marks of that page.
+Meshes of at most ``--whole`` nodes are packed by 4 workers too, by 2 of which one is killed on the way, and by 2 of
+a Dask cluster. Files of parts have to be the same bytes, whoever packs them. It prints a table of wall and processor
+time, memory and quality, beside the cuts and away from them; ``-o docs/large.md`` writes it between the marks of that
+page.
 """
 
 import argparse
 import json
+import os
 import resource
+import signal
 import subprocess
 import sys
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from hashlib import file_digest
+from hashlib import file_digest, sha256
+from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
@@ -20,6 +27,7 @@ import h5py
 import numpy as np
 import shapely
 
+from benchmarks.dask_workers import dask_workers
 from benchmarks.peers.machine import machine
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import radius_ratios
@@ -31,6 +39,8 @@ PEERS = Path(__file__).parents[1] / "configs" / "peers" / "example-3.yaml"
 # Nodes of Example 3 and of the coast at the scale 1; the number goes with the square of the scale.
 NODES_AT_ONE, COAST_AT_ONE = 668.0, 5100.0
 TICK = 0.1  # seconds between two looks at the memory
+LEAST_PARTS = 4  # so that there is one for each of 4 workers
+SETTLED = 5.0  # seconds that workers of a cluster take to start
 SAMPLE, ROWS = 1_000_000, 10_000  # triangles whose distance from cuts is looked up, and how many follow each other
 BESIDE, AWAY = 2.0, 10.0  # spacings from a cut, and from a wall
 BEGIN, END = "<!-- benchmarks.large -->", "<!-- end -->"
@@ -46,7 +56,7 @@ class Run:
     main_mb: float  # peak memory of the process that was started
     worker_mb: float  # the largest of its workers' peaks; 0 without any
     all_mb: float  # the most that all had at once
-    digest: str
+    digest: str  # of all files but the report
     folder: Path
 
 
@@ -81,24 +91,46 @@ def coast_of(nodes: float, folder: Path) -> str:
     )
 
 
-def ran(name: str, path: Path, *options: str) -> Run:
-    """Run a case in a process of its own."""
+def ran(name: str, path: Path, *options: str, kill_after: float = inf, others: Sequence[int] = ()) -> Run:
+    """Run a case in a process of its own, one of whose workers is killed after so many seconds.
+
+    ``others`` are processes that work for it and are there already.
+    """
     folder = path.parent / name.replace(" ", "-")
     command = [sys.executable, "-m", "bubblemesh", "run", str(path), "-q", "-o", str(folder), *options]
-    before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
+    before, begun = processor_seconds(others), perf_counter()
     process, peaks, together = subprocess.Popen(command), dict[int, float](), 0.0
     while process.poll() is None:
-        held = {pid: memory_of(pid) for pid in (process.pid, *children_of(process.pid))}
+        workers = [*children_of(process.pid), *others]
+        held = {pid: memory_of(pid) for pid in (process.pid, *workers)}
         peaks |= {pid: max(peaks.get(pid, 0.0), megabytes) for pid, megabytes in held.items()}
         together = max(together, sum(held.values()))
+        if perf_counter() - begun > kill_after:
+            os.kill(workers[0], signal.SIGKILL)
+            kill_after = inf
         sleep(TICK)
     assert process.returncode == 0
-    seconds, after = perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    assert kill_after == inf, "the run ended before a worker was killed"
+    seconds, cpu = perf_counter() - begun, processor_seconds(others) - before
     main = peaks.pop(process.pid)
-    with (folder / "large.h5").open("rb") as file:
-        digest = file_digest(file, "sha256").hexdigest()[:12]
-    return Run(name, seconds, cpu, main, max(peaks.values(), default=0.0), together, digest, folder)
+    return Run(name, seconds, cpu, main, max(peaks.values(), default=0.0), together, digest_of(folder), folder)
+
+
+def processor_seconds(others: Iterable[int]) -> float:
+    """Processor time of all processes that were started here and have ended, and of others that live."""
+    ended, tick = resource.getrusage(resource.RUSAGE_CHILDREN), os.sysconf("SC_CLK_TCK")
+    columns = (Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split() for pid in others)
+    return ended.ru_utime + ended.ru_stime + sum((int(column[11]) + int(column[12])) / tick for column in columns)
+
+
+def digest_of(folder: Path) -> str:
+    """Digest of all files of a run but its report, which tells times."""
+    digest = sha256()
+    for path in sorted(folder.iterdir()):
+        if not path.name.endswith(".report.json"):
+            with path.open("rb") as file:
+                digest.update(path.name.encode() + file_digest(file, "sha256").digest())
+    return digest.hexdigest()
 
 
 def children_of(pid: int) -> list[int]:
@@ -143,13 +175,29 @@ def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
     return {name: (float(q[mine].mean()), float(np.quantile(q[mine], 0.01))) for name, mine in groups.items()}
 
 
-def table(name: str, path: Path, parts: int, whole: bool) -> list[str]:
-    """Rows of a case: in one piece if ``whole``, and in parts by 1 and 2 workers."""
-    one = ran("one piece", path) if whole else None
-    runs = [
-        ran(f"{jobs} worker{'s' * (jobs > 1)}", path, "--parts", str(parts), "--jobs", str(jobs)) for jobs in (1, 2)
-    ]
-    assert runs[0].digest == runs[1].digest, "the mesh depends on the number of workers"
+def in_parts(path: Path, parts: int, small: bool) -> Iterator[Run]:
+    """Runs of a case in parts by 1 and 2 workers; if it is ``small``, also in all other ways."""
+    options = "--parts", str(parts), "--jobs"
+    yield ran("1 worker", path, *options, "1")
+    two = ran("2 workers", path, *options, "2")
+    yield two
+    if not small:
+        return
+    yield ran("4 workers", path, *options, "4")
+    yield ran("2 workers, one killed", path, *options, "2", kill_after=two.seconds / 2)
+    if find_spec("distributed") is None:
+        print("Dask is not installed: its workers are left out", file=sys.stderr)
+        return
+    with dask_workers(2, path.parent) as workers:
+        sleep(SETTLED)
+        yield ran("2 of Dask", path, *options[:2], "--cluster", workers.address, others=workers.pids)
+
+
+def table(name: str, path: Path, parts: int, small: bool) -> list[str]:
+    """Rows of a case in parts; if it is ``small``, also in one piece."""
+    one = ran("one piece", path) if small else None
+    runs = list(in_parts(path, parts, small))
+    assert len({run.digest for run in runs}) == 1, "the files depend on the workers"
     q = beside_cuts(path, runs[0])
     rows = []
     for run in runs if one is None else (one, *runs):
@@ -184,7 +232,7 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m benchmarks.large", description=__doc__)
     parser.add_argument("--nodes", nargs="+", type=float, default=[1e5, 1e6], help="about [%(default)s]")
     parser.add_argument("--coast", nargs="*", type=float, default=[1e5], help="the same of the coast [%(default)s]")
-    parser.add_argument("--whole", type=float, default=2e6, help="most nodes of a mesh in one piece [%(default)s]")
+    parser.add_argument("--whole", type=float, default=2e6, help="most nodes of what is run in all ways [%(default)s]")
     parser.add_argument("-o", "--output", type=Path, help="page with the table")
     options = parser.parse_args()
     rows = list[str]()
@@ -195,8 +243,9 @@ def main() -> None:
             text = case_of(nodes) if name != "coast" else coast_of(nodes, folder)
             path = folder / "large.yaml"
             path.write_text(text)
-            rows += table(name, path, max(enough_parts(nodes), 2), nodes <= options.whole)
-            print("\n".join(rows[-3:]), flush=True)
+            fresh = table(name, path, max(enough_parts(nodes), LEAST_PARTS), nodes <= options.whole)
+            print("\n".join(fresh), flush=True)
+            rows += fresh
     text = f"{HEAD}\n" + "\n".join(rows) + f"\n\nMeasured on {machine()}.\n"
     print(text)
     if options.output:
