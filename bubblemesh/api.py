@@ -47,6 +47,7 @@ def mesh(
     nodes: int | None = None,
     angle_min: float = 0.0,
     largest: float | None = None,
+    layers: Sequence[Mapping[str, Any]] = (),
     progress: Callable[[float], object] = lambda share: None,
 ) -> Mesh:
     """Mesh a domain.
@@ -77,6 +78,8 @@ def mesh(
         Least angle of the triangles in degrees, up to 30: nodes are added for it, but not for sharper corners.
     largest : float, optional
         Largest area of a triangle.
+    layers : sequence of mappings, optional
+        Boundary layers, each as an entry of ``layers`` in a case file: ``{"on": "outer", "first": 1e-3, "count": 8}``.
     progress : callable, optional
         Is told what share of the packing is done, at each hundredth up to 1; with ``nodes`` there may be several
         packings one after the other.
@@ -100,7 +103,7 @@ def mesh(
         If ``angle_min`` or ``largest`` cannot be reached.
     """
     drawing = Drawing(geometry, holes, labels, corners, smooth, tolerance)
-    wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest)
+    wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers)
     with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"):
         told = in_steps(progress)
         result = mesh_problem(_problem(drawing, spacing, wishes), on_share=told)
@@ -115,6 +118,7 @@ def mesh(
 def _problem(drawing: Drawing, spacing: Wanted, wishes: Wishes) -> Problem:
     """The problem that the arguments of `mesh` pose."""
     task, domain = wishes.task(), drawing.domain()
+    task = replace(task, ladders=wishes.ladders(domain))
     wanted = with_areas_below(spacing_of(spacing, domain), domain, wishes.largest, {})
     if wishes.nodes is not None:
         wanted = replace(wanted, nodes=int(wishes.nodes))

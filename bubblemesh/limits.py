@@ -22,6 +22,7 @@ STAGES = {
     "geometry": ("reading and checking the geometry", "give its rings fewer points"),
     "estimate": ("estimating the error of the solution", "use a coarser mesh"),
     "spacing": ("checking the spacing", "use fewer and simpler terms, or rings of fewer points"),
+    "layers": ("making boundary layers", "ask for fewer of them"),
     "placement": ("placing bubbles", "coarsen the spacing"),
     "packing": ("ending the packing", "coarsen the spacing"),
     "refinement": ("adding nodes for angle_min or largest", "ask for less"),
@@ -30,7 +31,13 @@ STAGES = {
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
 GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, after which a packing that is late is ended
-BEFORE_PACKING = ("reading", "geometry", "estimate", "spacing")  # stages after which there is no mesh to end with
+BEFORE_PACKING = (
+    "reading",
+    "geometry",
+    "estimate",
+    "spacing",
+    "layers",
+)  # stages after which there is no mesh to end with
 SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # for these, whose single calls may be long
 AGAIN = 1.0  # seconds until an exception that a library has swallowed is raised anew
 IMPORT_POLL = 0.02  # seconds until an import may be over

@@ -187,6 +187,7 @@ Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_
 Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str), Once()]
 _Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_NUMBER)]
 Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str), Once()]
+Growth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=2), BeforeValidator(_evaluated)]
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]

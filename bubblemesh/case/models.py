@@ -21,7 +21,8 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
-from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict, Text
+from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict, Text, filled
+from bubblemesh.case.layers import LayerKeys
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.limits import unlimited_memory, within
@@ -141,6 +142,9 @@ class Case(Strict):
     domain: DomainKeys = Field(description="The domain to mesh.")
     spacing: WantedSpacing = Field(
         description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
+    )
+    layers: Annotated[tuple[LayerKeys, ...], BeforeValidator(filled)] | None = Field(
+        default=None, description="Boundary layers: thin cells along walls, a list with an entry for each kind."
     )
     angle_min: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=30)] | None = Field(
         default=None,

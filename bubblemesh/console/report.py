@@ -1,6 +1,6 @@
 """The figures of cases and meshes on the terminal, as their reports hold them; those of two meshes side by side."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -34,12 +34,31 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
         "spacing": _extremes(figures["spacing"], size),
         **{name: _change(figures[name], than, size) for name, than in CHANGES.items() if name in figures},
         **({"packed": _extremes(figures["packed_spacing"], size)} if "packed_spacing" in figures else {}),
+        **({"layers": "\n".join(_layers(figures["layers"]))} if "layers" in figures else {}),
         "nodes": f"about {figures['expected_nodes']:.0f}{scale}",
         "method": figures["method"],
     }
     _show(rows)
     if "repairs" in figures:
         show_repairs(figures["repairs"], size)
+
+
+def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A line on the boundary layers of each label."""
+    for row in rows:
+        first, count, angle = row["first"], row["count"], row["orthogonality"]
+        number = (
+            counted(count["most"], "layer")
+            if count["least"] == count["most"]
+            else (f"{count['least']} to {count['most']} layers")
+        )
+        heights = f", first {row['wanted']:.3g} x {first['mean']:.3f} (kept on {first['kept']:.1%})" if angle else ""
+        upright = f", {angle['least']:.0f} degrees upright or more" if angle else ""
+        beyond = "" if row["across_front"] is None else f", {row['across_front']:.2f} times the last one beyond"
+        yield (
+            f"{row['label']}: {number} in {counted(row['columns'], 'column')}, {row['complete']:.1%} complete{heights}"
+            f", aspect {row['aspect']:.3g}{upright}{beyond}"
+        )
 
 
 def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
@@ -75,7 +94,7 @@ def _change(figures: Mapping[str, Any], than: str, size: float) -> str:
 def show_quality(figures: Mapping[str, Any]) -> None:
     """Show the quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
     quality = figures["quality"]
-    ideal = figures.get("ideal_nodes")
+    ideal = None if "layers" in figures else figures.get("ideal_nodes")
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
     rows = {
@@ -92,6 +111,18 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["edges l/d"] = f"{spacing['mean']:.3f} ± {spacing['std']:.3f}, 98 % in " + (
             f"[{spacing['p01']:.2f}, {spacing['p99']:.2f}]"
         )
+    rows |= _asked_for(figures)
+    if "stop_reason" in figures:
+        rows["stopped"] = f"{figures['stop_reason']}"
+        rows["time"] = duration(run_seconds(figures["seconds"]))
+    _show(rows)
+    if "repairs" in figures:
+        show_repairs(figures["repairs"], size)
+
+
+def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
+    """Rows on what only some cases ask for."""
+    rows = dict[str, str]()
     if "adaptation" in figures:
         rows |= _adaptation(figures["adaptation"])
     if "budget" in figures:
@@ -100,17 +131,14 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["budget"] = f"{budget['nodes']} nodes, met by the spacing times {budget['scale']:.4g}, in {meshes}"
     if "refinement" in figures:
         rows["refined"] = _refinement(figures["refinement"])
+    if "layers" in figures:
+        rows["layers"] = "\n".join(_layers(figures["layers"]))
     if "parts" in figures:
         parts = figures["parts"]
         rows["parts"] = f"{parts['number']} of {parts['least_nodes']} to {parts['most_nodes']} nodes"
     if "partition" in figures:
         rows["partition"] = _partition(figures["partition"])
-    if "stop_reason" in figures:
-        rows["stopped"] = f"{figures['stop_reason']}"
-        rows["time"] = duration(run_seconds(figures["seconds"]))
-    _show(rows)
-    if "repairs" in figures:
-        show_repairs(figures["repairs"], size)
+    return rows
 
 
 def _refinement(figures: Mapping[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
+from typing import TYPE_CHECKING
 
 from bubblemesh.case import Case
 from bubblemesh.case.domain import RegionFile
@@ -23,6 +24,9 @@ from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes, surveyed
+
+if TYPE_CHECKING:
+    from bubblemesh.layers.ladder import Ladder
 
 NODES = Key(["spacing", "nodes"])
 CLOSE = 0.01  # to a wanted number of nodes
@@ -84,6 +88,9 @@ def check_spacing(
     with about(Key(["parts"])):
         if task.parts != 1 and not task.method.relaxation.boundary_stays:
             raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
+    with about(Key(["layers"])):
+        if task.ladders and not task.method.relaxation.boundary_stays:
+            raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
     with timed(seconds, "spacing"):
         spacing, rules, cover = request.at(scale), request.rules, Cover.of(domain)
         survey = surveyed(domain, spacing, max_nodes, cover)
@@ -120,17 +127,30 @@ def check_spacing(
             *warnings.limited_growth(for_packing, rules.growth, scale),
             *warnings.narrow_parts(walls, filled.spacing.spacing, filled.left_out),
         )
+    rest, packing_spacing, expected_nodes = None, filled.spacing.spacing, filled.expected_nodes
+    if task.ladders:
+        # Imported here since few meshes have layers.
+        from bubblemesh.layers.figures import figures
+        from bubblemesh.problem.layers import with_layers
+
+        enter("layers")
+        with timed(seconds, "layers"):
+            rest, limited = with_layers(domain, spacing, filled.spacing, task.ladders, max_nodes)
+            packing_spacing = limited.spacing
+            told = (*told, *warnings.low_layers(figures(rest.strips)))
+            expected_nodes = rest.own_nodes + ideal_nodes(rest.domain, packing_spacing, max_nodes, ESTIMATE)
     return Problem(
         task,
         domain,
         spacing,
-        filled.spacing.spacing,
+        packing_spacing,
         survey,
-        filled.expected_nodes,
+        expected_nodes,
         after_rules,
         after_periodic,
         once_each(told),
         seconds,
+        rest,
     )
 
 
@@ -151,7 +171,17 @@ def task_of(case: Case, domain: Domain) -> Task:
         largest=inf if case.largest is None else case.largest,
         largest_in=largest_areas(case, domain),
         file_length=_file_length(case),
+        ladders=_ladders(case, domain),
     )
+
+
+def _ladders(case: Case, domain: Domain) -> "tuple[Ladder, ...]":
+    """Boundary layers of a case, if it asks for any."""
+    if case.layers is None:
+        return ()
+    from bubblemesh.problem.layers import ladders_of
+
+    return ladders_of(case.layers, domain)
 
 
 def _file_length(case: Case) -> float | None:

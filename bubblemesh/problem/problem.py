@@ -14,6 +14,8 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes
 
 if TYPE_CHECKING:
+    from bubblemesh.layers.ladder import Ladder
+    from bubblemesh.layers.rest import Rest
     from bubblemesh.packing.methods import Method
     from bubblemesh.packing.placement.warm_start import PreviousNodes
     from bubblemesh.problem.node_target import NodeTarget
@@ -36,6 +38,7 @@ class Task:
     least_angle: float = 0.0  # degrees, for which nodes are added
     largest: float = np.inf  # area of a triangle
     largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
+    ladders: "tuple[Ladder, ...]" = ()  # of boundary layers
     previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
     file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
 
@@ -65,17 +68,28 @@ class Problem:
     spacing: Spacing  # that the case asks for
     packing_spacing: Spacing  # that the packing goes by: finer where the boundary needs it
     survey: Survey
-    expected_nodes: float  # the ideal number for the packing spacing
+    expected_nodes: float  # the ideal number for the packing spacing, and those of layers
     after_rules: LimitedSpacing
     after_periodic: LimitedSpacing  # the spacing after its rules, and after the counterparts of periodic sides
     warnings: tuple[str, ...]
     seconds: dict[str, float]  # by stage
+    rest: "Rest | None" = None  # of the domain beside boundary layers, if there are any
     node_target: "NodeTarget | None" = None  # if the spacing was scaled for a number of nodes
 
     @property
     def method(self) -> "Method":
         """The packing method."""
         return self.task.method
+
+    @property
+    def packed_domain(self) -> Domain:
+        """The domain that bubbles are packed in: all but boundary layers."""
+        return self.domain if self.rest is None else self.rest.domain
+
+    @property
+    def packed_nodes(self) -> float:
+        """The ideal number of nodes of the packing."""
+        return self.expected_nodes - (0 if self.rest is None else self.rest.own_nodes)
 
     @property
     def demands(self) -> Demands:
@@ -88,7 +102,7 @@ class Problem:
     @property
     def may_stay_in_parts(self) -> bool:
         """Whether nothing asks for all triangles at once."""
-        return not self.demands and self.task.order == 1 and self.task.partition is None
+        return not self.demands and self.rest is None and self.task.order == 1 and self.task.partition is None
 
     @property
     def refined(self) -> bool:

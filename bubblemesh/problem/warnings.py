@@ -1,6 +1,6 @@
 """Warnings of what a case asks for and cannot have, each with its place."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
+    from bubblemesh.layers.figures import LabelLayers
     from bubblemesh.meshes.partition import Partition
     from bubblemesh.packing.refinement import Refined
 
@@ -212,6 +213,16 @@ def missed_node_target(wanted: int, found: int) -> list[str]:
         f"the mesh has {found} nodes, {abs(found / wanted - 1):.1%} {which} than the {wanted} asked "
         "for: no scale that was tried comes nearer"
     ]
+
+
+def low_layers(found: "Sequence[LabelLayers]") -> list[str]:
+    """Warnings of layers that are lower than what was asked for."""
+    return [layers.lacking for layers in found if layers.lacking is not None]
+
+
+def jumps_at_layers(found: "Sequence[LabelLayers] | None") -> list[str]:
+    """Warnings of layers beside which triangles are much higher."""
+    return [layers.jumping for layers in found or () if layers.jumping is not None]
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:

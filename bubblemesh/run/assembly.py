@@ -9,6 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import matching_edges
+from bubblemesh.meshes.edges import edge_keys, find_sides
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING
 from bubblemesh.meshes.sliced import Slice, SlicedMesh
@@ -20,6 +21,8 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
+    from bubblemesh.layers.joining import Joined
+    from bubblemesh.layers.strips import Strips
     from bubblemesh.parts.parted import Parted
 
 FINEST, COARSEST = 1 / 160, 1 / 60  # of the domain's size: triangles that pictures show
@@ -36,6 +39,20 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     numbers, region = np.unique(domain.parts.name_indices[region], return_inverse=True)
     names = tuple(domain.parts.names[k] for k in numbers)
     return replace(frame, triangles=triangles, regions=names, triangle_regions=region)
+
+
+def layered_mesh(joined: "Joined", domain: Domain, strips: "Strips") -> Mesh:
+    """The mesh of a packing and of layers that are joined to it."""
+    mesh, n = mesh_of(joined.net, domain), len(joined.net.bubbles)
+    # A side of each triangle tells where it is among the sorted ones.
+    row = find_sides(mesh.triangles, n, joined.cells[:, :2])[0]
+    edges, middles = strips.curved
+    edges = joined.number[edges]
+    # Of quadrilaterals the edges tell where their middle is.
+    left_out = np.concatenate([joined.divided, joined.cells[joined.halves[:, 0]][:, [0, 2]]])
+    keys, others = (edge_keys(np.sort(pairs, axis=1), n) for pairs in (edges, left_out))
+    curved = ~np.isin(keys, others)
+    return replace(mesh, quads=row[joined.halves], curved_edges=edges[curved], curved_middles=middles[curved])
 
 
 def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:

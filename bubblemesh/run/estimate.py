@@ -1,10 +1,13 @@
 """What a case asks for, before any packing: figures that its estimate and the report of its run have."""
 
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Problem
+
+if TYPE_CHECKING:
+    from bubblemesh.layers.rest import Rest
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,13 @@ def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
     return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
 
 
+def _layers(rest: "Rest") -> list[dict[str, Any]]:
+    """Figures of the layers on each label, as plain data."""
+    from bubblemesh.layers.figures import figures
+
+    return [asdict(found) for found in figures(rest.strips)]
+
+
 def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
     """Figures of what a case asks for, before any packing, as plain data; unless ``complete``, without parameters."""
     domain, survey, target = problem.domain, problem.survey, problem.node_target
@@ -52,6 +62,7 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
         **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
+        **({} if problem.rest is None else {"layers": _layers(problem.rest)}),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,
         "warnings": problem.warnings,

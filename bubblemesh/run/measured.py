@@ -22,10 +22,12 @@ from bubblemesh.meshes.quality import Measures, mesh_figures
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
-from bubblemesh.run.assembly import mesh_of, sliced_mesh
+from bubblemesh.run.assembly import layered_mesh, mesh_of, sliced_mesh
 from bubblemesh.run.report import triangle_fields
 
 if TYPE_CHECKING:
+    from bubblemesh.layers.figures import LabelLayers
+    from bubblemesh.layers.rest import Rest
     from bubblemesh.parts.parted import Parted
 
 
@@ -38,11 +40,35 @@ class Measured:
     figures: Mapping[str, Any]
     area_error: float
     deviation: Deviation | None
+    layers: "tuple[LabelLayers, ...] | None" = None  # if the problem has any
 
 
 def measured(packed: "Net | Parted", problem: Problem) -> Measured:
     """The mesh of a problem's packing with its figures."""
-    return _whole(packed, problem) if isinstance(packed, Net) else _in_slices(packed, problem)
+    if not isinstance(packed, Net):
+        return _in_slices(packed, problem)
+    return _whole(packed, problem) if problem.rest is None else _beside_layers(packed, problem, problem.rest)
+
+
+def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
+    """The mesh of layers and of what was packed beside them, to which quality and edge lengths belong."""
+    # Imported here since few meshes have layers.
+    from bubblemesh.layers.figures import beyond_fronts, figures
+    from bubblemesh.layers.joining import joined
+
+    whole = joined(rest, net, problem.packing_spacing)
+    mesh = layered_mesh(whole, problem.domain, rest.strips)
+    measures = Measures(mesh.points, mesh.triangles)
+    require_conforming(mesh, measures)
+    departure = deviation(problem.domain, mesh.points, whole.net.facets, whole.net.facet_piece)
+    packed = Measures(net.bubbles.x, net.triangles)
+    of_packed = mesh_figures(packed, problem.spacing.between)
+    found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
+    own = np.full(len(rest.strips.x), -1)
+    own[rest.corners] = np.arange(len(rest.corners))
+    layers = figures(rest.strips, beyond_fronts(rest.strips, net.bubbles.x, net.triangles, own))
+    fields = triangle_fields(measures, problem.spacing)
+    return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers)
 
 
 def _whole(net: Net, problem: Problem) -> Measured:

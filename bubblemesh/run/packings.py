@@ -82,8 +82,9 @@ class Packing:
 
     @property
     def nodes(self) -> int:
-        """Number of bubbles in the end."""
-        return len(self.packed.bubbles) if isinstance(self.packed, Net) else self.packed.nodes
+        """Number of bubbles in the end, and of nodes in layers."""
+        packed = len(self.packed.bubbles) if isinstance(self.packed, Net) else self.packed.nodes
+        return packed + (0 if self.problem.rest is None else self.problem.rest.own_nodes)
 
     @property
     def scale(self) -> float:
@@ -105,17 +106,18 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, kee
     assert isinstance(packing.packed, Net)
     enter("refinement")
     with timed(packing.seconds, "refinement"):
-        refined = Refinement(problem.domain, problem.packing_spacing, problem.demands)(packing.packed, packing.clock)
+        demanded = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
+        refined = demanded(packing.packed, packing.clock)
     return replace(packing, packed=refined.net, refined=refined)
 
 
 def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     """Place bubbles and run the rounds of the method."""
-    task, domain, method, seconds = problem.task, problem.domain, problem.method, dict(problem.seconds)
+    task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
     begun, worked = perf_counter(), thread_time()
     with timed(seconds, "placement"):
         spacing = tabulated(domain, problem.packing_spacing)
-        levels = method.levels(domain, spacing, problem.expected_nodes)
+        levels = method.levels(domain, spacing, problem.packed_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
         first = Figures.of(start, connect(start, domain).triangles)
     rows, speeds = list[RoundRow](), list[Floats]()
@@ -140,7 +142,7 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
     # Imported here since few meshes have parts.
     from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
 
-    parts = problem.task.parts or enough_parts(problem.expected_nodes)
+    parts = problem.task.parts or enough_parts(problem.packed_nodes)
     if parts == 1:
         return _whole(problem, on_round, on_share)
     task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and problem.may_stay_in_parts
@@ -165,7 +167,7 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
         on_share,
     )
     with timed(seconds, "packing"):
-        parted = packed_in_parts(problem.domain, problem.expected_nodes, parts, together)
+        parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, together)
         packed = parted if stay else parted.whole(problem.packing_spacing)
     clock.over = any(record.late for record in records)
     why = clock.reason if clock.over else "all parts and the seams between are packed"

@@ -172,7 +172,8 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         warnings=(
             *problem.warnings,
             *best.clock.warnings,
-            *warnings.poor_result(figures, None if problem.refined else ideal_nodes),
+            *warnings.poor_result(figures, None if problem.refined or problem.rest else ideal_nodes),
+            *warnings.jumps_at_layers(found.layers),
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
             *([] if best.refined is None else warnings.sharper_corners(best.refined, task.least_angle)),
@@ -184,6 +185,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         adaptation=adaptation,
         parts=best.parts,
         partition=None if partition is None else partition.figures(),
+        layers=found.layers,
     )
     verdict = _verdict(best, figures)
     if isinstance(mesh, Mesh):

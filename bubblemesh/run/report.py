@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.followed import Deviation
@@ -14,6 +14,9 @@ from bubblemesh.packing.rounds import Round
 from bubblemesh.parts.work import Figures, Record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.spacing.spacing import Spacing
+
+if TYPE_CHECKING:
+    from bubblemesh.layers.figures import LabelLayers
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ class Report(Mapping[str, Any]):
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
     (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``,
-    ``partition``) has no key.
+    ``partition``, ``layers``) has no key.
     """
 
     case: str
@@ -147,6 +150,7 @@ class Report(Mapping[str, Any]):
     adaptation: Mapping[str, Any] | None = None
     parts: PartsRow | None = None
     partition: Mapping[str, Any] | None = None
+    layers: "tuple[LabelLayers, ...] | None" = None  # on each label; quality and spacing then are of all but these
 
     @cached_property
     def data(self) -> dict[str, Any]:
@@ -164,7 +168,18 @@ class Report(Mapping[str, Any]):
         return len(self.data)
 
 
-OPTIONAL = ("rules", "periodic", "deviation", "repairs", "budget", "refinement", "adaptation", "parts", "partition")
+OPTIONAL = (
+    "rules",
+    "periodic",
+    "deviation",
+    "repairs",
+    "budget",
+    "refinement",
+    "adaptation",
+    "parts",
+    "partition",
+    "layers",
+)
 
 
 def _plain(value: Any) -> Any:

@@ -1,17 +1,22 @@
 """Tasks of Python programs: the method with its options, limits and demands, as arguments of `bubblemesh.mesh`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bubblemesh.case.layers import layer_entries
 from bubblemesh.case.models import Limits
 from bubblemesh.errors import CaseError
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import OptionError, configured
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.python.numbers import is_real, is_whole
+
+if TYPE_CHECKING:
+    from bubblemesh.layers.ladder import Ladder
 
 MAX_NODES = Limits().max_nodes
 
@@ -29,6 +34,16 @@ class Wishes:
     nodes: int | None = None
     angle_min: float = 0.0
     largest: float | None = None
+    layers: Sequence[Mapping[str, Any]] = ()
+
+    def ladders(self, domain: Domain) -> "tuple[Ladder, ...]":
+        """Boundary layers in the domain; CaseError if a key or a label of one is wrong."""
+        if not self.layers:
+            return ()
+        # Imported here since few meshes have layers.
+        from bubblemesh.problem.layers import ladders_of
+
+        return ladders_of(layer_entries(self.layers), domain)
 
     def task(self) -> Task:
         """The task, named ``mesh``; CaseError, which begins with the argument, if a value of one is impossible."""

@@ -1,0 +1,188 @@
+"""Figures of boundary layers: what came out of them on the walls of each label."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
+from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.strips import Strips
+from bubblemesh.meshes.edges import find_sides
+from bubblemesh.messages import place
+
+LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
+NEARLY = 0.05  # relative difference of a first height from the wanted one
+SHORTEST = 5  # places that are told
+
+
+@dataclass(frozen=True)
+class LabelLayers:
+    """Layers on the walls of one label.
+
+    Attributes
+    ----------
+    label : str
+    columns : int
+        Number of columns, those of fans included.
+    wanted, growth : float
+        First height and ratio of heights that the case asks for.
+    first : mapping of str to float
+        ``least``, ``mean`` and ``largest`` first height above the wall over the wanted one, where there are layers, and
+        ``kept``: the share of the wall's length on which it is the wanted one to 5 %.
+    count : mapping of str to int
+        ``wanted`` number of layers (the most of any column), the ``least`` and ``most`` that columns have.
+    complete : float
+        Share of the columns that have all layers, at full height.
+    shortest : tuple of mappings
+        Columns with the fewest layers, of those that lack any: ``layers`` and the place ``at`` of the foot.
+    compressed : float
+        Least factor of heights that were compressed; 1 if none was.
+    thickness : float
+        Mean height of the columns.
+    orthogonality : mapping of str to float
+        ``mean`` and ``least`` angle in degrees between columns and the wall.
+    aspect : float
+        Largest ratio of a cell's width to its height.
+    across_front : float or None
+        Median of the ratio of heights across the front: of packed triangles on it to the last layer.
+    """
+
+    label: str
+    columns: int
+    wanted: float
+    growth: float
+    first: Mapping[str, float]
+    count: Mapping[str, int]
+    complete: float
+    shortest: tuple[Mapping[str, Any], ...]
+    compressed: float
+    thickness: float
+    orthogonality: Mapping[str, float]
+    aspect: float
+    across_front: float | None
+
+    @property
+    def lacking(self) -> str | None:
+        """Warning of columns that are not as high as asked for, if there are any."""
+        if not self.shortest:
+            return None
+        fewest = self.shortest[0]
+        squeezed = f", compressed to {self.compressed:.2g} of its height at least" if self.compressed < 1 else ""
+        return (
+            f"layers on {self.label!r}: {1 - self.complete:.2%} of the columns have fewer than {self.count['wanted']} "
+            f"layers{squeezed}, the lowest {fewest['layers']} at {place(fewest['at'])}: columns end before they meet "
+            "others, or would be higher or farther apart than the spacing asks"
+        )
+
+    @property
+    def jumping(self) -> str | None:
+        """Warning of sizes that change too much across the front, if they do."""
+        if self.across_front is None or self.across_front <= LARGEST_JUMP:
+            return None
+        more = int(np.ceil(np.log(self.across_front) / np.log(self.growth))) if self.growth > 1 else 0
+        count = f", or count: {self.count['wanted'] + more}" if more else ""
+        return (
+            f"layers on {self.label!r}: triangles beside them are {self.across_front:.3g} times as high as the last "
+            f"layer: until: isotropic{count} lets sizes pass without a jump"
+        )
+
+
+def figures(strips: Strips, beyond: Floats | None = None) -> tuple[LabelLayers, ...]:
+    """Figures of the layers on each label, in the order of the case; ``beyond`` (p,) is as of `beyond_fronts`."""
+    across = np.full(len(strips.columns.pair), np.nan) if beyond is None else beyond
+    return tuple(
+        _on(strips, label, ladder, mine, across)
+        for k, ladder in enumerate(strips.columns.ladders)
+        for label in ladder.labels
+        if (mine := _pairs_of(strips, label, k)).any()
+    )
+
+
+def _pairs_of(strips: Strips, label: str, ladder: int) -> Booleans:
+    """Mask (p,) of the pairs of columns on the walls with a label and these layers."""
+    walls, boundary = strips.walls, strips.walls.domain.boundary
+    here = boundary.label[walls.piece] == boundary.labels.index(label)
+    return (here & (walls.ladder == ladder))[strips.columns.side]
+
+
+def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floats) -> LabelLayers:
+    columns, heights = strips.columns, strips.heights
+    which = each_once(columns.pair[mine].ravel())
+    count, factor = heights.count[which], heights.factor[which]
+    full = (count >= heights.wanted[which]) & (factor == 1)
+    short = which[np.argsort(count + factor, kind="stable")]
+    short = short[np.isin(short, which[~full])][:SHORTEST]
+    first, length, angle, aspect = _first_layer(strips, np.flatnonzero(mine & ~columns.fan), ladder)
+    ratio = first[first > 0]
+    next_ones = across[mine & np.isfinite(across)]
+    return LabelLayers(
+        label=label,
+        columns=len(which),
+        wanted=ladder.first,
+        growth=ladder.growth,
+        first={
+            "least": float(ratio.min()) if len(ratio) else 0.0,
+            "mean": float(ratio.mean()) if len(ratio) else 0.0,
+            "largest": float(ratio.max(initial=0.0)),
+            "kept": float(length[(np.abs(first - 1) <= NEARLY).all(axis=1)].sum() / length.sum()),
+        },
+        count={
+            "wanted": int(heights.wanted[which].max()),
+            "least": int(count.min()),
+            "most": int(count.max()),
+        },
+        complete=float(full.mean()),
+        shortest=tuple(
+            {"layers": int(heights.count[k]), "at": (float(columns.at[k, 0]), float(columns.at[k, 1]))} for k in short
+        ),
+        compressed=float(factor[count > 0].min(initial=1.0)),
+        thickness=float(strips.height[which].mean()),
+        orthogonality={"mean": float(angle.mean()), "least": float(angle.min())} if len(angle) else {},
+        aspect=aspect,
+        across_front=median(next_ones) if len(next_ones) else None,
+    )
+
+
+def _first_layer(strips: Strips, pairs: Integers, ladder: Ladder) -> tuple[Floats, Floats, Floats, float]:
+    """First heights (k, 2) at both ends of edges of the wall over the wanted one, and lengths (k,) of these edges.
+
+    Then the angles in degrees between columns and edges where there are any layers, and the largest aspect ratio.
+    """
+    columns = strips.columns
+    i, j = columns.pair[pairs].T
+    base = columns.at[j] - columns.at[i]
+    length = np.hypot(*base.T)
+    up = np.column_stack([-base[:, 1], base[:, 0]]) / length[:, None]
+    found, angles = np.zeros((len(pairs), 2)), list[Floats]()
+    for end, (column, way) in enumerate(((i, base), (j, -base))):
+        some = strips.heights.count[column] > 0
+        step = strips.x[strips.first[column[some]]] - columns.at[column[some]]
+        found[some, end] = (step * up[some]).sum(axis=1) / ladder.first
+        cosine = (step * way[some]).sum(axis=1) / (np.hypot(*step.T) * length[some])
+        angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))
+    height = found.max(axis=1) * ladder.first
+    aspect = length[height > 0] / height[height > 0]
+    return found, length, np.concatenate(angles), float(aspect.max(initial=0.0))
+
+
+def beyond_fronts(strips: Strips, points: Floats, triangles: Integers, number: Integers) -> Floats:
+    """Ratios (p,) of the height of the triangle on each pair's front to its last layer; NaN where there is no layer.
+
+    Triangles (t, 3) are those of points (n, 2) beside the layers, whose nodes have numbers (k,) there.
+    """
+    columns, count = strips.columns, strips.heights.count
+    ratio = np.full(len(columns.pair), np.nan)
+    some = np.flatnonzero((count[columns.pair] > 0).all(axis=1))
+    ends = number[strips.fronts[some]]
+    triangle, side = find_sides(triangles, len(points), ends)
+    apex = points[triangles[triangle, (side + 2) % 3]]
+    base, over = points[ends[:, 1]] - points[ends[:, 0]], apex - points[ends[:, 0]]
+    beyond = (base[:, 0] * over[:, 1] - base[:, 1] * over[:, 0]) / np.hypot(*base.T)
+    column = columns.pair[some]
+    level = count[column]
+    below = strips.node(column, level - 1)
+    last = np.hypot(*np.moveaxis(strips.x[strips.top[column]] - strips.x[below], -1, 0))
+    ratio[some] = beyond / (last / np.hypot(*np.moveaxis(columns.up[column], -1, 0))).mean(axis=1)
+    return ratio

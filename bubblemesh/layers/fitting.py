@@ -1,0 +1,33 @@
+"""Fitting: columns as high as they may be so that all cells are valid and none meets another."""
+
+import numpy as np
+
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.heights import Widths, heights
+from bubblemesh.layers.obstacles import Obstacles
+from bubblemesh.layers.room import room, spread
+from bubblemesh.layers.strips import Strips
+from bubblemesh.layers.walls import Walls
+
+LOWERED = 0.8  # of their height: columns that are in the way
+PATIENCE = 16  # times that a column is lowered before it has no layers
+
+
+def fitted(columns: Columns, walls: Walls) -> Strips:
+    """Strips between columns that go as high as is asked for and there is room for.
+
+    Where cells are not valid or meet others the columns are made lower, again and again: without layers a column is in
+    nobody's way, so that this ends.
+    """
+    obstacles, widths = Obstacles.of(walls), Widths(columns)
+    height = room(columns, walls, obstacles)
+    lowered = np.zeros(len(columns), np.int64)
+    while True:
+        strips = Strips.of(columns, walls, heights(columns, height, widths))
+        wrong = obstacles.in_the_way(strips)
+        if not wrong.any():
+            return strips
+        lowered[wrong] += 1
+        height = np.where(wrong, LOWERED * np.minimum(height, strips.reached), height)
+        height[lowered > PATIENCE] = 0.0
+        height = spread(columns, height)

@@ -1,0 +1,116 @@
+"""Heights: how many layers each column has, and by how much these are compressed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.walls import Walls
+
+FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
+LEAST = 0.02  # factor of compressed layers; below it there are none
+WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
+STEEPEST = 1.3  # ratio of the factors of neighbours
+PASSES = 1000
+
+
+@dataclass(frozen=True)
+class Heights:
+    """How high columns are."""
+
+    wanted: Integers  # (c,): number of layers that are asked for
+    count: Integers  # (c,): of those that there are
+    factor: Floats  # (c,): of the heights of these, at most 1
+
+
+def heights(columns: Columns, room: Floats, widths: "Widths") -> Heights:
+    """Layers that there is room (c,) for, at most one fewer from column to column."""
+    wanted, count = (np.zeros(len(columns), np.int64) for _ in range(2))
+    factor = np.ones(len(columns))
+    for number, ladder in enumerate(columns.ladders):
+        mine = np.flatnonzero(columns.ladder == number)
+        most = np.minimum(ladder.count, widths.layers(mine, ladder.heights, ladder.tops, ladder.isotropic))
+        wanted[mine] = most if ladder.isotropic else ladder.count
+        fitting = np.searchsorted(ladder.tops, room[mine] * (1 + 1e-12), side="right") - 1
+        few = np.minimum(FEWEST, most)
+        squeezed = np.clip(room[mine] / np.maximum(ladder.tops[few], 1e-300), 0, 1)
+        count[mine] = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
+        factor[mine] = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
+    return Heights(wanted, *_gradual(columns, count, factor))
+
+
+def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integers, Floats]:
+    """Counts and factors (c,) that change slowly from column to column."""
+    (i, j), (one, other) = columns.pair.T, columns.twins.T
+    for _ in range(PASSES):
+        fewer, lower = count.copy(), factor.copy()
+        for a, b in ((one, other), (other, one)):
+            fewer[a], lower[a] = np.minimum(fewer[a], count[b]), np.minimum(lower[a], factor[b])
+        for a, b in ((i, j), (j, i)):
+            np.minimum.at(fewer, a, count[b] + 1)
+            # Where there is no layer its factor says nothing.
+            np.minimum.at(lower, a, np.where(count[b] > 0, STEEPEST * factor[b], np.inf))
+        if (fewer == count).all() and (lower == factor).all():
+            break
+        count, factor = fewer, lower
+    return count, factor
+
+
+@dataclass(frozen=True)
+class Widths:
+    """Distances between neighbouring columns at any height."""
+
+    columns: Columns
+
+    def layers(self, which: Integers, heights: Floats, tops: Floats, isotropic: bool) -> Integers:
+        """Number (k,) of layers of some columns that are no higher than wide, nor than the spacing.
+
+        They may be as high as the larger one of both if not ``isotropic``. All columns of a fan are as wide as those
+        beside it. Columns that part end before they are much farther from each other than the spacing.
+        """
+        columns = self.columns
+        number, going = np.zeros(len(which), np.int64), np.ones(len(which), bool)
+        spacing, foot = columns.spacing[which], columns.foot[which]
+        bound, at_foot = np.minimum if isotropic else np.maximum, self._widest(0.0)[foot]
+        for height, top in zip(heights, tops[1:], strict=True):
+            widest = self._widest(top)[foot]
+            going &= (height <= bound(widest, spacing)) & (widest <= WIDEST * np.maximum(spacing, at_foot))
+            if not going.any():
+                break
+            number += going
+        return number
+
+    def _widest(self, height: float) -> Floats:
+        """Largest width (n,) beside the columns of each node of the walls, but for those in fans."""
+        columns = self.columns
+        at = columns.places(np.arange(len(columns)), np.full(len(columns), height))
+        i, j = pair = columns.pair[~columns.fan].T
+        width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
+        for end in pair:
+            np.maximum.at(widest, columns.foot[end], width)
+        return widest
+
+
+def reached(columns: Columns, found: Heights, owner: Integers, level: Integers) -> Floats:
+    """Heights (k,) above the wall, on the columns (k,), of the ends of their layers numbered ``level`` (k,)."""
+    tops = np.zeros((len(columns.ladders), 1 + max(ladder.count for ladder in columns.ladders)))
+    for number, ladder in enumerate(columns.ladders):
+        tops[number, : ladder.count + 1] = ladder.tops
+    return tops[columns.ladder[owner], level] * found.factor[owner]
+
+
+def places(columns: Columns, walls: Walls, found: Heights) -> Floats:
+    """Nodes (n, 2) of all columns above their feet, one column after the other."""
+    owner, rank = members(found.count)
+    height = reached(columns, found, owner, rank + 1)
+    x = columns.places(owner, height)
+    on_piece = np.flatnonzero(columns.follows[owner] >= 0)
+    x[on_piece] = walls.domain.boundary.points(*on_pieces(columns, walls, owner[on_piece], height[on_piece]))
+    return x
+
+
+def on_pieces(columns: Columns, walls: Walls, owner: Integers, height: Floats) -> tuple[Integers, Floats]:
+    """Pieces (k,) that columns follow, and arc lengths (k,) there at some height (k,) of the columns."""
+    piece, way = columns.follows[owner], height * np.hypot(*columns.up[owner].T)
+    return piece, np.where(columns.from_start[owner], way, walls.domain.boundary.lengths[piece] - way)

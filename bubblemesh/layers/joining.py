@@ -1,0 +1,105 @@
+"""Joining: the packed rest of a domain and its layers as one net of the whole."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.layers.heights import on_pieces, reached
+from bubblemesh.layers.rest import Rest
+from bubblemesh.layers.strips import Strips
+from bubblemesh.meshes.edges import find_sides
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.net import Net, unconnected
+from bubblemesh.spacing.spacing import Spacing
+
+
+class Joined(NamedTuple):
+    """A net of the whole domain, with the cells of layers."""
+
+    net: Net  # without a list of edges
+    number: Integers  # (n,): of each node of the strips, -1 for those that are not there
+    cells: Integers  # (t, 3): triangles of the layers
+    halves: Integers  # (q, 2): rows of two of these that are one quadrilateral
+    divided: Integers  # (k, 2): edges of the strips with nodes on them, by their numbers in the net
+
+
+def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
+    """A net of the rest and the cells of the layers, as one of the whole domain."""
+    strips, whole, own = rest.strips, rest.strips.walls.domain, net.bubbles
+    count, fixed, inside = len(strips.x), len(whole.boundary.corners), len(own) - own.boundary_count
+    known = np.append(rest.corners, count + np.arange(len(own) - own.corners))
+    edges, between = _nodes_on_fronts(rest, own)
+    cells, halves = _divided(strips, edges, between)
+    layer_piece, layer_s = _on_whole(strips)
+    origin = rest.origin[own.piece]
+    piece = np.concatenate([layer_piece, origin, np.full(inside, -1)])
+    along = whole.boundary.wrapped(origin, rest.begin[own.piece] + rest.rate[own.piece] * own.s)
+    s = np.concatenate([layer_s, along, np.zeros(inside)])
+    x = np.vstack([strips.x, own.x[own.corners :]])
+    # What was packed on the straight edges between nodes of a wall is on the wall's own curve.
+    on_walls = count + np.flatnonzero((origin >= 0) & rest.straight[own.piece])
+    x[on_walls] = whole.boundary.points(piece[on_walls], s[on_walls])
+    used, corner = np.zeros(len(x), bool), np.arange(len(x)) < fixed
+    used[known] = used[cells] = True
+    used[:fixed] = True
+    slides = used & (piece >= 0) & ~corner
+    order = np.concatenate([np.flatnonzero(which) for which in (corner, slides, used & ~corner & ~slides)])
+    number = np.full(len(x), -1)
+    number[order] = np.arange(len(order))
+    bubbles = Bubbles(x[order], spacing.extended(x[order]), piece[slides], s[slides], fixed, np.zeros(len(order), bool))
+    triangles = number[np.concatenate([cells, known[net.triangles]])]
+    joint = replace(unconnected(bubbles, whole), triangles=triangles)
+    return Joined(joint, number[:count], number[cells], halves, number[edges])
+
+
+def _on_whole(strips: Strips) -> tuple[Integers, Floats]:
+    """Piece (n,) of the whole on which each node of the strips slides, -1 for none, and its arc length (n,) there."""
+    walls, columns, count = strips.walls, strips.columns, strips.heights.count
+    owner = np.repeat(np.arange(len(columns)), count)
+    level = np.arange(len(owner)) - (np.cumsum(count) - count)[owner] + 1
+    piece, s = on_pieces(columns, walls, owner, reached(columns, strips.heights, owner, level))
+    return np.append(walls.node_piece, piece), np.append(walls.node_s, s)
+
+
+def _nodes_on_fronts(rest: Rest, own: Bubbles) -> tuple[Integers, list[Integers]]:
+    """Edges (k, 2) of the strips on which bubbles of the rest lie, and the numbers of these after those of the strips.
+
+    They are in the order from the first end to the second one.
+    """
+    boundary = rest.domain.boundary
+    mine = np.flatnonzero(rest.straight[own.piece])
+    mine = mine[np.lexsort((own.s[mine], own.piece[mine]))]
+    pieces, first = np.unique(own.piece[mine], return_index=True)
+    ends = rest.corners[np.column_stack([boundary.start[pieces], boundary.end[pieces]])]
+    return ends, np.split(len(rest.strips.x) + mine, first[1:]) if len(mine) else []
+
+
+def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tuple[Integers, Integers]:
+    """Triangles (t, 3) of the layers, with nodes ``between`` the ends of edges (k, 2) at their rim.
+
+    And the rows (q, 2) of the pairs of triangles that still are quadrilaterals. No edge is one of two triangles.
+    """
+    cells = strips.cells()
+    triangles, whole = cells.triangles, np.ones(len(cells.triangles), bool)
+    left = list(range(len(edges)))
+    while left:
+        owner, side = find_sides(triangles, int(triangles.max()) + 1, edges[left][:, ::-1])
+        parts, later = dict[int, Integers](), list[int]()
+        for k, cell, first in zip(left, owner.tolist(), side.tolist(), strict=True):
+            if cell in parts:  # it has two such edges: its parts have one of them
+                later.append(k)
+            elif cell >= 0:
+                chain = np.concatenate([edges[k, 1:], between[k][::-1], edges[k, :1]])
+                apex = np.full(len(chain) - 1, triangles[cell, (first + 2) % 3])
+                parts[cell] = np.column_stack([chain[:-1], chain[1:], apex])
+        for cell, some in parts.items():
+            triangles[cell] = some[0]
+            whole[cell : cell + 1] = False
+        triangles = np.concatenate([triangles, *(some[1:] for some in parts.values())])
+        left = later
+    q = len(cells.diagonals)
+    pairs = np.column_stack([np.arange(q), q + np.arange(q)])
+    return triangles, pairs[whole[pairs].all(axis=1) & strips.are_quads]

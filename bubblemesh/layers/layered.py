@@ -1,0 +1,45 @@
+"""A domain with boundary layers: columns on its walls, and the rest beside them."""
+
+from collections.abc import Sequence
+
+from bubblemesh.errors import CaseError, LimitError, at_key
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.layers.columns import columns_on
+from bubblemesh.layers.fitting import fitted
+from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.rest import Rest
+from bubblemesh.layers.walls import Walls
+from bubblemesh.messages import node_limit
+from bubblemesh.packing.placement.diffusion import boundary_bubbles
+from bubblemesh.spacing.spacing import Spacing
+
+
+def layered(domain: Domain, wanted: Spacing, spacing: Spacing, ladders: Sequence[Ladder], max_nodes: int) -> Rest:
+    """Layers on the walls of a domain, up to the ``wanted`` spacing, and what they leave of it.
+
+    The nodes of the walls are placed by a ``spacing`` that may be finer.
+
+    CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
+    ``max_nodes`` nodes.
+    """
+    walls = Walls.of(domain, boundary_bubbles(domain, spacing), wanted, ladders)
+    for number, ladder in enumerate(ladders):
+        _require_low(ladder, walls.d[walls.ends[walls.ladder == number]].max(initial=0.0))
+    columns = columns_on(walls, ladders)
+    if columns.most_nodes > max_nodes:
+        raise LimitError(
+            f"layers: they may take {columns.most_nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "
+            f"the walls, ask for fewer layers, or raise {node_limit()}"
+        )
+    return Rest.of(fitted(columns, walls))
+
+
+def _require_low(ladder: Ladder, spacing: float) -> None:
+    with at_key(*ladder.key):
+        if spacing == 0:
+            raise CaseError(f"region {ladder.region!r} does not touch any of {', '.join(ladder.labels)}")
+        if ladder.first > spacing:
+            raise CaseError(
+                f"the first layer, {ladder.first:.4g} high, is higher than the spacing on these walls, which is "
+                f"{spacing:.4g} at most: make first smaller, or the spacing larger"
+            )

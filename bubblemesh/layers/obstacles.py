@@ -1,0 +1,130 @@
+"""Obstacles: what columns must not meet, and which of them do, or would spoil the cells between them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.layers.strips import Strips
+from bubblemesh.layers.walls import Walls
+
+Shapes = NDArray[np.object_]  # polygons or lines
+
+FLAT = 0.02  # least sine of an angle of a cell between a wall and a column
+APART = 0.25  # least distance of strips of different walls, in terms of the lower one's height
+NEAR = 2.0  # heights between the feet of strips: farther away they are of different walls
+OPEN = 0.3  # least distance of fronts around a bend, in terms of the shorter one's edges
+SHRUNK = 1 - 1e-6  # strips that have a side in common do not meet without their rims
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Walls as straight lines, and points of the domain."""
+
+    start: Floats  # (k, 2)
+    end: Floats  # (k, 2): the start of a point
+    layered: Booleans  # (k,): whether there are layers on it
+    piece: Integers  # (k,): piece of the boundary, -1 for one with layers and for points
+
+    @classmethod
+    def of(cls, walls: Walls) -> "Obstacles":
+        """Edges of walls with layers, chords of all other pieces, and embedded points."""
+        boundary, layered = walls.domain.boundary, walls.pieces_with_layers
+        chords = boundary.chords()
+        bare = ~layered[chords.piece]
+        edges = walls.ends[layered[walls.piece] & walls.forward]
+        points = walls.x[np.setdiff1d(np.arange(len(boundary.corners)), walls.ends)]
+        counts = len(edges), int(bare.sum()), len(points)
+        return cls(
+            np.concatenate([walls.x[edges[:, 0]], chords.start[bare], points]),
+            np.concatenate([walls.x[edges[:, 1]], chords.end[bare], points]),
+            np.repeat([True, False, False], counts),
+            np.concatenate([np.full(counts[0], -1), chords.piece[bare], np.full(counts[2], -1)]),
+        )
+
+    @cached_property
+    def lines(self) -> Shapes:
+        """Lines (k,) between starts and ends."""
+        lines: Shapes = shapely.linestrings(np.stack([self.start, self.end], axis=1))
+        return lines
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """Tree of the lines."""
+        return shapely.STRtree(self.lines)
+
+    def in_the_way(self, strips: Strips) -> Booleans:
+        """Mask (c,) of the columns that have to be lower for all cells to be valid, and none to meet another."""
+        columns = strips.columns
+        wrong, full = badly_shaped(strips), np.flatnonzero(strips.full)
+        i, j = columns.pair[full].T
+        corner = strips.x[np.column_stack([columns.foot[i], columns.foot[j], strips.top[j], strips.top[i]])]
+        shapes = shapely.polygons(corner)
+        valid = shapely.is_valid(shapes)
+        wrong[full[~valid]] = True
+        full, shapes, corner = full[valid], shapes[valid], corner[valid]
+        middle = corner.mean(axis=1, keepdims=True)
+        inner = shapely.polygons(middle + SHRUNK * (corner - middle))
+        wrong[full[_overlapping(strips, full, shapes, inner)]] = True
+        wrong[full[self._met_by(strips, full, shapes, inner)]] = True
+        found = np.zeros(len(columns), bool)
+        found[columns.pair[wrong]] = True
+        return found & (strips.heights.count > 0)
+
+    def _met_by(self, strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
+        """Strips (m,), among those of the pairs ``full`` (f,), that meet an obstacle, or come too near to one."""
+        columns = strips.columns
+        high = strips.height[columns.pair[full]].max(axis=1)
+        meeting = self.tree.query(inner, predicate="intersects")
+        one = meeting[0, self._is_apart(strips, full, *meeting)]
+        near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
+        feet, ends = columns.at[columns.pair[full]], np.stack([self.start, self.end], axis=1)
+        joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
+        away = shapely.distance(shapely.points(feet.mean(axis=1)[near]), self.lines[by]) > high[near]
+        point = (self.start == self.end).all(axis=1)[by]
+        too_near = (point | away & ~joined) & self._is_apart(strips, full, near, by)
+        return np.unique(np.append(one, near[too_near]))
+
+    def _is_apart(self, strips: Strips, full: Integers, one: Integers, line: Integers) -> Booleans:
+        """Mask (m,) of strips ``one`` (m,) with no column that follows the piece of the line (m,) beside it."""
+        follows = strips.columns.follows[strips.columns.pair[full]][one]
+        apart: Booleans = ~((follows == self.piece[line][:, None]) & (follows >= 0)).any(axis=1)
+        return apart
+
+
+def badly_shaped(strips: Strips) -> Booleans:
+    """Mask (p,) of the pairs with a cell that is turned over, or nearly flat."""
+    wrong = np.zeros(len(strips.columns.pair), bool)
+    for cells, pair in (strips.quads, strips.triangles):
+        corner = strips.x[cells]
+        ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
+        area = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+        if cells.shape[1] == 4:
+            area = area - FLAT * np.hypot(*np.moveaxis(ahead, -1, 0)) * np.hypot(*np.moveaxis(back, -1, 0))
+        wrong[pair[(area <= 0).any(axis=1)]] = True
+    return wrong
+
+
+def _overlapping(strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
+    """Strips (m,), among those of the pairs ``full`` (f,), that overlap others, or come too near to them."""
+    columns = strips.columns
+    one, other = shapely.STRtree(inner).query(inner, predicate="intersects")
+    high = strips.height[columns.pair[full]].max(axis=1)
+    middle, feet = columns.at[columns.pair[full]].mean(axis=1), columns.foot[columns.pair[full]]
+    near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
+    away = np.hypot(*(middle[near] - middle[by]).T) > NEAR * np.maximum(high[near], high[by])
+    apart = ~(feet[near][:, :, None] == feet[by][:, None, :]).any(axis=(1, 2))
+    far, beyond = near[away & apart], by[away & apart]
+    too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
+    # Around a bend of one wall their fronts must leave room for triangles.
+    tops = strips.fronts[full]
+    fronts = shapely.linestrings(strips.x[tops])
+    length = shapely.length(fronts)
+    near, by = near[~away], by[~away]
+    apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
+    near, by = near[apart], by[apart]
+    closing = shapely.distance(fronts[near], fronts[by]) < OPEN * np.minimum(length[near], length[by])
+    return np.unique(np.concatenate([one[one != other], far[too_near], near[closing]]))

@@ -1,0 +1,89 @@
+"""The rest of a domain beside its layers, as a domain of its own."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import Lines
+from bubblemesh.geometry.domain import Domain, Held
+from bubblemesh.geometry.faces import compact, face
+from bubblemesh.layers.fronts import Edges
+from bubblemesh.layers.heights import on_pieces, reached
+from bubblemesh.layers.strips import Strips
+
+FRONT = "front"  # label of what the layers leave, which no mesh has
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What layers leave of a domain, whose boundary along them has no nodes but those of the layers."""
+
+    strips: Strips
+    domain: Domain
+    corners: Integers  # (c,): numbers that its corners have in the strips
+    origin: Integers  # (p,): piece of the whole that each piece is a part of or runs along, -1 for fronts above walls
+    begin: Floats  # (p,): arc length of the whole's piece at which it begins
+    rate: Floats  # (p,): change of that arc length along the piece
+
+    @classmethod
+    def of(cls, strips: Strips) -> "Rest":
+        """The rest of the domain beside strips."""
+        walls, whole = strips.walls, strips.walls.domain.boundary
+        bare = np.flatnonzero(~walls.pieces_with_layers)
+        begin, end, first, last = _beside_columns(strips)
+        beside, right = Edges.of(strips).once()
+        straight = Lines(strips.x[beside.ends[:, 0]], strips.x[beside.ends[:, 1]])
+        count, edges, rim = len(bare), len(right), np.append(~whole.inner[bare], right < 0)
+        boundary = Boundary(
+            families=(*whole.families, straight),
+            kind=np.append(whole.kind[bare], np.full(edges, len(whole.families))),
+            index=np.append(whole.index[bare], np.arange(edges)),
+            offset=np.append(whole.offset[bare] + begin[bare], np.zeros(edges)),
+            lengths=np.append((end - begin)[bare], straight.lengths),
+            start=np.append(first[bare], beside.ends[:, 0]),
+            end=np.append(last[bare], beside.ends[:, 1]),
+            label=np.append(whole.label[bare], np.full(edges, len(whole.labels))),
+            ring=np.append(whole.ring[bare], np.full(edges, -1)),
+            left=np.append(whole.left[bare], beside.region),
+            right=np.append(whole.right[bare], right),
+            corners=strips.x,
+            labels=(*whole.labels, FRONT),
+        )
+        traced, order = face(boundary, rim)
+        points = np.setdiff1d(np.arange(len(whole.corners)), np.append(whole.start, whole.end))
+        small, corners = compact(traced, points)
+        matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
+        domain = Domain(small, parts=Parts(periodic=matching), held=Held(np.flatnonzero(order >= count)))
+        rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
+        origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])
+        return cls(strips, domain, corners, origin[order], first_s[order], rate[order])
+
+    @property
+    def own_nodes(self) -> int:
+        """Number of the nodes of the layers that are not on their fronts."""
+        return len(np.setdiff1d(self.strips.cells().triangles, self.corners))
+
+    @property
+    def straight(self) -> Booleans:
+        """Mask (p,) of the pieces along layers."""
+        straight = np.zeros(len(self.origin), bool)
+        straight[self.domain.held.pieces] = True
+        return straight
+
+
+def _beside_columns(strips: Strips) -> tuple[Floats, Floats, Integers, Integers]:
+    """Arc lengths (p,) between which pieces of the whole have no column along them, and the nodes (p,) there."""
+    columns, whole = strips.columns, strips.walls.domain.boundary
+    begin, end = np.zeros(len(whole.kind)), whole.lengths.copy()
+    first, last = whole.start.copy(), whole.end.copy()
+    for at_start in (True, False):
+        mine = np.flatnonzero((columns.follows >= 0) & (columns.from_start == at_start))
+        piece, s = on_pieces(
+            columns, strips.walls, mine, reached(columns, strips.heights, mine, strips.heights.count[mine])
+        )
+        (begin if at_start else end)[piece] = s
+        (first if at_start else last)[piece] = strips.top[mine]
+    return begin, end, first, last

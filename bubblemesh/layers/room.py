@@ -1,0 +1,90 @@
+"""Room: how high columns may be before they meet each other, or a wall across."""
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.obstacles import Obstacles
+from bubblemesh.layers.walls import Walls
+
+NARROWED = 0.35  # least width of the cells between two columns at their tops, in terms of that at their feet
+SHARED = 0.3, 0.42  # of the way to a wall with layers: what a column may take at least and at most
+ALONE = 0.5, 0.8  # the same to a wall without
+ALONG = 0.45  # of a piece that a column follows
+STEEPEST = 0.6  # change of the height along the wall
+OWN_WALL = 1e-6  # of a line's length
+REACH = 2.5  # thicknesses that are looked at
+PASSES = 500
+
+
+def room(columns: Columns, walls: Walls, obstacles: Obstacles) -> Floats:
+    """Heights (c,) above the wall up to which columns may go."""
+    height = np.where(columns.ends, 0.0, columns.thickness)
+    height = np.minimum(height, _between_neighbours(columns))
+    height = np.minimum(height, _up_to(obstacles, columns))
+    height = np.minimum(height, _along_pieces(columns, walls))
+    return spread(columns, height)
+
+
+def spread(columns: Columns, height: Floats) -> Floats:
+    """Heights (c,) that change by no more than a stated slope along the wall, but for where layers end."""
+    (i, j), step = columns.pair.T, STEEPEST * columns.bare_widths
+    bound = ~columns.ends
+    for _ in range(PASSES):
+        lower = height.copy()
+        for a, b in ((i, j), (j, i)):
+            np.minimum.at(lower, a, np.where(bound[b], height[b] + step, np.inf))
+        if (lower == height).all():
+            break
+        height = lower
+    return height
+
+
+def _between_neighbours(columns: Columns) -> Floats:
+    """Heights (c,) at which neighbours that lean towards each other become too near."""
+    i, j = columns.pair.T
+    across = columns.at[j] - columns.at[i]
+    width = np.hypot(*across.T)
+    on_wall = width > 0
+    along = across / np.where(on_wall, width, 1.0)[:, None]
+    grows = ((columns.up[j] - columns.up[i]) * along).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        height = np.where(on_wall & (grows < 0), (1 - NARROWED) * width / -grows, np.inf)
+    return columns.least_of_pairs(height)
+
+
+def _up_to(obstacles: Obstacles, columns: Columns) -> Floats:
+    """Heights (c,) at which straight columns have taken their part of the way to what is across."""
+    straight = np.flatnonzero((columns.follows < 0) & ~columns.ends)
+    reach = REACH * columns.thickness[straight] + 2 * columns.spacing[straight]
+    origin, ray = columns.at[straight], columns.up[straight] * reach[:, None]
+    of, line = obstacles.tree.query(shapely.linestrings(np.stack([origin, origin + ray], axis=1)), "intersects")
+    along, across = (obstacles.end - obstacles.start)[line], obstacles.start[line] - origin[of]
+    (rx, ry), (ux, uy), (ox, oy) = ray[of].T, along.T, across.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (ox * uy - oy * ux) / (rx * uy - ry * ux)
+    # A ray begins on its own wall.
+    met = np.isfinite(share) & (share * reach[of] > OWN_WALL * np.hypot(*along.T))
+    of, line, share = of[met], line[met], share[met]
+    order = np.argsort(-share, kind="stable")  # the last one written stays
+    way, shared = np.full(len(straight), np.inf), np.zeros(len(straight), bool)
+    way[of[order]], shared[of[order]] = (share * reach[of])[order], obstacles.layered[line[order]]
+    height = np.full(len(columns), np.inf)
+    height[straight] = part_of(way, columns.spacing[straight], shared)
+    return height
+
+
+def part_of(way: Floats, spacing: Floats, shared: Booleans) -> Floats:
+    """What columns may take of the ways (k,) to walls across: all but a spacing in between, within bounds."""
+    least, most = (np.where(shared, a, b) for a, b in zip(SHARED, ALONE, strict=True))
+    with np.errstate(invalid="ignore"):
+        return np.where(
+            np.isfinite(way), np.clip((way - spacing) / np.where(shared, 2, 1), least * way, most * way), np.inf
+        )
+
+
+def _along_pieces(columns: Columns, walls: Walls) -> Floats:
+    follows = columns.follows >= 0
+    length = walls.domain.boundary.lengths[columns.follows]
+    return np.where(follows, ALONG * length / np.hypot(*columns.up.T), np.inf)

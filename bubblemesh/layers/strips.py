@@ -1,0 +1,152 @@
+"""Strips: the cells between neighbouring columns."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers, members
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.heights import Heights, places, reached
+from bubblemesh.layers.walls import Walls
+
+
+class Cells(NamedTuple):
+    """Cells of layers as triangles: the first 2 q are those of quadrilaterals, row k and row q + k of one."""
+
+    triangles: Integers  # (t, 3): counter-clockwise
+    pair: Integers  # (t,): pair of columns that each lies between
+    diagonals: Integers  # (q, 2): edges between two triangles that are one quadrilateral
+    pair_of_quad: Integers  # (q,): pair of columns
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Cells between all pairs of columns, with the nodes of the walls first and those of the columns after them."""
+
+    columns: Columns
+    walls: Walls
+    heights: Heights
+    x: Floats  # (n, 2): all nodes
+    first: Integers  # (c + 1,): number of the lowest node of each column above its foot
+
+    @classmethod
+    def of(cls, columns: Columns, walls: Walls, found: Heights) -> "Strips":
+        """Strips of columns that are so high."""
+        x, first = places(columns, walls, found), np.append(0, np.cumsum(found.count))
+        return cls(columns, walls, found, np.vstack([walls.x, x]), first + len(walls.x))
+
+    def node(self, column: Integers, level: Integers) -> Integers:
+        """Numbers (k,) of nodes on columns (k,), from level 0 at the foot up."""
+        return np.where(level == 0, self.columns.foot[column], self.first[column] + level - 1)
+
+    @property
+    def top(self) -> Integers:
+        """Number (c,) of the highest node of each column."""
+        return self.node(np.arange(len(self.columns)), self.heights.count)
+
+    @property
+    def quads(self) -> tuple[Integers, Integers]:
+        """Cells (q, 4) with four nodes, counter-clockwise from the wall on, and the pair (q,) that each is between."""
+        pair, level, foot = self._levels
+        i, j = self.columns.pair[pair[~foot]].T
+        k = level[~foot]
+        corners = [self.node(i, k), self.node(j, k), self.node(j, k + 1), self.node(i, k + 1)]
+        return np.column_stack(corners), pair[~foot]
+
+    @property
+    def triangles(self) -> tuple[Integers, Integers]:
+        """Cells (t, 3) with three nodes, at the feet of fans and beside the last layer of the higher of two columns."""
+        pair, level, foot = self._levels
+        i, j = self.columns.pair[pair[foot]].T
+        k = level[foot]
+        at_feet = np.column_stack([self.columns.foot[i], self.node(j, k + 1), self.node(i, k + 1)])
+        ci, cj = self.heights.count[self.columns.pair].T
+        steps = np.flatnonzero((ci != cj) & (~self.columns.fan | (np.minimum(ci, cj) > 0)))
+        i, j = self.columns.pair[steps].T
+        low = np.minimum(ci, cj)[steps]
+        higher = np.where(ci[steps] > cj[steps], i, j)
+        closing = np.column_stack([self.node(i, low), self.node(j, low), self.node(higher, low + 1)])
+        return np.vstack([at_feet, closing]), np.append(pair[foot], steps)
+
+    @property
+    def _levels(self) -> tuple[Integers, Integers, Booleans]:
+        """Pair and level (m,) of all cells up to the lower one of two columns, and whether they are at a fan's foot."""
+        pair, level = members(self.heights.count[self.columns.pair].min(axis=1))
+        return pair, level, (level == 0) & self.columns.fan[pair]
+
+    @property
+    def fronts(self) -> Integers:
+        """Edges (p, 2) along the tops, with the rest of the domain on the left; on walls where there are no layers."""
+        return self.top[self.columns.pair]
+
+    @property
+    def full(self) -> Booleans:
+        """Mask (p,) of the pairs with a cell between them at least."""
+        count = self.heights.count[self.columns.pair]
+        return np.where(self.columns.fan, count.min(axis=1) > 0, count.max(axis=1) > 0)
+
+    @property
+    def reached(self) -> Floats:
+        """Height (c,) of each column above the wall."""
+        return reached(self.columns, self.heights, np.arange(len(self.columns)), self.heights.count)
+
+    @property
+    def height(self) -> Floats:
+        """Length (c,) of each column."""
+        return np.hypot(*(self.x[self.top] - self.columns.at).T)
+
+    def cells(self) -> "Cells":
+        """All cells as triangles."""
+        corners, pair = self.quads
+        first = self._split_from_first(self.x[corners])
+        a, b, c, d = np.where(first[:, None], corners, np.roll(corners, -1, axis=1)).T
+        three, beside = self.triangles
+        return Cells(
+            np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d]), three]),
+            np.concatenate([pair, pair, beside]),
+            np.column_stack([a, c]),
+            pair,
+        )
+
+    @property
+    def are_quads(self) -> Booleans:
+        """Mask (q,) of the cells with four nodes that stay quadrilaterals in files."""
+        quads = np.array([ladder.quads for ladder in self.columns.ladders])
+        return quads[self.walls.ladder[self.columns.side[self.quads[1]]]]
+
+    @property
+    def curved(self) -> tuple[Integers, Floats]:
+        """Edges (k, 2) along curved walls above these, and points (k, 2) halfway along the offsets of the curves.
+
+        They bulge as the wall does, in terms of their lengths, and so do the diagonals of cells between them.
+        """
+        columns, walls = self.columns, self.walls
+        ends = self.columns.at[columns.pair]
+        bulge = np.where(columns.fan[:, None], 0.0, walls.middles[columns.side] - ends.mean(axis=1))
+        curved = (bulge != 0).any(axis=1)
+
+        pair, level = members(self.heights.count[columns.pair].min(axis=1))
+        pair, level = pair[curved[pair]], level[curved[pair]] + 1
+        i, j = columns.pair[pair].T
+        along = np.column_stack([self.node(i, level), self.node(j, level)])
+        cells = self.cells()
+        mine = curved[cells.pair_of_quad]
+        across, beside = cells.diagonals[mine], cells.pair_of_quad[mine]
+        steps = np.flatnonzero(curved & (np.diff(self.heights.count[columns.pair], axis=1)[:, 0] != 0))
+        edges = np.concatenate([along, across, self.fronts[steps]])
+        owner = np.concatenate([pair, beside, steps])
+        span = self.x[edges]
+        base = ends[owner, 1] - ends[owner, 0]
+        share = ((span[:, 1] - span[:, 0]) * base).sum(axis=1) / (base * base).sum(axis=1)
+        return edges, span.mean(axis=1) + np.abs(share)[:, None] * bulge[owner]
+
+    @staticmethod
+    def _split_from_first(corner: Floats) -> Booleans:
+        """Whether the diagonal (q,) from the first of four corners (q, 4, 2) makes the largest angle least."""
+        ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
+        cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+        angle = np.arctan2(cross, (ahead * back).sum(axis=-1))
+        # A diagonal halves the angles at its ends; of the two others the larger one stays.
+        first: Booleans = np.maximum(angle[:, 1], angle[:, 3]) <= np.maximum(angle[:, 0], angle[:, 2])
+        return first

@@ -1,0 +1,93 @@
+"""Boundary layers of a case, bound to the labels of its domain, and what the spacing is beside them."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from bubblemesh.case.data_terms import several
+from bubblemesh.case.layers import LayerKeys
+from bubblemesh.errors import CaseError, Key, at_key
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.layers.ladder import Ladder, count_of, first_of, growth_of
+from bubblemesh.layers.layered import layered
+from bubblemesh.layers.rest import Rest
+from bubblemesh.messages import meant
+from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
+from bubblemesh.spacing.rules.sources import short_pieces
+from bubblemesh.spacing.spacing import Spacing
+
+
+def ladders_of(entries: Sequence[LayerKeys], domain: Domain) -> tuple[Ladder, ...]:
+    """Layers that a case asks for in a domain.
+
+    CaseError for labels or regions that the domain has not, for labels with two kinds of layers, and for a periodic
+    side whose counterpart has none.
+    """
+    return tuple(_ladders(entries, domain))
+
+
+def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
+    boundary = domain.boundary
+    sides = [boundary.labels[k] for k in sorted(set(boundary.label.tolist()))]
+    taken = dict[tuple[str, str | None], int]()
+    for number, keys in enumerate(entries):
+        with at_key("layers", number, "region"):
+            if keys.region is not None and keys.region not in domain.parts.names:
+                raise CaseError(f"there is no region {keys.region!r}: {meant(keys.region, domain.parts.names)}")
+        with at_key("layers", number, "on"):
+            labels = several(keys.on)
+            for label in labels:
+                if label not in sides:
+                    raise CaseError(f"there is no side or line {label!r}: {meant(label, sides)}")
+                for (known, region), other in taken.items():
+                    if known == label and (region is None or keys.region is None or region == keys.region):
+                        raise CaseError(f"{label!r} has layers already, by layers.{other}: name it once")
+            for pair in domain.parts.periodic:
+                if len({*pair} & {*labels}) == 1:
+                    raise CaseError(f"the sides {pair[0]!r} and {pair[1]!r} match: name both, or none")
+            taken |= {(label, keys.region): number for label in labels}
+        yield _ladder(keys, Key(["layers", number]), domain.size)
+
+
+def with_layers(
+    domain: Domain, wanted: Spacing, spacing: LimitedSpacing, ladders: Sequence[Ladder], max_nodes: int
+) -> tuple[Rest, LimitedSpacing]:
+    """What layers leave of the domain, and the spacing there, which is finer where their edges are.
+
+    They are no higher than the ``wanted`` spacing, than which that for the packing may be finer.
+
+    CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
+    ``max_nodes`` nodes.
+    """
+    rest = layered(domain, wanted, spacing.spacing, ladders, max_nodes)
+    sources = short_pieces(rest.domain, spacing.spacing)
+    return rest, limited_for_packing_across_sides(rest.domain, replace(spacing, ground=None), sources)
+
+
+def _ladder(keys: LayerKeys, key: Key, size: float) -> Ladder:
+    """Layers of a first height, a growth and a count, whichever of these the case gives; as high as a ``size``."""
+    growth, first, count = keys.growth, keys.first, keys.count
+    if keys.until is not None:
+        assert first is not None
+        count = max(math.ceil(math.log(size / first) / math.log(growth)), 0) + 1
+    elif keys.thickness is not None and count is not None:
+        first = first_of(count, keys.thickness, growth)
+    elif keys.thickness is not None:
+        assert first is not None
+        count = count_of(first, keys.thickness, growth)
+        first, growth = (keys.thickness, 1.0) if count == 1 else (first, growth_of(first, count, keys.thickness))
+    assert first is not None
+    assert count is not None
+    return Ladder(
+        labels=several(keys.on),
+        first=first,
+        growth=growth,
+        count=count,
+        isotropic=keys.until is not None,
+        fans=keys.corners == "fans",
+        follow=keys.ends == "follow",
+        quads=keys.cells == "quads",
+        region=keys.region,
+        key=key,
+    )

@@ -1,0 +1,300 @@
+"""Boundary layers in meshes: exact heights, fans, ends, and what goes on beside them."""
+
+import json
+
+import numpy as np
+import pytest
+from invariants import check_area, check_arrays, check_edges, check_facets_do_not_cross, check_labels
+
+import bubblemesh
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.run.pipeline import mesh_case
+
+SIDES = ["bottom", "right", "top", "left"]
+CHANNEL = {"outer": {"rectangle": [0, 0, 4, 2], "labels": SIDES}}
+DISC = {"circle": {"center": [2, 1], "radius": 0.5}, "label": "disc"}
+AROUND = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [DISC]}
+FIVE = {"first": 0.01, "growth": 1.5, "count": 5}
+TOPS = 0.01 * np.cumsum(1.5 ** np.arange(5))
+
+
+def run(domain, *layers, spacing=0.1, **keys):
+    """Result of a case, whose mesh is sound."""
+    case = {"domain": domain, "spacing": spacing, "layers": layers, "packing": {"effort": "fast"}, **keys}
+    result = mesh_case(load_case("a.yaml", text=json.dumps(case)))
+    if result.mesh.order == 1:
+        check(result.mesh)
+    return result
+
+
+def check(mesh):
+    """Fail unless the mesh is sound; nodes of inner lines are among those of the boundary."""
+    for invariant in (check_arrays, check_edges, check_facets_do_not_cross, check_area, check_labels):
+        invariant(mesh)
+
+
+def row_of(result, label):
+    return next(row for row in result.report["layers"] if row["label"] == label)
+
+
+def has_nodes(mesh, points):
+    """Whether there is a node at each of the points, but for rounding."""
+    near = np.abs(mesh.points[:, None] - np.asarray(points)[None]).max(axis=2).min(axis=0)
+    return (near < 1e-12).all()
+
+
+def test_layers_on_a_straight_wall_are_at_their_heights_at_all_its_nodes():
+    result = run(CHANNEL, {"on": "bottom", **FIVE})
+    mesh = result.mesh
+    wall = np.unique(mesh.points[mesh.points[:, 1] == 0, 0])
+    assert has_nodes(mesh, [(x, y) for x in wall for y in TOPS])
+    below = mesh.points[(mesh.points[:, 1] < TOPS[-1] + 1e-9)]
+    assert len(below) == len(wall) * 6
+    row = row_of(result, "bottom")
+    assert row["first"] == pytest.approx({"least": 1, "mean": 1, "largest": 1, "kept": 1})
+    assert row["count"] == {"wanted": 5, "least": 5, "most": 5}
+    assert (row["complete"], row["compressed"]) == (1, 1)
+    assert row["orthogonality"]["least"] == pytest.approx(90)
+    assert row["aspect"] == pytest.approx(wall[1] / 0.01)
+
+
+def test_the_last_columns_follow_the_walls_beside_and_have_their_labels():
+    mesh = run(CHANNEL, {"on": "bottom", **FIVE}).mesh
+    for label, x in (("left", 0), ("right", 4)):
+        nodes = np.unique(mesh.facets[mesh.facet_labels == mesh.labels.index(label)])
+        heights = mesh.points[nodes, 1]
+        assert (mesh.points[nodes, 0] == x).all()
+        assert np.abs(heights[:, None] - TOPS).min(axis=0) == pytest.approx(np.zeros(5), abs=1e-12)
+
+
+def test_a_curved_wall_that_the_last_column_follows_is_followed_exactly():
+    half = {
+        "path": [
+            [0, 0],
+            {"to": [2, 0], "label": "bottom"},
+            {"arc": {"to": [0, 0], "center": [1, 0], "turn": "left"}, "label": "dome"},
+        ]
+    }
+    mesh = run({"outer": half}, {"on": "bottom", **FIVE}).mesh
+    nodes = np.unique(mesh.facets[mesh.facet_labels == mesh.labels.index("dome")])
+    assert np.hypot(*(mesh.points[nodes] - [1, 0]).T) == pytest.approx(np.ones(len(nodes)))
+    assert len(nodes) > 10
+
+
+def test_layers_around_a_disc_are_on_circles():
+    mesh = run(AROUND, {"on": "disc", **FIVE}).mesh
+    radius = np.hypot(*(mesh.points - [2, 1]).T)
+    count = np.isclose(radius, 0.5, rtol=0, atol=1e-12).sum()
+    for top in TOPS:
+        assert np.isclose(radius, 0.5 + top, rtol=0, atol=1e-12).sum() == count
+
+
+@pytest.mark.parametrize(("corners", "columns"), [("fans", 4), ("plain", 1)])
+def test_a_convex_corner_has_a_fan_unless_it_is_plain(corners, columns):
+    box = {
+        "outer": {"rectangle": [0, 0, 4, 2], "label": "far"},
+        "holes": [{"rectangle": [1, 0.5, 3, 1.5], "label": "box"}],
+    }
+    result = run(box, {"on": "box", "first": 0.01, "growth": 1.2, "count": 3, "corners": corners})
+    first = np.hypot(*(result.mesh.points - [3, 1.5]).T)
+    length = 0.01 if corners == "fans" else 0.01 * np.sqrt(2)
+    assert np.isclose(first, length, rtol=0, atol=1e-12).sum() == columns
+    assert row_of(result, "box")["first"]["kept"] == 1
+
+
+def test_a_concave_corner_has_one_column_and_the_wanted_heights_above_both_walls():
+    mesh = run(CHANNEL, {"on": ["bottom", "left"], **FIVE}).mesh
+    assert has_nodes(mesh, [(top, top) for top in TOPS])
+
+
+def test_a_wall_that_goes_on_straight_without_layers_has_them_end_one_by_one():
+    plate = {
+        "outer": {"polygon": [[0, 0], [2, 0], [4, 0], [4, 1], [0, 1]], "labels": ["free", "plate", "far", "far", "far"]}
+    }
+    result = run(plate, {"on": "plate", **FIVE})
+    wall = np.sort(result.mesh.points[(result.mesh.points[:, 1] == 0) & (result.mesh.points[:, 0] >= 2), 0])
+    for layers, x in enumerate(wall[:5]):
+        column = result.mesh.points[np.isclose(result.mesh.points[:, 0], x, atol=1e-9), 1]
+        assert np.isclose(column[:, None], TOPS, rtol=0, atol=1e-12).any(axis=0).sum() == layers
+    assert row_of(result, "plate")["shortest"][0] == {"layers": 0, "at": (2.0, 0.0)}
+
+
+def test_ends_may_taper_where_they_could_follow():
+    mesh = run(CHANNEL, {"on": "bottom", "ends": "taper", **FIVE}).mesh
+    left = mesh.points[mesh.points[:, 0] == 0, 1]
+    assert not np.isclose(left[:, None], TOPS, rtol=0, atol=1e-9).any()
+
+
+def test_a_line_has_layers_on_both_sides_and_around_its_tips():
+    domain = {**CHANNEL, "lines": [{"path": [[1, 1], [3, 1]], "label": "crack"}]}
+    result = run(domain, {"on": "crack", **FIVE})
+    assert has_nodes(result.mesh, [(2, 1 + sign * top) for sign in (1, -1) for top in TOPS])
+    assert has_nodes(result.mesh, [(3 + top, 1) for top in TOPS])
+    assert row_of(result, "crack")["complete"] == 1
+
+
+@pytest.mark.parametrize("region", [None, "low", "domain"])
+def test_an_interface_has_layers_in_the_regions_that_ask_for_them(region):
+    low = {"ring": {"rectangle": [0, 0, 4, 1], "label": "mid"}, "name": "low"}
+    entry = {"on": "mid", **FIVE, **({} if region is None else {"region": region})}
+    mesh = run({**CHANNEL, "regions": [low]}, entry).mesh
+    for sign, name in ((-1, "low"), (1, "domain")):
+        has = has_nodes(mesh, [(0, 1 + sign * top) for top in TOPS])
+        assert has == (region in (None, name))
+    above = mesh.points[mesh.triangles].mean(axis=1)[:, 1] > 1
+    assert (np.array(mesh.regions)[mesh.triangle_regions] == np.where(above, "domain", "low")).all()
+
+
+def test_periodic_sides_match_where_layers_end_on_them():
+    mesh = run({**CHANNEL, "periodic": [["left", "right"]]}, {"on": ["bottom", "top"], **FIVE}).mesh
+    (sides,) = mesh.periodic_sides
+    left, right = mesh.points[sides.nodes.T]
+    assert right - left == pytest.approx(np.tile([4.0, 0.0], (len(left), 1)))
+    assert np.isclose(left[:, 1][:, None], TOPS, rtol=0, atol=1e-12).any(axis=0).all()
+
+
+def test_periodic_sides_may_have_layers_themselves():
+    mesh = run({**CHANNEL, "periodic": [["left", "right"]]}, {"on": ["left", "right"], **FIVE}).mesh
+    assert len(mesh.periodic_sides[0].nodes) > 15
+
+
+@pytest.mark.parametrize("keys", [{"parts": 3}, {"angle_min": 28, "largest": 0.002}])
+def test_nodes_that_parts_or_demands_set_on_fronts_divide_the_cells_below(keys):
+    result = run(AROUND, {"on": "disc", **FIVE, "cells": "quads"}, **keys)
+    mesh, count = result.mesh, len(result.mesh.points)
+    assert row_of(result, "disc")["complete"] == 1
+    if "angle_min" in keys:
+        assert result.report["quality"]["angle_min"] >= 28 - 1e-9
+        assert (np.hypot(*(mesh.points - [2, 1]).T) < 0.5 + TOPS[-1] - 1e-3).sum() < count
+    assert 0 < len(mesh.quads) <= row_of(result, "disc")["columns"] * 5
+
+
+def test_cells_are_quadrilaterals_if_asked_for():
+    for cells, many in (("triangles", 0), ("quads", 5)):
+        mesh = run(CHANNEL, {"on": "bottom", **FIVE, "cells": cells}).mesh
+        assert len(mesh.quads) == many * ((mesh.points[:, 1] == 0).sum() - 1)
+
+
+@pytest.mark.parametrize("cells", ["triangles", "quads"])
+def test_second_order_layers_follow_the_curve(cells):
+    result = run(AROUND, {"on": "disc", "cells": cells, **FIVE}, output={"order": 2})
+    mesh = result.mesh
+    corners = np.hypot(*(mesh.points[mesh.triangles[:, :3]] - [2, 1]).swapaxes(0, -1)).T
+    middles = np.hypot(*(mesh.points[mesh.triangles[:, 3:]] - [2, 1]).swapaxes(0, -1)).T
+    checked = 0
+    for level in (0.0, *TOPS):
+        along = np.isclose(corners, 0.5 + level, rtol=0, atol=1e-9)
+        for k in range(3):
+            both = along[:, k] & along[:, (k + 1) % 3]
+            # The bulge of the wall's curve, in terms of the edge's length, differs from that of the circle a little.
+            assert middles[both, k] == pytest.approx(np.full(both.sum(), 0.5 + level), abs=2e-4)
+            checked += both.sum()
+    assert checked > 200
+    assert not any("straight second-order" in text for text in result.report["warnings"])
+
+
+def test_layers_until_isotropic_end_where_they_are_as_high_as_wide():
+    row = row_of(run(CHANNEL, {"on": "bottom", "first": 0.001, "growth": 1.2, "until": "isotropic"}), "bottom")
+    last = 0.001 * 1.2 ** (row["count"]["most"] - 1)
+    assert last * (1 + 1e-9) >= 0.1 / 1.2
+    assert last <= 0.1
+    assert 0.7 < row["across_front"] < 1.5
+
+
+def test_a_thickness_is_reached_with_a_growth_near_the_given_one():
+    result = run(CHANNEL, {"on": "bottom", "first": 0.004, "thickness": 0.2, "growth": 1.3})
+    row = row_of(result, "bottom")
+    assert row["thickness"] == pytest.approx(0.2)
+    assert row["growth"] == pytest.approx(1.3, rel=0.05)
+
+
+def test_layers_in_a_slot_are_compressed_and_told():
+    slot = {"outer": {"rectangle": [0, 0, 4, 0.02], "labels": SIDES}}
+    result = run(slot, {"on": ["bottom", "top"], "first": 0.01, "count": 6}, spacing={"value": 0.1, "across": 0})
+    row = row_of(result, "bottom")
+    assert row["compressed"] < 0.5
+    assert row["complete"] == 0
+    (text,) = [text for text in result.report["warnings"] if text.startswith("layers on 'bottom': 100.00%")]
+    assert "compressed to" in text
+
+
+def test_sizes_that_jump_are_told_with_the_count_that_lets_them_pass():
+    result = run(CHANNEL, {"on": "bottom", "first": 0.001, "growth": 1.2, "count": 4})
+    (text,) = [text for text in result.report["warnings"] if "times as high as the last" in text]
+    count = int(text.split("count: ")[1].split()[0])
+    again = run(CHANNEL, {"on": "bottom", "first": 0.001, "growth": 1.2, "count": count})
+    assert row_of(again, "bottom")["across_front"] < 1.5
+    assert again.report["warnings"] == []
+
+
+def test_the_report_tells_the_quality_of_what_is_packed():
+    result = run(CHANNEL, {"on": "bottom", **FIVE})
+    assert result.report["quality"]["min"] > 0.5 > result.mesh.quality().min
+    assert result.report["nodes"] == len(result.mesh.points)
+    assert "quality_min" not in json.dumps(result.report["warnings"])
+
+
+def test_a_number_of_nodes_counts_those_of_layers():
+    result = run(CHANNEL, {"on": "bottom", **FIVE}, spacing={"value": 0.1, "nodes": 1500})
+    assert len(result.mesh.points) == pytest.approx(1500, rel=0.02)
+
+
+def test_python_programs_ask_for_layers_as_cases_do():
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
+    mesh = bubblemesh.mesh(
+        square, 0.1, layers=[{"on": "outer", "first": 0.02, "count": 3, "growth": 1.5}], effort="fast"
+    )
+    check(mesh)
+    assert has_nodes(mesh, [(0.02, 0.02), (0.05, 0.05), (0.095, 0.095)])
+    with pytest.raises(CaseError, match=r"mesh\(\): layers.0.on: there is no side or line 'wall': allowed: outer"):
+        bubblemesh.mesh(square, 0.1, layers=[{"on": "wall", "first": 0.02, "count": 3}])
+
+
+@pytest.mark.parametrize(
+    ("entries", "keys", "kind", "message"),
+    [
+        (
+            [{"on": "botom", **FIVE}],
+            {},
+            CaseError,
+            "layers.0.on: there is no side or line 'botom': did you mean 'bottom'",
+        ),
+        (
+            [{"on": "bottom", "first": 0.1}],
+            {},
+            CaseError,
+            "must have two of first, count and thickness, or first and until",
+        ),
+        (
+            [{"on": "bottom", "first": 0.1, "count": 3, "thickness": 1}],
+            {},
+            CaseError,
+            "found first, count, thickness",
+        ),
+        ([{"on": "bottom", "first": 0.01, "until": "isotropic", "growth": 1}], {}, CaseError, "needs a growth above 1"),
+        ([{"on": "bottom", "count": 4, "until": "isotropic"}], {}, CaseError, "until: isotropic goes with first"),
+        ([{"on": "bottom", "first": 0.2, "thickness": 0.1}], {}, CaseError, "must not be higher than all of them"),
+        ([{"on": "bottom", **FIVE, "growth": 0.9}], {}, CaseError, "growth: must be at least 1"),
+        ([{"on": "bottom", **FIVE, "growth": 2.5}], {}, CaseError, "growth: must be at most 2"),
+        ([{"on": "bottom", "first": 0.3, "count": 3}], {}, CaseError, "higher than the spacing on these walls"),
+        ([{"on": "bottom", **FIVE}] * 2, {}, CaseError, "layers.1.on: 'bottom' has layers already, by layers.0"),
+        ([{"on": "bottom", **FIVE, "region": "x"}], {}, CaseError, "layers.0.region: there is no region 'x'"),
+        (
+            [{"on": "bottom", **FIVE}],
+            {"method": "accelerated", "packing": {}},
+            CaseError,
+            "layers: bubbles would slide along them",
+        ),
+        ([{"on": "bottom", **FIVE, "count": 300}], {"limits": {"max_nodes": 900}}, LimitError, "max_nodes"),
+        ([], {}, CaseError, "layers: must have at least one entry"),
+    ],
+)
+def test_what_cannot_be_is_told_with_its_key(entries, keys, kind, message):
+    with pytest.raises(kind, match=message):
+        run(CHANNEL, *entries, **keys)
+
+
+def test_a_periodic_side_has_layers_only_with_its_counterpart():
+    with pytest.raises(CaseError, match="the sides 'left' and 'right' match: name both, or none"):
+        run({**CHANNEL, "periodic": [["left", "right"]]}, {"on": "left", **FIVE})
