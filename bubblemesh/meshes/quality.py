@@ -14,6 +14,7 @@ _DEGENERATE = 1e-14
 REGULAR_VALENCE = 6
 _BINS = 10
 TARGET_SPACING = "target_spacing"  # name of the wanted spacing of triangles in mesh files
+LAYER = "layer"  # name of the number of the boundary layer that triangles are in, 0 for those in none
 WORST = 5  # triangles that a report names
 _HIGHEST_START = 0.8  # of a scale of qualities
 _FEW = 0.01  # share of the values that may be below it

@@ -9,6 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.messages import counted, duration, run_seconds
+from bubblemesh.pages.layers import layers_section
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, page, tag, whole
 from bubblemesh.pages.scene import Scene
 from bubblemesh.pages.sections import (
@@ -70,6 +71,7 @@ def report_page(
         scales=scales(scene),
         labels=labels(mesh),
         still=base64.b64encode(small_png(mesh, STILL)).decode(),
+        layers=layers_section(mesh, report.get("layers", ())),
         histograms=histograms(scene, fields["target_spacing"]),
         worst=worst_triangles(scene),
         stopped=report["stop_reason"],
@@ -102,8 +104,9 @@ def _named(labels: Sequence[str]) -> str:
 
 def _figures(report: Mapping[str, Any]) -> Markup:
     quality, spacing = report["quality"], report["spacing"]
+    ideal = f"{report['nodes'] / report['ideal_nodes']:.3f} of the ideal number"  # of a domain without layers
     rows = [
-        ("Nodes", whole(report["nodes"]), f"{report['nodes'] / report['ideal_nodes']:.3f} of the ideal number"),
+        ("Nodes", whole(report["nodes"]), "layers included" if "layers" in report else ideal),
         ("Triangles", whole(report["triangles"]), f"area {report['area']:.6g}"),
         ("Mean quality q", f"{quality['mean']:.4f}", f"1 % below {quality['p01']:.3f}"),
         ("Least quality q", f"{quality['min']:.3f}", "1 is equilateral"),

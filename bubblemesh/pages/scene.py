@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import diagonals
+from bubblemesh.meshes.quality import LAYER
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.pages.markup import Markup, html, tag
 from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
@@ -29,11 +30,12 @@ class Scene:
     quality: Colouring
     size: Colouring
     ratio: Colouring
-    worst: Integers  # (w,) the triangles of least quality, the worst first
+    packed: Booleans  # (t,) the triangles whose shape is judged: all but the cells of boundary layers
+    worst: Integers  # (w,) those of least quality of them, the worst first
 
     @classmethod
     def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":
-        """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed."""
+        """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed; ``layer`` tells layers."""
         data = MeshData(fields)
         quality = colouring_of(mesh, data, "quality")
         size = colouring_of(mesh, data, "size")
@@ -41,7 +43,10 @@ class Scene:
         assert quality is not None
         assert size is not None
         assert ratio is not None
-        return cls(mesh, quality, size, ratio, np.argsort(quality.values, kind="stable")[:most_worst])
+        packed = np.asarray(fields[LAYER] == 0) if LAYER in fields else np.ones(len(mesh.triangles), bool)
+        judged = np.flatnonzero(packed)
+        worst = judged[np.argsort(quality.values[judged], kind="stable")[:most_worst]]
+        return cls(mesh, quality, size, ratio, packed, worst)
 
     @property
     def corners(self) -> Integers:

@@ -82,11 +82,11 @@ LARGEST = 3.0  # edge length over spacing that a histogram shows
 
 
 def histograms(scene: Scene, target: Floats) -> Markup:
-    """Histograms of quality, angles, and edge length over the spacing (t,) wanted in the triangles."""
-    points, corners = scene.mesh.points, scene.corners
-    q, corner_angles = scene.quality.values, angles(points, corners)
+    """Histograms of quality, angles, and edge length over the spacing (t,) wanted in the triangles; without layers."""
+    points, corners = scene.mesh.points, scene.corners[scene.packed]
+    q, corner_angles = scene.quality.values[scene.packed], angles(points, corners)
     sides, _ = unique_edges(corners)
-    ratios = edge_ratios(points, sides, edge_means(corners, target))
+    ratios = edge_ratios(points, sides, edge_means(corners, target[scene.packed]))
     low = lowest_shown(q)
     least = min(10 * math.floor(float(np.nanmin(corner_angles)) / 10), 50)
     most = max(10 * math.ceil(float(np.nanmax(corner_angles)) / 10), 70)
