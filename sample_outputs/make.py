@@ -12,7 +12,7 @@ from bubblemesh.cli import app
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.pictures.plots import small_png
-from bubblemesh.pictures.styles import PlotOptions
+from bubblemesh.pictures.styles import PlotOptions, View
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs"
@@ -23,27 +23,29 @@ CASES = [
     CONFIGS / "paper" / "dense.yaml",
     *sorted((CONFIGS / "gallery").glob("*.yaml")),
 ]
+VIEWS = {"flap": (-0.08, -0.28, 1.4, 0.2)}  # of cases whose whole mesh shows nothing: x0, y0, x1, y1
 COARSE = ("--set", "parameters.h=0.15")  # the one mesh that is here in every format
 MOST_BYTES = 60_000  # of a picture
 DPI = (110, 100, 90, 80, 70, 60, 50, 40)
 HEAD = """# Sample outputs
 
 `python sample_outputs/make.py` makes all files of this folder, this page included; with `--meshes` it writes the mesh
-files of every case beside them. [files](files) has one small mesh, that of the first case, in every format.
+files of every case beside them. [files](files) has one small mesh, that of the first case, in every format. Where there are
+boundary layers, quality and edges are those of the triangles beside them.
 
 | case | nodes | of the ideal number | mean q | least q | edges l/d | picture |
 |---|---|---|---|---|---|---|
 """
 ROW = (
-    "| [{path}](../{path}) | {nodes} | {ratio:.2f} | {mean:.4f} | {least:.3f} | {fit:.3f} ± {spread:.3f} "
+    "| [{path}](../{path}) | {nodes} | {ratio} | {mean:.4f} | {least:.3f} | {fit:.3f} ± {spread:.3f} "
     '| <img src="{name}.png" width="320" alt="mesh of {name}"> |\n'
 )
 
 
-def picture(mesh: Mesh) -> bytes:
+def picture(mesh: Mesh, view: View | None) -> bytes:
     """Picture of a mesh as PNG, as sharp as its largest size in bytes allows."""
     for dpi in DPI:
-        content = small_png(mesh, PlotOptions(dpi=dpi))
+        content = small_png(mesh, PlotOptions(dpi=dpi, view=view))
         if len(content) <= MOST_BYTES:
             return content
     raise SystemExit(f"the picture has {len(content)} bytes, more than {MOST_BYTES}")
@@ -58,12 +60,12 @@ def sample(case: Path, folder: Path) -> str:
     """Draw the mesh of a case into a folder, and return its row of the page."""
     result = mesh_case(load_case(case))
     report: Any = result.report
-    (folder / f"{report['case']}.png").write_bytes(picture(result.mesh))
+    (folder / f"{report['case']}.png").write_bytes(picture(result.mesh, VIEWS.get(report["case"])))
     return ROW.format(
         path=case.relative_to(HERE.parent).as_posix(),
         name=report["case"],
         nodes=report["nodes"],
-        ratio=report["nodes"] / report["ideal_nodes"],
+        ratio="-" if "layers" in report else f"{report['nodes'] / report['ideal_nodes']:.2f}",
         mean=report["quality"]["mean"],
         least=report["quality"]["min"],
         fit=report["spacing"]["mean"],
