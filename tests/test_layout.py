@@ -22,16 +22,17 @@ MAY_IMPORT = {
     "readers": FOUNDATION | {"geometry"},
     "spacing": FOUNDATION | {"geometry", "kernels", "meshes"},
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
+    "layers": FOUNDATION | {"geometry", "meshes", "packing", "spacing"},
     "parts": FOUNDATION | {"geometry", "kernels", "meshes", "packing", "spacing"},
     "meshfiles": FOUNDATION | {"meshes"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
-    "problem": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "readers", "spacing"},
+    "problem": FOUNDATION | {"case", "geometry", "layers", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
     | {
-        *{"__version__", "case", "geometry", "kernels", "meshes", "meshfiles", "packing", "pages", "parts", "problem"},
-        "spacing",
+        *{"__version__", "case", "geometry", "kernels", "layers", "meshes", "meshfiles", "packing", "pages", "parts"},
+        *{"problem", "spacing"},
     },
     "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "packing", "problem", "run", "spacing"},
     "batch": FOUNDATION

@@ -1,11 +1,11 @@
 """The JSON Schema by which editors complete and check cases: it takes what `run` takes, and finds slips."""
 
 import pytest
-import yaml
 from json_schemas import faults
 from paths import ROOT
 
 from bubblemesh.case.models import case_schema, case_template
+from bubblemesh.case.yaml import read_value
 
 CONFIGS = sorted((ROOT / "configs").rglob("*.yaml"))
 PLATE = """\
@@ -21,7 +21,7 @@ def schema():
 
 
 def found(text, schema):
-    return list(faults(yaml.safe_load(text), schema))
+    return list(faults(read_value(text, "case.yaml"), schema))  # as editors do, takes `on` for a text
 
 
 def test_the_template_names_the_schema_in_its_first_line_and_fits_it(schema):

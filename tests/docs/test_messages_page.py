@@ -1,4 +1,4 @@
-"""The page on messages: it quotes every message on files and geometry, and nothing that is not said."""
+"""The page on messages: it quotes every message on files, geometry and layers, and nothing that is not said."""
 
 import ast
 import re
@@ -8,15 +8,16 @@ from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
 PAGE = ROOT / "docs" / "messages.md"
-PROBLEM = ("domain", "drawing", "embedded", "regions", "repair", "shapes")
+ROOMS = ("readers", "geometry", "layers")
+PROBLEM = ("domain", "drawing", "embedded", "layers", "prepare", "regions", "repair", "shapes")
 ERRORS = ("CaseError", "FileError", "GeometryError", "LimitError")
 WORD = re.compile(r"[a-z]{3}")
 QUOTED = re.compile(r"^\| `([^`]+)` \|", re.MULTILINE)
 
 
 def modules():
-    """Modules in which files are read and geometry is checked."""
-    yield from sorted(chain((PACKAGE / "readers").rglob("*.py"), (PACKAGE / "geometry").rglob("*.py")))
+    """Modules in which files are read, geometry is checked and layers are made."""
+    yield from sorted(chain.from_iterable((PACKAGE / room).rglob("*.py") for room in ROOMS))
     yield from (path for name in PROBLEM if (path := PACKAGE / "problem" / f"{name}.py").exists())
     yield PACKAGE / "files.py"
 
@@ -65,7 +66,7 @@ def test_the_page_quotes_what_is_said():
 def test_phrases_of_keys_and_notes_are_those_of_the_source():
     sources = "".join(
         re.sub(r"\{[^{}\"]*\}", "...", path.read_text())
-        for room in ("case", "readers")
+        for room in ("case", "layers", "readers")
         for path in sorted((PACKAGE / room).rglob("*.py"))
     )
     assert [phrase for phrase in sorted(quoted()[1]) if phrase not in sources] == []
