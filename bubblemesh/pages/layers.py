@@ -13,7 +13,7 @@ from bubblemesh.pages.markup import Markup, cell, head, html, linked_places, tab
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions, View
 
-HIGH, WIDE = 2.5, 4.0  # half the width of the picture, in terms of the layers' height or of the wall's edge at least
+HIGH, WIDE = 2.5, 2.5  # half the width of the picture, in terms of the layers' height or of the wall's edge at least
 FLAT = 0.5  # height of the picture over its width
 DPI = 110
 HEADS = ("Layers", "Columns", "Complete", "First height", "Kept", "Height", "Upright", "Aspect", "Beyond", "Lowest")
