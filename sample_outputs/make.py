@@ -30,8 +30,8 @@ DPI = (110, 100, 90, 80, 70, 60, 50, 40)
 HEAD = """# Sample outputs
 
 `python sample_outputs/make.py` makes all files of this folder, this page included; with `--meshes` it writes the mesh
-files of every case beside them. [files](files) has one small mesh, that of the first case, in every format. Where there are
-boundary layers, quality and edges are those of the triangles beside them.
+files of every case beside them. [files](files) has one small mesh, that of the first case, in every format. Where there
+are boundary layers, quality and edges are those of the triangles beside them.
 
 | case | nodes | of the ideal number | mean q | least q | edges l/d | picture |
 |---|---|---|---|---|---|---|
