@@ -81,7 +81,7 @@ def test_only_a_packing_that_has_begun_may_end_later(stage, monkeypatch):
         enter(stage)
         spin(seconds=0.3)
 
-    if stage in ("reading", "geometry", "estimate", "spacing"):
+    if stage in ("reading", "geometry", "estimate", "spacing", "layers"):
         with pytest.raises(LimitError, match=limits.STAGES[stage][0]):
             in_time(run, 0.05)
     else:
