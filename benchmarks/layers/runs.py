@@ -1,0 +1,98 @@
+"""Runs both tools on every shape in turns, each in a process of its own, and measures the meshes."""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+from textwrap import shorten
+
+import numpy as np
+
+from benchmarks.layers.figures import Figures, Made, measured, wrong
+from benchmarks.layers.shapes import shapes
+from benchmarks.layers.tools import TOOLS
+from benchmarks.peers.runs import ONE_THREAD, ROOT
+
+TIMEOUT = 60  # seconds
+LONGEST_REASON = 100  # characters
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One tool on one shape, or why there is no valid mesh.
+
+    Attributes
+    ----------
+    seconds, bare : float
+        Processor time with layers and without.
+    figures : Figures or None
+    failure : str
+    """
+
+    seconds: float = NAN
+    bare: float = NAN
+    figures: Figures | None = None
+    failure: str = ""
+
+
+def run_all(names: Collection[str], repeats: int, tell: Callable[[str], None]) -> dict[str, dict[str, Run]]:
+    """Each tool on each shape, whose seconds are medians; ``tell`` hears of each run."""
+    found = dict[str, dict[str, Run]]()
+    for name in names:
+        runs: dict[str, list[Run]] = {tool: [] for tool in TOOLS}
+        for _ in range(repeats):
+            for tool, mine in runs.items():
+                if not (mine and mine[-1].failure):
+                    mine.append(run(name, tool))
+                    tell(f"{name}, {tool}: {mine[-1].failure or f'{mine[-1].seconds:.3g} s'}")
+        found[name] = {
+            tool: replace(
+                mine[-1], seconds=median(each.seconds for each in mine), bare=median(each.bare for each in mine)
+            )
+            for tool, mine in runs.items()
+        }
+    return found
+
+
+def run(name: str, tool: str) -> Run:
+    """One tool on one shape."""
+    keys = shapes()[name]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "mesh.npz"
+        command = [sys.executable, "-m", "benchmarks.layers.one", name, tool, str(file)]
+        try:
+            done = subprocess.run(
+                command,
+                cwd=ROOT,
+                env=os.environ | ONE_THREAD,
+                check=True,
+                capture_output=True,
+                text=True,
+                timeout=TIMEOUT,
+            )
+        except subprocess.SubprocessError as error:
+            return Run(failure=_reason(error))
+        with np.load(file) as arrays:
+            made = Made(**arrays)
+    faults = wrong(made, keys)
+    if faults:
+        return Run(failure="; ".join(faults))
+    return Run(*map(float, done.stdout.splitlines()[-1].split()), figures=measured(made, keys))
+
+
+def _reason(error: subprocess.SubprocessError) -> str:
+    match error:
+        case subprocess.TimeoutExpired():
+            return f"no mesh within {TIMEOUT} s"
+        case subprocess.CalledProcessError(returncode=code) if code < 0:
+            return f"ended by {signal.Signals(-code).name}"
+        case subprocess.CalledProcessError(stderr=text, returncode=code):
+            last = text.strip().splitlines()[-1] if text.strip() else f"exit code {code}"
+            return shorten(last.removeprefix("Exception: "), LONGEST_REASON)
+    return str(error)
