@@ -191,6 +191,7 @@ Growth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=2), B
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
+Layers = Annotated[int, Field(strict=True, gt=0, le=500), BeforeValidator(_whole)]
 MOST_COPIES = 100_000
 _Copies = Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)]
 Copies = Annotated[

@@ -46,6 +46,7 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
 def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """A line on the boundary layers of each label."""
     for row in rows:
+        where = "" if row["region"] is None else f" in {row['region']}"
         first, count, angle = row["first"], row["count"], row["orthogonality"]
         number = (
             counted(count["most"], "layer")
@@ -56,8 +57,8 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         upright = f", {angle['least']:.0f} degrees upright or more" if angle else ""
         beyond = "" if row["across_front"] is None else f", {row['across_front']:.2f} times the last one beyond"
         yield (
-            f"{row['label']}: {number} in {counted(row['columns'], 'column')}, {row['complete']:.1%} complete{heights}"
-            f", aspect {row['aspect']:.3g}{upright}{beyond}"
+            f"{row['label']}{where}: {number} in {counted(row['columns'], 'column')}, {row['complete']:.1%} complete"
+            f"{heights}, aspect {row['aspect']:.3g}{upright}{beyond}"
         )
 
 

@@ -8,11 +8,14 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
 from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.messages import place
+from bubblemesh.packing.net import Net
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
+LOW = 0.5  # of the height that is asked for
 NEARLY = 0.05  # relative difference of a first height from the wanted one
 SHORTEST = 5  # places that are told
 
@@ -24,6 +27,10 @@ class LabelLayers:
     Attributes
     ----------
     label : str
+    region : str or None
+        Region that has them, if the case names one.
+    isotropic : bool
+        Whether they go on until they are as high as wide.
     columns : int
         Number of columns, those of fans included.
     wanted, growth : float
@@ -35,8 +42,10 @@ class LabelLayers:
         ``wanted`` number of layers (the most of any column), the ``least`` and ``most`` that columns have.
     complete : float
         Share of the columns that have all layers, at full height.
+    low : float
+        Share of the columns that have less than half of the height that they should have, beside the ends of layers.
     shortest : tuple of mappings
-        Columns with the fewest layers, of those that lack any: ``layers`` and the place ``at`` of the foot.
+        Columns that lack layers, the lowest first: ``layers`` and the place ``at`` of the foot.
     compressed : float
         Least factor of heights that were compressed; 1 if none was.
     thickness : float
@@ -50,12 +59,15 @@ class LabelLayers:
     """
 
     label: str
+    region: str | None
+    isotropic: bool
     columns: int
     wanted: float
     growth: float
     first: Mapping[str, float]
     count: Mapping[str, int]
     complete: float
+    low: float
     shortest: tuple[Mapping[str, Any], ...]
     compressed: float
     thickness: float
@@ -65,21 +77,21 @@ class LabelLayers:
 
     @property
     def lacking(self) -> str | None:
-        """Warning of columns that are not as high as asked for, if there are any."""
-        if not self.shortest:
+        """Warning of columns that are much lower than asked for, if there are any."""
+        if not self.low:
             return None
-        fewest = self.shortest[0]
+        lowest = self.shortest[0]
         squeezed = f", compressed to {self.compressed:.2g} of its height at least" if self.compressed < 1 else ""
         return (
-            f"layers on {self.label!r}: {1 - self.complete:.2%} of the columns have fewer than {self.count['wanted']} "
-            f"layers{squeezed}, the lowest {fewest['layers']} at {place(fewest['at'])}: columns end before they meet "
-            "others, or would be higher or farther apart than the spacing asks"
+            f"layers on {self.label!r}: {self.low:.2%} of the columns are less than half as high as asked for, the "
+            f"lowest with {lowest['layers']} layers at {place(lowest['at'])}{squeezed}: columns end before they meet "
+            "others, or would be farther apart than the spacing asks"
         )
 
     @property
     def jumping(self) -> str | None:
-        """Warning of sizes that change too much across the front, if they do."""
-        if self.across_front is None or self.across_front <= LARGEST_JUMP:
+        """Warning of sizes that change too much across the front, if they do and more layers would help."""
+        if self.isotropic or self.across_front is None or self.across_front <= LARGEST_JUMP:
             return None
         more = int(np.ceil(np.log(self.across_front) / np.log(self.growth))) if self.growth > 1 else 0
         count = f", or count: {self.count['wanted'] + more}" if more else ""
@@ -112,13 +124,17 @@ def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floa
     which = each_once(columns.pair[mine].ravel())
     count, factor = heights.count[which], heights.factor[which]
     full = (count >= heights.wanted[which]) & (factor == 1)
-    short = which[np.argsort(count + factor, kind="stable")]
-    short = short[np.isin(short, which[~full])][:SHORTEST]
+    share = factor * ladder.tops[count] / np.maximum(ladder.tops[heights.due[which]], ladder.first)
+    low = (share < LOW) & (heights.due[which] > 0)
+    order = np.argsort(np.where(low, share - 1, share), kind="stable")
+    short = which[order[~full[order]]][:SHORTEST]
     first, length, angle, aspect = _first_layer(strips, np.flatnonzero(mine & ~columns.fan), ladder)
     ratio = first[first > 0]
     next_ones = across[mine & np.isfinite(across)]
     return LabelLayers(
         label=label,
+        region=ladder.region,
+        isotropic=ladder.isotropic,
         columns=len(which),
         wanted=ladder.first,
         growth=ladder.growth,
@@ -134,6 +150,7 @@ def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floa
             "most": int(count.max()),
         },
         complete=float(full.mean()),
+        low=float(low.mean()),
         shortest=tuple(
             {"layers": int(heights.count[k]), "at": (float(columns.at[k, 0]), float(columns.at[k, 1]))} for k in short
         ),
@@ -167,22 +184,27 @@ def _first_layer(strips: Strips, pairs: Integers, ladder: Ladder) -> tuple[Float
     return found, length, np.concatenate(angles), float(aspect.max(initial=0.0))
 
 
-def beyond_fronts(strips: Strips, points: Floats, triangles: Integers, number: Integers) -> Floats:
+def beyond_fronts(rest: Rest, net: Net) -> Floats:
     """Ratios (p,) of the height of the triangle on each pair's front to its last layer; NaN where there is no layer.
 
-    Triangles (t, 3) are those of points (n, 2) beside the layers, whose nodes have numbers (k,) there.
+    The triangles are those of the packed rest. Of a front with nodes between its ends the first edge counts.
     """
+    strips, points = rest.strips, net.bubbles.x
     columns, count = strips.columns, strips.heights.count
+    own, after = np.full(len(strips.x), -1), np.full(len(points), -1)
+    own[rest.corners] = np.arange(len(rest.corners))
+    edges = net.facets[rest.straight[net.facet_piece] & ~net.two_sided]
+    after[edges[:, 0]] = edges[:, 1]
     ratio = np.full(len(columns.pair), np.nan)
     some = np.flatnonzero((count[columns.pair] > 0).all(axis=1))
-    ends = number[strips.fronts[some]]
-    triangle, side = find_sides(triangles, len(points), ends)
-    apex = points[triangles[triangle, (side + 2) % 3]]
+    begin = own[strips.fronts[some, 0]]
+    ends = np.column_stack([begin, after[begin]])
+    triangle, side = find_sides(net.triangles, len(points), ends)
+    apex = points[net.triangles[triangle, (side + 2) % 3]]
     base, over = points[ends[:, 1]] - points[ends[:, 0]], apex - points[ends[:, 0]]
     beyond = (base[:, 0] * over[:, 1] - base[:, 1] * over[:, 0]) / np.hypot(*base.T)
     column = columns.pair[some]
-    level = count[column]
-    below = strips.node(column, level - 1)
-    last = np.hypot(*np.moveaxis(strips.x[strips.top[column]] - strips.x[below], -1, 0))
-    ratio[some] = beyond / (last / np.hypot(*np.moveaxis(columns.up[column], -1, 0))).mean(axis=1)
+    step = strips.x[strips.top[column]] - strips.x[strips.node(column, count[column] - 1)]
+    last = np.hypot(*np.moveaxis(step, -1, 0)) / np.hypot(*np.moveaxis(columns.up[column], -1, 0))
+    ratio[some] = beyond / last.mean(axis=1)
     return ratio

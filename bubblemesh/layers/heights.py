@@ -20,6 +20,7 @@ class Heights:
     """How high columns are."""
 
     wanted: Integers  # (c,): number of layers that are asked for
+    due: Integers  # (c,): number that there can be beside the ends of layers
     count: Integers  # (c,): of those that there are
     factor: Floats  # (c,): of the heights of these, at most 1
 
@@ -37,7 +38,8 @@ def heights(columns: Columns, room: Floats, widths: "Widths") -> Heights:
         squeezed = np.clip(room[mine] / np.maximum(ladder.tops[few], 1e-300), 0, 1)
         count[mine] = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
         factor[mine] = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
-    return Heights(wanted, *_gradual(columns, count, factor))
+    due, _ = _gradual(columns, np.where(columns.ends, 0, wanted), np.ones(len(columns)))
+    return Heights(wanted, due, *_gradual(columns, count, factor))
 
 
 def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integers, Floats]:

@@ -8,7 +8,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
-from bubblemesh.geometry.domain import Domain, Held
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.faces import compact, face
 from bubblemesh.layers.fronts import Edges
 from bubblemesh.layers.heights import on_pieces, reached
@@ -19,7 +19,7 @@ FRONT = "front"  # label of what the layers leave, which no mesh has
 
 @dataclass(frozen=True)
 class Rest:
-    """What layers leave of a domain, whose boundary along them has no nodes but those of the layers."""
+    """What layers leave of a domain; its boundary along them is straight between their nodes, and may get more."""
 
     strips: Strips
     domain: Domain
@@ -27,6 +27,7 @@ class Rest:
     origin: Integers  # (p,): piece of the whole that each piece is a part of or runs along, -1 for fronts above walls
     begin: Floats  # (p,): arc length of the whole's piece at which it begins
     rate: Floats  # (p,): change of that arc length along the piece
+    straight: Booleans  # (p,): pieces along layers
 
     @classmethod
     def of(cls, strips: Strips) -> "Rest":
@@ -56,22 +57,15 @@ class Rest:
         points = np.setdiff1d(np.arange(len(whole.corners)), np.append(whole.start, whole.end))
         small, corners = compact(traced, points)
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
-        domain = Domain(small, parts=Parts(periodic=matching), held=Held(np.flatnonzero(order >= count)))
+        domain = Domain(small, parts=Parts(periodic=matching))
         rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])
-        return cls(strips, domain, corners, origin[order], first_s[order], rate[order])
+        return cls(strips, domain, corners, origin[order], first_s[order], rate[order], order >= count)
 
     @property
     def own_nodes(self) -> int:
         """Number of the nodes of the layers that are not on their fronts."""
         return len(np.setdiff1d(self.strips.cells().triangles, self.corners))
-
-    @property
-    def straight(self) -> Booleans:
-        """Mask (p,) of the pieces along layers."""
-        straight = np.zeros(len(self.origin), bool)
-        straight[self.domain.held.pieces] = True
-        return straight
 
 
 def _beside_columns(strips: Strips) -> tuple[Floats, Floats, Integers, Integers]:

@@ -41,6 +41,11 @@ class Strips:
         return np.where(level == 0, self.columns.foot[column], self.first[column] + level - 1)
 
     @property
+    def levels(self) -> Integers:
+        """Number (n,) of the layer below each node, 0 for those of walls."""
+        return np.append(np.zeros(len(self.walls.x), np.int64), members(self.heights.count)[1] + 1)
+
+    @property
     def top(self) -> Integers:
         """Number (c,) of the highest node of each column."""
         return self.node(np.arange(len(self.columns)), self.heights.count)

@@ -40,7 +40,7 @@ def layers_section(mesh: Mesh, rows: Sequence[Mapping[str, Any]]) -> Markup:
 
 def _cells(row: Mapping[str, Any], size: float) -> Iterator[Markup]:
     first, count, upright = row["first"], row["count"], row["orthogonality"]
-    yield cell(row["label"], text=True)
+    yield cell(row["label"] if row["region"] is None else f"{row['label']} in {row['region']}", text=True)
     least, most = count["least"], count["most"]
     number = f"{most}" if least == most else f"{least} to {most}"
     yield cell(number if most == count["wanted"] else f"{number} of {count['wanted']}")

@@ -55,6 +55,17 @@ def layered_mesh(joined: "Joined", domain: Domain, strips: "Strips") -> Mesh:
     return replace(mesh, quads=row[joined.halves], curved_edges=edges[curved], curved_middles=middles[curved])
 
 
+def layer_of_triangles(mesh: Mesh, joined: "Joined", strips: "Strips") -> Floats:
+    """Number (t,) of the layer that each triangle of a mesh is in, from the wall on, 0 for those in none."""
+    here = joined.number >= 0
+    level = np.full(len(mesh.points), np.iinfo(np.int64).max - 1)  # of nodes that were put on fronts, too
+    level[joined.number[here]] = strips.levels[here]
+    layer = np.zeros(len(mesh.triangles))
+    row = find_sides(mesh.triangles, len(mesh.points), joined.cells[:, :2])[0]
+    layer[row] = level[joined.cells].min(axis=1) + 1
+    return layer
+
+
 def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:
     """The mesh of what was packed in parts: a slice for each, of its core, and of the seams' triangles in its area.
 

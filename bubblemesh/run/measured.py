@@ -18,11 +18,11 @@ from bubblemesh.meshes.conformity import (
     require_piece,
 )
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import Measures, mesh_figures
+from bubblemesh.meshes.quality import LAYER, Measures, mesh_figures
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
-from bubblemesh.run.assembly import layered_mesh, mesh_of, sliced_mesh
+from bubblemesh.run.assembly import layer_of_triangles, layered_mesh, mesh_of, sliced_mesh
 from bubblemesh.run.report import triangle_fields
 
 if TYPE_CHECKING:
@@ -64,10 +64,8 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     packed = Measures(net.bubbles.x, net.triangles)
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
-    own = np.full(len(rest.strips.x), -1)
-    own[rest.corners] = np.arange(len(rest.corners))
-    layers = figures(rest.strips, beyond_fronts(rest.strips, net.bubbles.x, net.triangles, own))
-    fields = triangle_fields(measures, problem.spacing)
+    layers = figures(rest.strips, beyond_fronts(rest, net))
+    fields = triangle_fields(measures, problem.spacing) | {LAYER: layer_of_triangles(mesh, whole, rest.strips)}
     return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers)
 
 
