@@ -16,7 +16,8 @@ SLOWEST = 1.5  # goal: processor time over Gmsh's
 FEWEST = 5  # goal: nodes of an isotropic mesh over those of one with layers
 HEAD = """# Boundary layers in figures
 
-Made by `python -m benchmarks.layers` on {machine}: {versions}.
+[Boundary layers](layers.md), made by `python -m benchmarks.layers` on {machine}:
+{versions}.
 
 ## Beside Gmsh
 
