@@ -16,7 +16,7 @@ def face(boundary: Boundary, rim: Booleans) -> tuple[Boundary, Integers]:
     """The boundary of what the pieces of the rim (p,) have on their left, and the numbers (p,) of its pieces before.
 
     The pieces of the rim follow each other ring by ring, outer rings first; all others are inner ones. The ring numbers
-    given are those of rings from which pieces may have been cut: pieces of one ring follow each other where they can.
+    given are those of rings from which pieces may have been cut: these follow each other where only such pieces meet.
     """
     loops = _loops(boundary, rim)
     chords = _chords(boundary)
@@ -82,13 +82,17 @@ def _loops(boundary: Boundary, rim: Booleans) -> list[Integers]:
 
 
 def _following(boundary: Boundary, rim: Booleans, fans: CornerFans, piece: int) -> int:
-    """The piece of the rim that goes on from a corner of several: one of the same ring, else the next one clockwise."""
+    """The piece of the rim that goes on from a corner of several: the next one clockwise.
+
+    Where only rings meet it is one of the same ring. Each piece so follows one other.
+    """
     at = np.flatnonzero(fans.corner == boundary.end[piece])
     here = int(np.flatnonzero((fans.piece[at] == piece) & ~fans.forward[at])[0])
     clockwise = np.roll(at, -here)[::-1]  # from the one before it to itself, as fans are counter-clockwise
     others = [int(fans.piece[k]) for k in clockwise if fans.forward[k] and rim[fans.piece[k]]]
     ring = boundary.ring[piece]
-    return next((other for other in others if ring >= 0 and boundary.ring[other] == ring), others[0])
+    only_rings = ring >= 0 and (boundary.ring[others] >= 0).all()
+    return next((other for other in others if only_rings and boundary.ring[other] == ring), others[0])
 
 
 def _chords(boundary: Boundary) -> list[Floats]:

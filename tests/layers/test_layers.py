@@ -194,6 +194,18 @@ def test_second_order_layers_follow_the_curve(cells):
     assert not any("straight second-order" in text for text in result.report["warnings"])
 
 
+@pytest.mark.parametrize("ends", ["follow", "taper"])
+def test_layers_may_end_on_a_wall_that_goes_on_beside_them(ends):
+    hole = {"polygon": [[0.5, 0], [0, 0.5], [-0.5, 0], [0, -0.5]], "label": "hole"}
+    domain = {
+        "outer": {"rectangle": [-2, -2, 2, 2], "label": "far"},
+        "holes": [hole],
+        "lines": [{"path": [[-1.2, 0.3], [1.5, 0.45]], "label": "line"}],
+    }
+    layers = {"on": "line", "first": 0.025, "growth": 1.1, "count": 5, "ends": ends}
+    assert row_of(run(domain, layers, spacing=0.05), "line")["count"]["most"] == 5
+
+
 def test_layers_until_isotropic_end_where_they_are_as_high_as_wide():
     row = row_of(run(CHANNEL, {"on": "bottom", "first": 0.001, "growth": 1.2, "until": "isotropic"}), "bottom")
     last = 0.001 * 1.2 ** (row["count"]["most"] - 1)
