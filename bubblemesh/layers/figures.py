@@ -1,12 +1,13 @@
 """Figures of boundary layers: what came out of them on the walls of each label."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
+from bubblemesh.layers.heights import reached
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
@@ -124,11 +125,13 @@ def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floa
     which = each_once(columns.pair[mine].ravel())
     count, factor = heights.count[which], heights.factor[which]
     full = (count >= heights.wanted[which]) & (factor == 1)
-    share = factor * ladder.tops[count] / np.maximum(ladder.tops[heights.due[which]], ladder.first)
-    low = (share < LOW) & (heights.due[which] > 0)
+    # A column between walls with different layers has those of one of them.
+    asked = reached(columns, replace(heights, factor=np.ones(len(columns))), which, heights.due[which])
+    share = strips.reached[which] / np.where(asked > 0, asked, 1.0)
+    low = (share < LOW) & (asked > 0)
     order = np.argsort(np.where(low, share - 1, share), kind="stable")
     short = which[order[~full[order]]][:SHORTEST]
-    first, length, angle, aspect = _first_layer(strips, np.flatnonzero(mine & ~columns.fan), ladder)
+    first, length, angle, aspect = _first_layer(strips, np.flatnonzero(mine & ~columns.fan))
     ratio = first[first > 0]
     next_ones = across[mine & np.isfinite(across)]
     return LabelLayers(
@@ -162,7 +165,7 @@ def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floa
     )
 
 
-def _first_layer(strips: Strips, pairs: Integers, ladder: Ladder) -> tuple[Floats, Floats, Floats, float]:
+def _first_layer(strips: Strips, pairs: Integers) -> tuple[Floats, Floats, Floats, float]:
     """First heights (k, 2) at both ends of edges of the wall over the wanted one, and lengths (k,) of these edges.
 
     Then the angles in degrees between columns and edges where there are any layers, and the largest aspect ratio.
@@ -176,12 +179,13 @@ def _first_layer(strips: Strips, pairs: Integers, ladder: Ladder) -> tuple[Float
     for end, (column, way) in enumerate(((i, base), (j, -base))):
         some = strips.heights.count[column] > 0
         step = strips.x[strips.first[column[some]]] - columns.at[column[some]]
-        found[some, end] = (step * up[some]).sum(axis=1) / ladder.first
+        found[some, end] = (step * up[some]).sum(axis=1)
         cosine = (step * way[some]).sum(axis=1) / (np.hypot(*step.T) * length[some])
         angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))
-    height = found.max(axis=1) * ladder.first
+    height = found.max(axis=1)
     aspect = length[height > 0] / height[height > 0]
-    return found, length, np.concatenate(angles), float(aspect.max(initial=0.0))
+    wanted = np.array([ladder.first for ladder in columns.ladders])[columns.ladder[np.column_stack([i, j])]]
+    return found / wanted, length, np.concatenate(angles), float(aspect.max(initial=0.0))
 
 
 def beyond_fronts(rest: Rest, net: Net) -> Floats:

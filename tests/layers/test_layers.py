@@ -108,6 +108,12 @@ def test_a_concave_corner_has_one_column_and_the_wanted_heights_above_both_walls
     assert has_nodes(mesh, [(top, top) for top in TOPS])
 
 
+def test_walls_with_different_layers_meet_in_one_column():
+    few, many = {"first": 0.02, "growth": 1.2, "count": 2}, {"first": 0.005, "growth": 1.3, "count": 12}
+    result = run(CHANNEL, {"on": "bottom", **few}, {"on": "left", **many})
+    assert (row_of(result, "bottom")["first"]["kept"], row_of(result, "left")["first"]["kept"]) == (1, 1)
+
+
 def test_a_wall_that_goes_on_straight_without_layers_has_them_end_one_by_one():
     plate = {
         "outer": {"polygon": [[0, 0], [2, 0], [4, 0], [4, 1], [0, 1]], "labels": ["free", "plate", "far", "far", "far"]}
