@@ -41,7 +41,7 @@ def _lines(rows: Rows) -> Iterator[str]:
         f"{TOOLS[REFERENCE].label} has {_range(rows, 'density', lambda case: REFERENCE)}."
     )
     yield from _times({case: rows[case] for case in SIZES if case in rows})
-    yield "**Choose another tool** for small meshes at once, for volumes and surfaces, and layers of thin triangles."
+    yield "**Choose another tool** for small meshes at once, and for volumes and surfaces."
 
 
 def _times(sizes: Rows) -> Iterator[str]:

@@ -12,6 +12,7 @@ from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.walls import Walls, left_of, turned
 
 FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a fan
+TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
 WIDEST = np.radians(30)  # between neighbours in a fan
 NARROWEST = np.radians(10)  # the same where the fan is so high that it would become coarse
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
@@ -122,12 +123,20 @@ class _Builder:
             for from_start in (True, False):
                 one, other = self.followed.get((a, from_start)), self.followed.get((b, not from_start))
                 if one is not None and other is not None:
+                    self._alike(one, other)
                     found.append((one, other))
                     continue
                 for lonely in (one, other):
                     if lonely is not None:
                         self.rows[lonely] = self.rows[lonely]._replace(ends=True)
         return np.array(found, np.int64).reshape(-1, 2)
+
+    def _alike(self, one: int, other: int) -> None:
+        """Let two columns go up by the same, whatever the walls beside them."""
+        rows = self.rows[one], self.rows[other]
+        ways = [float(np.hypot(*row.up)) for row in rows]
+        for number, row, way in zip((one, other), rows, ways, strict=True):
+            self.rows[number] = row._replace(up=row.up * (sum(ways) / (2 * way)), ladder=rows[0].ladder)
 
     def along(self, side: int, from_start: bool, foot: int, up: Floats, ladder: int) -> int:
         """Number of the column along a wall without layers, which the other side of that wall may have found before."""
@@ -201,7 +210,7 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
 def _fan(ladder: Ladder, normal: Floats, angle: float, spacing: float) -> Floats | None:
     """Directions (k, 2) of the columns around a convex corner, from the wall before it on; None if it has no fan."""
     turn = angle - np.pi
-    if not ladder.fans or turn <= FAN:
+    if turn <= FAN or not (ladder.fans or turn > TIP):
         return None
     wanted = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
     steps = int(np.clip(np.ceil(wanted), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))

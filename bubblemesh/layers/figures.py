@@ -8,7 +8,6 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
 from bubblemesh.layers.heights import reached
-from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
@@ -106,7 +105,7 @@ def figures(strips: Strips, beyond: Floats | None = None) -> tuple[LabelLayers, 
     """Figures of the layers on each label, in the order of the case; ``beyond`` (p,) is as of `beyond_fronts`."""
     across = np.full(len(strips.columns.pair), np.nan) if beyond is None else beyond
     return tuple(
-        _on(strips, label, ladder, mine, across)
+        _on(strips, label, k, mine, across)
         for k, ladder in enumerate(strips.columns.ladders)
         for label in ladder.labels
         if (mine := _pairs_of(strips, label, k)).any()
@@ -120,7 +119,9 @@ def _pairs_of(strips: Strips, label: str, ladder: int) -> Booleans:
     return (here & (walls.ladder == ladder))[strips.columns.side]
 
 
-def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floats) -> LabelLayers:
+def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats) -> LabelLayers:
+    """Figures of the layers with a number on a label, between the pairs ``mine`` (p,)."""
+    ladder = strips.columns.ladders[number]
     columns, heights = strips.columns, strips.heights
     which = each_once(columns.pair[mine].ravel())
     count, factor = heights.count[which], heights.factor[which]
@@ -148,7 +149,7 @@ def _on(strips: Strips, label: str, ladder: Ladder, mine: Booleans, across: Floa
             "kept": float(length[(np.abs(first - 1) <= NEARLY).all(axis=1)].sum() / length.sum()),
         },
         count={
-            "wanted": int(heights.wanted[which].max()),
+            "wanted": int(heights.wanted[which[columns.ladder[which] == number]].max(initial=0)),
             "least": int(count.min()),
             "most": int(count.max()),
         },

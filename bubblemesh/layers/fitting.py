@@ -22,12 +22,11 @@ def fitted(columns: Columns, walls: Walls) -> Strips:
     obstacles, widths = Obstacles.of(walls), Widths(columns)
     height = room(columns, walls, obstacles)
     lowered = np.zeros(len(columns), np.int64)
-    while True:
-        strips = Strips.of(columns, walls, heights(columns, height, widths))
-        wrong = obstacles.in_the_way(strips)
-        if not wrong.any():
-            return strips
+    strips = Strips.of(columns, walls, heights(columns, height, widths))
+    while (wrong := obstacles.in_the_way(strips)).any():
         lowered[wrong] += 1
         height = np.where(wrong, LOWERED * np.minimum(height, strips.reached), height)
         height[lowered > PATIENCE] = 0.0
         height = spread(columns, height)
+        strips = Strips.of(columns, walls, heights(columns, height, widths))
+    return strips

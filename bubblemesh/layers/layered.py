@@ -24,7 +24,7 @@ def layered(domain: Domain, wanted: Spacing, spacing: Spacing, ladders: Sequence
     """
     walls = Walls.of(domain, boundary_bubbles(domain, spacing), wanted, ladders)
     for number, ladder in enumerate(ladders):
-        _require_low(ladder, walls.d[walls.ends[walls.ladder == number]].max(initial=0.0))
+        _require_walls(walls, number, ladder)
     columns = columns_on(walls, ladders)
     if columns.most_nodes > max_nodes:
         raise LimitError(
@@ -34,10 +34,16 @@ def layered(domain: Domain, wanted: Spacing, spacing: Spacing, ladders: Sequence
     return Rest.of(fitted(columns, walls))
 
 
-def _require_low(ladder: Ladder, spacing: float) -> None:
+def _require_walls(walls: Walls, number: int, ladder: Ladder) -> None:
+    """Check that each label has walls for layers, and a spacing that is not below the first height everywhere."""
+    boundary = walls.domain.boundary
+    mine = walls.ladder == number
+    found = {boundary.labels[k] for k in boundary.label[walls.piece[mine]].tolist()}
     with at_key(*ladder.key):
-        if spacing == 0:
-            raise CaseError(f"region {ladder.region!r} does not touch any of {', '.join(ladder.labels)}")
+        for label in ladder.labels:
+            if label not in found:
+                raise CaseError(f"{label!r} is not a side of the region {ladder.region!r}")
+        spacing = float(walls.d[walls.ends[mine]].max())
         if ladder.first > spacing:
             raise CaseError(
                 f"the first layer, {ladder.first:.4g} high, is higher than the spacing on these walls, which is "

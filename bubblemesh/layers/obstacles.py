@@ -49,6 +49,8 @@ class Obstacles:
     def lines(self) -> Shapes:
         """Lines (k,) between starts and ends."""
         lines: Shapes = shapely.linestrings(np.stack([self.start, self.end], axis=1))
+        points = (self.start == self.end).all(axis=1)
+        lines[points] = shapely.points(self.start[points])  # a line of no length is near to nothing
         return lines
 
     @cached_property
@@ -68,7 +70,7 @@ class Obstacles:
         full, shapes, corner = full[valid], shapes[valid], corner[valid]
         middle = corner.mean(axis=1, keepdims=True)
         inner = shapely.polygons(middle + SHRUNK * (corner - middle))
-        wrong[full[_overlapping(strips, full, shapes, inner)]] = True
+        wrong[full[self._overlapping(strips, full, shapes, inner)]] = True
         wrong[full[self._met_by(strips, full, shapes, inner)]] = True
         found = np.zeros(len(columns), bool)
         found[columns.pair[wrong]] = True
@@ -94,6 +96,37 @@ class Obstacles:
         apart: Booleans = ~((follows == self.piece[line][:, None]) & (follows >= 0)).any(axis=1)
         return apart
 
+    def _overlapping(self, strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
+        """Strips (m,), among those of the pairs ``full`` (f,), that overlap others, or come too near to them."""
+        columns, tops = strips.columns, strips.fronts[full]
+        one, other = shapely.STRtree(inner).query(inner, predicate="intersects")
+        high = strips.height[columns.pair[full]].max(axis=1)
+        middle, feet = columns.at[columns.pair[full]].mean(axis=1), columns.foot[columns.pair[full]]
+        near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
+        facing = self._face_each_other(strips.x[tops].mean(axis=1), near, by)
+        near, by = near[facing], by[facing]
+        away = np.hypot(*(middle[near] - middle[by]).T) > NEAR * np.maximum(high[near], high[by])
+        apart = ~(feet[near][:, :, None] == feet[by][:, None, :]).any(axis=(1, 2))
+        far, beyond = near[away & apart], by[away & apart]
+        too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
+        # Around a bend of one wall their fronts must leave room for triangles.
+        fronts = shapely.linestrings(strips.x[tops])
+        length = shapely.length(fronts)
+        near, by = near[~away], by[~away]
+        apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
+        near, by = near[apart], by[apart]
+        closing = shapely.distance(fronts[near], fronts[by]) < OPEN * np.minimum(length[near], length[by])
+        return np.unique(np.concatenate([one[one != other], far[too_near], near[closing]]))
+
+    def _face_each_other(self, tops: Floats, one: Integers, other: Integers) -> Booleans:
+        """Mask (m,) of pairs of different strips, by their tops' middles (f, 2), that have no wall between them."""
+        facing = one != other
+        ways = shapely.linestrings(np.stack([tops[one[facing]], tops[other[facing]]], axis=1))
+        crossing = np.zeros(len(ways), bool)
+        crossing[self.tree.query(ways, predicate="crosses")[0]] = True
+        facing[facing] = ~crossing
+        return facing
+
 
 def badly_shaped(strips: Strips) -> Booleans:
     """Mask (p,) of the pairs with a cell that is turned over, or nearly flat."""
@@ -106,25 +139,3 @@ def badly_shaped(strips: Strips) -> Booleans:
             area = area - FLAT * np.hypot(*np.moveaxis(ahead, -1, 0)) * np.hypot(*np.moveaxis(back, -1, 0))
         wrong[pair[(area <= 0).any(axis=1)]] = True
     return wrong
-
-
-def _overlapping(strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
-    """Strips (m,), among those of the pairs ``full`` (f,), that overlap others, or come too near to them."""
-    columns = strips.columns
-    one, other = shapely.STRtree(inner).query(inner, predicate="intersects")
-    high = strips.height[columns.pair[full]].max(axis=1)
-    middle, feet = columns.at[columns.pair[full]].mean(axis=1), columns.foot[columns.pair[full]]
-    near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
-    away = np.hypot(*(middle[near] - middle[by]).T) > NEAR * np.maximum(high[near], high[by])
-    apart = ~(feet[near][:, :, None] == feet[by][:, None, :]).any(axis=(1, 2))
-    far, beyond = near[away & apart], by[away & apart]
-    too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
-    # Around a bend of one wall their fronts must leave room for triangles.
-    tops = strips.fronts[full]
-    fronts = shapely.linestrings(strips.x[tops])
-    length = shapely.length(fronts)
-    near, by = near[~away], by[~away]
-    apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
-    near, by = near[apart], by[apart]
-    closing = shapely.distance(fronts[near], fronts[by]) < OPEN * np.minimum(length[near], length[by])
-    return np.unique(np.concatenate([one[one != other], far[too_near], near[closing]]))

@@ -8,7 +8,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
-from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.domain import Domain, Held
 from bubblemesh.geometry.faces import compact, face
 from bubblemesh.layers.fronts import Edges
 from bubblemesh.layers.heights import on_pieces, reached
@@ -57,7 +57,9 @@ class Rest:
         points = np.setdiff1d(np.arange(len(whole.corners)), np.append(whole.start, whole.end))
         small, corners = compact(traced, points)
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
-        domain = Domain(small, parts=Parts(periodic=matching))
+        # What matches a side of the whole gets no node that its counterpart would not have.
+        on_periodic = np.isin(np.append(np.full(count, -1), beside.piece), walls.domain.periodic)
+        domain = Domain(small, parts=Parts(periodic=matching), held=Held(np.flatnonzero(on_periodic[order])))
         rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])
         return cls(strips, domain, corners, origin[order], first_s[order], rate[order], order >= count)

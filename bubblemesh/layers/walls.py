@@ -90,11 +90,6 @@ class Walls:
         along = self.x[self.ends[:, 1]] - self.x[self.ends[:, 0]]
         return along / np.hypot(*along.T)[:, None]
 
-    @property
-    def lengths(self) -> Floats:
-        """Lengths (m,) of the sides."""
-        return np.hypot(*(self.x[self.ends[:, 1]] - self.x[self.ends[:, 0]]).T)
-
 
 def left_of(directions: Floats) -> Floats:
     """Vectors (m, 2) turned to the left by a right angle."""

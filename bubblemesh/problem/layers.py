@@ -17,6 +17,9 @@ from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
+LOWEST = 1e-10  # of the domain's size: lower layers are rounding
+MOST_LAYERS, MOST_RISING = 500, 10_000  # that are asked for, and until they are as high as the domain
+
 
 def ladders_of(entries: Sequence[LayerKeys], domain: Domain) -> tuple[Ladder, ...]:
     """Layers that a case asks for in a domain.
@@ -30,7 +33,7 @@ def ladders_of(entries: Sequence[LayerKeys], domain: Domain) -> tuple[Ladder, ..
 def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
     boundary = domain.boundary
     sides = [boundary.labels[k] for k in sorted(set(boundary.label.tolist()))]
-    taken = dict[tuple[str, str | None], int]()
+    taken, named = dict[tuple[str, str | None], int](), {label for keys in entries for label in several(keys.on)}
     for number, keys in enumerate(entries):
         with at_key("layers", number, "region"):
             if keys.region is not None and keys.region not in domain.parts.names:
@@ -44,7 +47,7 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
                     if known == label and (region is None or keys.region is None or region == keys.region):
                         raise CaseError(f"{label!r} has layers already, by layers.{other}: name it once")
             for pair in domain.parts.periodic:
-                if len({*pair} & {*labels}) == 1:
+                if len({*pair} & named) == 1 and {*pair} & {*labels}:
                     raise CaseError(f"the sides {pair[0]!r} and {pair[1]!r} match: name both, or none")
             taken |= {(label, keys.region): number for label in labels}
         yield _ladder(keys, Key(["layers", number]), domain.size)
@@ -66,19 +69,29 @@ def with_layers(
 
 
 def _ladder(keys: LayerKeys, key: Key, size: float) -> Ladder:
-    """Layers of a first height, a growth and a count, whichever of these the case gives; as high as a ``size``."""
+    """Layers of a first height, a growth and a count, whichever of these the case gives; as high as a ``size``.
+
+    CaseError if there are too many of them, or the first one is too low for a domain of that size.
+    """
     growth, first, count = keys.growth, keys.first, keys.count
-    if keys.until is not None:
-        assert first is not None
-        count = max(math.ceil(math.log(size / first) / math.log(growth)), 0) + 1
-    elif keys.thickness is not None and count is not None:
+    if count is not None and keys.thickness is not None:
         first = first_of(count, keys.thickness, growth)
-    elif keys.thickness is not None:
-        assert first is not None
-        count = count_of(first, keys.thickness, growth)
-        first, growth = (keys.thickness, 1.0) if count == 1 else (first, growth_of(first, count, keys.thickness))
     assert first is not None
-    assert count is not None
+    if first < LOWEST * size:
+        with at_key(*key):
+            raise CaseError(
+                f"the first layer, {first:.4g} high, is too low for numbers beside the domain's size {size:.4g}"
+            )
+    if keys.until is not None:
+        count = max(math.ceil(math.log(size / first) / math.log(growth)), 0) + 1
+    elif count is None:
+        assert keys.thickness is not None
+        count = count_of(first, keys.thickness, growth)
+    if count > (MOST_LAYERS if keys.until is None else MOST_RISING):
+        with at_key(*key):
+            raise CaseError(f"they would be {count} layers, too many: raise growth or first")
+    if keys.count is None and keys.thickness is not None and count > 1:
+        growth = growth_of(first, count, keys.thickness)
     return Ladder(
         labels=several(keys.on),
         first=first,

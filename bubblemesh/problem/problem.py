@@ -52,6 +52,16 @@ class Task:
         return warm_started(self.configured(), self.previous)
 
     @property
+    def demanding(self) -> bool:
+        """Whether nodes may be added for demands on each triangle."""
+        return self.least_angle > 0 or bool(np.isfinite([self.largest, *self.largest_in.values()]).any())
+
+    @property
+    def layered(self) -> tuple[str, ...]:
+        """Labels of the walls with boundary layers."""
+        return tuple(label for ladder in self.ladders for label in ladder.labels)
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """All settings, with defaults and those of the method, as reports tell them."""
         from bubblemesh.packing.configure import options
