@@ -1,6 +1,8 @@
 """Runs both tools on every shape in turns, each in a process of its own, and measures the meshes."""
 
+import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -15,7 +17,7 @@ import numpy as np
 
 from benchmarks.layers.figures import Figures, Made, measured, wrong
 from benchmarks.layers.shapes import shapes
-from benchmarks.layers.tools import TOOLS
+from benchmarks.layers.tools import FANS, OURS, TOOLS
 from benchmarks.peers.runs import ONE_THREAD, ROOT
 
 TIMEOUT = 60  # seconds
@@ -31,12 +33,15 @@ class Run:
     ----------
     seconds, bare : float
         Processor time with layers and without.
+    program : float
+        That of a whole program, from the case to a file; not of Gmsh without fans.
     figures : Figures or None
     failure : str
     """
 
     seconds: float = NAN
     bare: float = NAN
+    program: float = NAN
     figures: Figures | None = None
     failure: str = ""
 
@@ -53,7 +58,10 @@ def run_all(names: Collection[str], repeats: int, tell: Callable[[str], None]) -
                     tell(f"{name}, {tool}: {mine[-1].failure or f'{mine[-1].seconds:.3g} s'}")
         found[name] = {
             tool: replace(
-                mine[-1], seconds=median(each.seconds for each in mine), bare=median(each.bare for each in mine)
+                mine[-1],
+                seconds=median(each.seconds for each in mine),
+                bare=median(each.bare for each in mine),
+                program=median(each.program for each in mine),
             )
             for tool, mine in runs.items()
         }
@@ -83,7 +91,35 @@ def run(name: str, tool: str) -> Run:
     faults = wrong(made, keys)
     if faults:
         return Run(failure="; ".join(faults))
-    return Run(*map(float, done.stdout.splitlines()[-1].split()), figures=measured(made, keys))
+    return Run(*map(float, done.stdout.splitlines()[-1].split()), _program(name, tool), measured(made, keys))
+
+
+def _program(name: str, tool: str) -> float:
+    """Processor seconds of a tool as a program of its own, from its start to the file of the mesh."""
+    with tempfile.TemporaryDirectory() as folder:
+        case, file = Path(folder) / "shape.yaml", Path(folder) / "shape.msh"
+        case.write_text(json.dumps(shapes()[name]))
+        commands = {
+            OURS: ["bubblemesh", "run", str(case), "-q", "-o", str(file)],
+            FANS: ["benchmarks.layers.program", name, str(file)],
+        }
+        if tool not in commands:
+            return NAN
+        before = _of_children()
+        subprocess.run(
+            [sys.executable, "-m", *commands[tool]],
+            cwd=ROOT,
+            env=os.environ | ONE_THREAD,
+            check=True,
+            capture_output=True,
+        )
+        return _of_children() - before
+
+
+def _of_children() -> float:
+    """Processor seconds of all processes that have ended so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _reason(error: subprocess.SubprocessError) -> str:

@@ -23,7 +23,6 @@ class Joined(NamedTuple):
     number: Integers  # (n,): of each node of the strips, -1 for those that are not there
     cells: Integers  # (t, 3): triangles of the layers
     halves: Integers  # (q, 2): rows of two of these that are one quadrilateral
-    divided: Integers  # (k, 2): edges of the strips with nodes on them, by their numbers in the net
 
 
 def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
@@ -52,7 +51,7 @@ def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
     bubbles = Bubbles(x[order], spacing.extended(x[order]), piece[slides], s[slides], fixed, np.zeros(len(order), bool))
     triangles = number[np.concatenate([cells, known[net.triangles]])]
     joint = replace(unconnected(bubbles, whole), triangles=triangles)
-    return Joined(joint, number[:count], number[cells], halves, number[edges])
+    return Joined(joint, number[:count], number[cells], halves)
 
 
 def _on_whole(strips: Strips) -> tuple[Integers, Floats]:
@@ -80,26 +79,53 @@ def _nodes_on_fronts(rest: Rest, own: Bubbles) -> tuple[Integers, list[Integers]
 def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tuple[Integers, Integers]:
     """Triangles (t, 3) of the layers, with nodes ``between`` the ends of edges (k, 2) at their rim.
 
-    And the rows (q, 2) of the pairs of triangles that still are quadrilaterals. No edge is one of two triangles.
+    The rows (q, 2) of the pairs of triangles that still are quadrilaterals come second.
     """
     cells = strips.cells()
-    triangles, whole = cells.triangles, np.ones(len(cells.triangles), bool)
+    triangles, q = cells.triangles, len(cells.diagonals)
+    undivided = np.ones(q, bool)
     left = list(range(len(edges)))
     while left:
         owner, side = find_sides(triangles, int(triangles.max()) + 1, edges[left][:, ::-1])
         parts, later = dict[int, Integers](), list[int]()
         for k, cell, first in zip(left, owner.tolist(), side.tolist(), strict=True):
-            if cell in parts:  # it has two such edges: its parts have one of them
+            quad = cell % q if 0 <= cell < 2 * q and undivided[cell % q] else -1
+            rows = [cell] if quad < 0 else [quad, q + quad]
+            if any(row in parts for row in rows):  # it has two such edges: its parts have one of them
                 later.append(k)
             elif cell >= 0:
                 chain = np.concatenate([edges[k, 1:], between[k][::-1], edges[k, :1]])
-                apex = np.full(len(chain) - 1, triangles[cell, (first + 2) % 3])
-                parts[cell] = np.column_stack([chain[:-1], chain[1:], apex])
+                turned = triangles[cell, (first + np.arange(3)) % 3]
+                others = turned[2:] if quad < 0 else _across(triangles[rows], chain[[0, -1]])
+                made = _fans(chain, others)
+                parts |= {row: made[number : number + 1] for number, row in enumerate(rows[:-1])}
+                parts[rows[-1]] = made[len(rows) - 1 :]
         for cell, some in parts.items():
             triangles[cell] = some[0]
-            whole[cell : cell + 1] = False
+            if cell < 2 * q:
+                undivided[cell % q] = False
         triangles = np.concatenate([triangles, *(some[1:] for some in parts.values())])
         left = later
-    q = len(cells.diagonals)
     pairs = np.column_stack([np.arange(q), q + np.arange(q)])
-    return triangles, pairs[whole[pairs].all(axis=1) & strips.are_quads]
+    return triangles, pairs[undivided & strips.are_quads]
+
+
+def _across(halves: Integers, edge: Integers) -> Integers:
+    """The two corners of a quadrilateral, by its halves (2, 3), after an ``edge`` (2,) of it, counter-clockwise."""
+    (a, b, c), (_, _, d) = halves.tolist()
+    ring = [a, b, c, d]
+    begin = ring.index(edge[1])
+    return np.array([ring[(begin + 1) % 4], ring[(begin + 2) % 4]])
+
+
+def _fans(chain: Integers, others: Integers) -> Integers:
+    """Triangles between a chain (k,) of nodes and one or two others, which follow the chain counter-clockwise.
+
+    Of two others each has the nearer half of the chain.
+    """
+    steps = np.column_stack([chain[:-1], chain[1:]])
+    if len(others) == 1:
+        return np.column_stack([steps, np.full(len(steps), others[0])])
+    middle = len(chain) // 2
+    apex = np.where(np.arange(len(steps)) < middle, others[1], others[0])
+    return np.vstack([np.column_stack([steps, apex]), [[chain[middle], *others]]])

@@ -48,10 +48,11 @@ def layered_mesh(joined: "Joined", domain: Domain, strips: "Strips") -> Mesh:
     row = find_sides(mesh.triangles, n, joined.cells[:, :2])[0]
     edges, middles = strips.curved
     edges = joined.number[edges]
-    # Of quadrilaterals the edges tell where their middle is.
-    left_out = np.concatenate([joined.divided, joined.cells[joined.halves[:, 0]][:, [0, 2]]])
-    keys, others = (edge_keys(np.sort(pairs, axis=1), n) for pairs in (edges, left_out))
-    curved = ~np.isin(keys, others)
+    # Cells that are divided have lost edges, and of quadrilaterals the edges tell where their middle is.
+    there = [find_sides(mesh.triangles, n, ends)[0] >= 0 for ends in (edges, edges[:, ::-1])]
+    diagonals = joined.cells[joined.halves[:, 0]][:, [0, 2]]
+    keys, others = (edge_keys(np.sort(pairs, axis=1), n) for pairs in (edges, diagonals))
+    curved = (there[0] | there[1]) & ~np.isin(keys, others)
     return replace(mesh, quads=row[joined.halves], curved_edges=edges[curved], curved_middles=middles[curved])
 
 

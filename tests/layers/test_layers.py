@@ -188,9 +188,10 @@ def test_periodic_sides_may_have_layers_themselves():
     assert len(mesh.periodic_sides[0].nodes) > 15
 
 
+@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("keys", [{"parts": 3}, {"angle_min": 28, "largest": 0.002}])
-def test_nodes_that_parts_or_demands_set_on_fronts_divide_the_cells_below(keys):
-    result = run(AROUND, {"on": "disc", **FIVE, "cells": "quads"}, **keys)
+def test_nodes_that_parts_or_demands_set_on_fronts_divide_the_cells_below(keys, order):
+    result = run(AROUND, {"on": "disc", **FIVE, "cells": "quads"}, **keys, output={"order": order})
     assert row_of(result, "disc")["complete"] == 1
     if "angle_min" in keys:
         assert result.report["quality"]["angle_min"] >= 28 - 1e-9
