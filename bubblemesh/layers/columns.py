@@ -94,17 +94,63 @@ class _Row(NamedTuple):
 
 
 class _Builder:
-    """Columns as they are found, one by one."""
+    """Columns as they are found, at one end of a side after the other."""
 
-    def __init__(self, walls: Walls) -> None:
-        self.walls = walls
+    def __init__(self, walls: Walls, ladders: Sequence[Ladder]) -> None:
+        self.walls, self.ladders, self.along = walls, ladders, walls.directions
+        self.normals = left_of(self.along)
         self.rows = list[_Row]()
+        # Column at the beginning and at the end of each side, and those of each fan, with the side before it.
+        self.first, self.last = (np.full(len(walls.piece), -1) for _ in range(2))
+        self.fans = list[tuple[int, list[int]]]()
         self.followed = dict[tuple[int, bool], int]()
 
     def add(self, foot: int, up: Floats, ladder: int, ends: bool = False) -> int:
         """Number of a new column, which goes ``up`` (2,) by so much for each unit of height."""
         self.rows.append(_Row(foot, up, ladder, ends=ends))
         return len(self.rows) - 1
+
+    def between_layers(self, side: int, after: int) -> None:
+        """Find the columns between a side with layers and the one ``after`` it, which has some too."""
+        angle, foot, ladder = float(self.walls.angle[side]), int(self.walls.ends[side, 1]), int(self.walls.ladder[side])
+        fan = _fan(self.ladders[ladder], self.normals[side], angle, float(self.walls.d[foot]))
+        if fan is None:
+            middle = turned(self.along[after : after + 1], np.array([angle / 2]))[0]
+            fan = middle[None] * min(1 / np.sin(angle / 2), HIGHEST_STRETCH)
+        around = [self.add(foot, up, ladder) for up in fan]
+        self.last[side], self.first[after] = around[0], around[-1]
+        if len(around) > 1:
+            self.fans.append((side, around))
+
+    def at_end(self, side: int, after: int) -> None:
+        """Find the column between a side and the one ``after`` it, of which only one has layers."""
+        walls, layers_first = self.walls, bool(self.walls.layered[side])
+        mine, bare = (side, after) if layers_first else (after, side)
+        angle, foot, ladder = float(walls.angle[side]), int(walls.ends[side, 1]), int(walls.ladder[mine])
+        if self.ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END:
+            up = (self.along[bare] if layers_first else -self.along[bare]) / np.sin(angle)
+            column = self._following(bare, bool(walls.forward[bare]) == layers_first, foot, up, ladder)
+        else:
+            column = self.add(foot, self.normals[mine], ladder, ends=True)
+        (self.last if layers_first else self.first)[mine] = column
+
+    def _following(self, side: int, from_start: bool, foot: int, up: Floats, ladder: int) -> int:
+        """Number of the column along a wall without layers, which the other side of that wall may have found before."""
+        piece = int(self.walls.piece[side])
+        known = self.followed.setdefault((piece, from_start), len(self.rows))
+        if known == len(self.rows):
+            self.rows.append(_Row(foot, up, ladder, piece, from_start))
+        else:
+            self.rows[known] = self.rows[known]._replace(up=(self.rows[known].up + up) / 2)
+        return known
+
+    def pairs(self) -> tuple[Integers, Integers]:
+        """Pairs (p, 2) of columns with cells between, first those on sides, then those in fans, and the sides (p,)."""
+        sides = np.flatnonzero(self.walls.layered)
+        beside = [(side, *pair) for side, around in self.fans for pair in pairwise(around)]
+        of_fan, one, other = np.array(beside, np.int64).reshape(-1, 3).T
+        on_sides = np.column_stack([self.first[sides], self.last[sides]])
+        return np.concatenate([on_sides, np.column_stack([one, other])]), np.append(sides, of_fan)
 
     def arrays(self) -> tuple[Any, ...]:
         """The columns of the table."""
@@ -138,50 +184,17 @@ class _Builder:
         for number, row, way in zip((one, other), rows, ways, strict=True):
             self.rows[number] = row._replace(up=row.up * (sum(ways) / (2 * way)), ladder=rows[0].ladder)
 
-    def along(self, side: int, from_start: bool, foot: int, up: Floats, ladder: int) -> int:
-        """Number of the column along a wall without layers, which the other side of that wall may have found before."""
-        piece = int(self.walls.piece[side])
-        known = self.followed.setdefault((piece, from_start), len(self.rows))
-        if known == len(self.rows):
-            self.rows.append(_Row(foot, up, ladder, piece, from_start))
-        else:
-            self.rows[known] = self.rows[known]._replace(up=(self.rows[known].up + up) / 2)
-        return known
-
 
 def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
     """Columns on all walls with layers: one at each node, several around convex corners."""
-    made, along, layered = _Builder(walls), walls.directions, walls.layered
-    normals = left_of(along)
-    count = len(walls.piece)
-    first, last = np.full(count, -1), np.full(count, -1)  # column at the beginning and at the end of each side
-    fans = list[tuple[int, list[int]]]()
+    made, layered = _Builder(walls, ladders), walls.layered
     for side in np.flatnonzero(layered | layered[walls.following]).tolist():
-        after, angle, foot = int(walls.following[side]), float(walls.angle[side]), int(walls.ends[side, 1])
+        after = int(walls.following[side])
         if layered[side] and layered[after]:
-            ladder = int(walls.ladder[side])
-            fan = _fan(ladders[ladder], normals[side], angle, float(walls.d[foot]))
-            if fan is None:
-                middle = turned(along[after : after + 1], np.array([angle / 2]))[0]
-                column = made.add(foot, middle * min(1 / np.sin(angle / 2), HIGHEST_STRETCH), ladder)
-                first[after] = last[side] = column
-            else:
-                around = [made.add(foot, up, ladder) for up in fan]
-                last[side], first[after] = around[0], around[-1]
-                fans.append((side, around))
-            continue
-        mine, bare = (side, after) if layered[side] else (after, side)
-        ladder, up = int(walls.ladder[mine]), along[after] if bare == after else -along[side]
-        if ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END:
-            from_start = bool(walls.forward[bare]) == (bare == after)
-            column = made.along(bare, from_start, foot, up / np.sin(angle), ladder)
+            made.between_layers(side, after)
         else:
-            column = made.add(foot, normals[mine], ladder, ends=True)
-        (last if mine == side else first)[mine] = column
-    sides = np.flatnonzero(layered)
-    beside = [(side, *pair) for side, around in fans for pair in pairwise(around)]
-    of_fan, *fan_pair = np.array(beside, np.int64).reshape(-1, 3).T
-    pair = np.concatenate([np.column_stack([first[sides], last[sides]]), np.column_stack(fan_pair)])
+            made.at_end(side, after)
+    pair, side_of_pair = made.pairs()
     twins = made.twins()
     foot, up, asked, follows, from_start, ends = made.arrays()
     columns = Columns(
@@ -197,14 +210,14 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
         ends,
         walls.d[foot],
         pair,
-        np.append(sides, of_fan),
-        np.arange(len(pair)) >= len(sides),
+        side_of_pair,
+        np.arange(len(pair)) >= layered.sum(),
         twins,
     )
     free = (columns.follows < 0) & ~columns.ends
-    free[[column for _, around in fans for column in around]] = False
+    free[[column for _, around in made.fans for column in around]] = False
     smooth = free & (walls.node_piece[foot] >= 0) & (made.turns() < ROUGH)
-    return _blended(_on_curves(columns, walls, smooth), free, smooth, normals)
+    return _blended(_on_curves(columns, walls, smooth), free, smooth, made.normals)
 
 
 def _fan(ladder: Ladder, normal: Floats, angle: float, spacing: float) -> Floats | None:

@@ -11,7 +11,7 @@ from bubblemesh.layers.walls import Walls
 FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
-STEEPEST = 1.3  # ratio of the factors of neighbours
+LARGEST_RATIO = 1.3  # ratio of the factors of neighbours
 PASSES = 1000
 
 
@@ -21,7 +21,7 @@ class Heights:
 
     wanted: Integers  # (c,): number of layers that are asked for
     due: Integers  # (c,): number that there can be beside the ends of layers
-    count: Integers  # (c,): of those that there are
+    count: Integers  # (c,): number of layers that there are
     factor: Floats  # (c,): of the heights of these, at most 1
 
 
@@ -33,6 +33,7 @@ def heights(columns: Columns, room: Floats, widths: "Widths") -> Heights:
         mine = np.flatnonzero(columns.ladder == number)
         most = np.minimum(ladder.count, widths.layers(mine, ladder.heights, ladder.tops, ladder.isotropic))
         wanted[mine] = most if ladder.isotropic else ladder.count
+        # Room for just so many layers must not be lost by rounding.
         fitting = np.searchsorted(ladder.tops, room[mine] * (1 + 1e-12), side="right") - 1
         few = np.minimum(FEWEST, most)
         squeezed = np.clip(room[mine] / np.maximum(ladder.tops[few], 1e-300), 0, 1)
@@ -52,7 +53,7 @@ def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integer
         for a, b in ((i, j), (j, i)):
             np.minimum.at(fewer, a, count[b] + 1)
             # Where there is no layer its factor says nothing.
-            np.minimum.at(lower, a, np.where(count[b] > 0, STEEPEST * factor[b], np.inf))
+            np.minimum.at(lower, a, np.where(count[b] > 0, LARGEST_RATIO * factor[b], np.inf))
         if (fewer == count).all() and (lower == factor).all():
             break
         count, factor = fewer, lower
@@ -68,8 +69,8 @@ class Widths:
     def layers(self, which: Integers, heights: Floats, tops: Floats, isotropic: bool) -> Integers:
         """Number (k,) of layers of some columns that are no higher than wide, nor than the spacing.
 
-        They may be as high as the larger one of both if not ``isotropic``. All columns of a fan are as wide as those
-        beside it. Columns that part end before they are much farther from each other than the spacing.
+        Layers that are not ``isotropic`` may be as high as the larger one of both. All columns of a fan are as wide as
+        those beside it. Columns that part end before they are much farther from each other than the spacing.
         """
         columns = self.columns
         number, going = np.zeros(len(which), np.int64), np.ones(len(which), bool)

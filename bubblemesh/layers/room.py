@@ -76,7 +76,10 @@ def _up_to(obstacles: Obstacles, columns: Columns) -> Floats:
 
 
 def part_of(way: Floats, spacing: Floats, shared: Booleans) -> Floats:
-    """What columns may take of the ways (k,) to walls across: all but a spacing in between, within bounds."""
+    """Heights (k,) that columns may have of the ways (k,) to walls across: all but a spacing, within bounds.
+
+    What is ``shared`` (k,) with the layers of that wall is halved.
+    """
     least, most = (np.where(shared, a, b) for a, b in zip(SHARED, ALONE, strict=True))
     with np.errstate(invalid="ignore"):
         return np.where(
@@ -85,6 +88,7 @@ def part_of(way: Floats, spacing: Floats, shared: Booleans) -> Floats:
 
 
 def _along_pieces(columns: Columns, walls: Walls) -> Floats:
+    """Heights (c,) at which columns have taken their part of the piece that they follow."""
     follows = columns.follows >= 0
     length = walls.domain.boundary.lengths[columns.follows]
     return np.where(follows, ALONG * length / np.hypot(*columns.up.T), np.inf)

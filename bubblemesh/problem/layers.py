@@ -31,6 +31,7 @@ def ladders_of(entries: Sequence[LayerKeys], domain: Domain) -> tuple[Ladder, ..
 
 
 def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
+    """Layers of each entry, once its labels and its region are checked."""
     boundary = domain.boundary
     sides = [boundary.labels[k] for k in sorted(set(boundary.label.tolist()))]
     taken, named = dict[tuple[str, str | None], int](), {label for keys in entries for label in several(keys.on)}
