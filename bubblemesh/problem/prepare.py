@@ -80,19 +80,7 @@ def check_spacing(
     A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
     """
     max_nodes = task.max_nodes
-    with about(Key(["domain", "periodic"])):
-        if len(domain.periodic) and not task.method.relaxation.boundary_stays:
-            raise CaseError(
-                "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
-            )
-    with about(Key(["parts"])):
-        if task.parts != 1 and not task.method.relaxation.boundary_stays:
-            raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
-    with about(Key(["layers"])):
-        if task.demanding and {*task.layered} & {label for pair in domain.parts.periodic for label in pair}:
-            raise CaseError("layers: on periodic sides they go without angle_min and largest, whose nodes do not match")
-        if task.ladders and not task.method.relaxation.boundary_stays:
-            raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
+    _require_possible(domain, task)
     with timed(seconds, "spacing"):
         spacing, rules, cover = request.at(scale), request.rules, Cover.of(domain)
         survey = surveyed(domain, spacing, max_nodes, cover)
@@ -154,6 +142,23 @@ def check_spacing(
         seconds,
         rest,
     )
+
+
+def _require_possible(domain: Domain, task: Task) -> None:
+    """Check that method and demands go with periodic sides, parts and layers; a CaseError if not."""
+    with about(Key(["domain", "periodic"])):
+        if len(domain.periodic) and not task.method.relaxation.boundary_stays:
+            raise CaseError(
+                "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
+            )
+    with about(Key(["parts"])):
+        if task.parts != 1 and not task.method.relaxation.boundary_stays:
+            raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
+    with about(Key(["layers"])):
+        if task.demanding and {*task.layered} & {label for pair in domain.parts.periodic for label in pair}:
+            raise CaseError("layers: on periodic sides they go without angle_min and largest, whose nodes do not match")
+        if task.ladders and not task.method.relaxation.boundary_stays:
+            raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
 
 
 def task_of(case: Case, domain: Domain) -> Task:
