@@ -78,35 +78,34 @@ class Boundary:
         self, paths: Sequence[OpenPath], rings: Sequence[int], right: int, points: Sequence[Point] = ()
     ) -> "Boundary":
         """The boundary with pieces along paths, which have these ring numbers and the region ``right`` beside them."""
-        members: dict[type, list[WholeCurve]] = {}
         kinds: dict[type, int] = {}
         sections: dict[int, Section] = {}  # by row
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
         # Lists for each column: rows of a table would take several times as long, of files with very many sides.
-        kind, index, start, end, label = (list[int]() for _ in range(5))
+        curves = list[WholeCurve]()
+        start, end, label = (list[int]() for _ in range(3))
         for path in paths:
             ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices] or [-1, -1]
             start += ends[:-1]
             end += ends[1:]
-            for curve, name in path.sides:
-                if isinstance(curve, Section):
-                    sections[len(kind)] = curve
-                    curve = curve.curve
-                kind.append(kinds.setdefault(type(curve), len(self.families) + len(kinds)))
-                group = members.setdefault(type(curve), [])
-                index.append(len(group))
-                group.append(curve)
-                label.append(labels.setdefault(name or path.label, len(labels)))
+            label += [labels.setdefault(name or path.label, len(labels)) for _, name in path.sides]
+            found = [curve for curve, _ in path.sides]
+            sections |= {row: curve for row, curve in enumerate(found, len(curves)) if isinstance(curve, Section)}
+            curves += [curve.curve if isinstance(curve, Section) else curve for curve in found]
+        known = len(self.families)
+        kind = np.array([kinds.setdefault(type(curve), known + len(kinds)) for curve in curves], np.int64)
         for point in points:
             corners.setdefault(point, len(corners))
         rows, ring = len(kind), np.repeat(np.array(rings, np.int64), [len(path.sides) for path in paths])
-        offset, lengths, left = np.zeros(rows), np.zeros(rows), np.zeros(rows, np.int64)
-        given = *_integers(kind, index), offset, lengths, *_integers(start, end, label), ring, left, left + right
+        (index, left), (offset, lengths) = np.zeros((2, rows), np.int64), np.zeros((2, rows))
+        families = self.families
+        for number in kinds.values():
+            mine = np.flatnonzero(kind == number)
+            families = *families, family([curves[row] for row in mine])
+            index[mine], lengths[mine] = np.arange(len(mine)), families[number].lengths
+        given = kind, index, offset, lengths, *_integers(start, end, label), ring, left, left + right
         columns: dict[str, Any] = dict(zip(COLUMNS, given, strict=True))
-        families = *self.families, *(family(group) for group in members.values())
-        for k in range(len(self.families), len(families)):
-            columns["lengths"][columns["kind"] == k] = families[k].lengths
         for row, section in sections.items():
             columns["offset"][row], columns["lengths"][row] = section.offset, section.length
         both: dict[str, Any] = {name: np.concatenate([getattr(self, name), column]) for name, column in columns.items()}

@@ -25,6 +25,7 @@ class Vertices(NamedTuple):
     corners: Integers  # (n, 4): of the cells: lower left, lower right, upper left, upper right
     # (k, 3): vertices in the middle of a cell's side, and the ends of that side; those of large cells first
     hanging: Integers
+    hanging_level: Integers  # (k,): levels of these cells
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,8 @@ class Quadtree:
             there = np.flatnonzero((key[at] == middle) & (self.level < GRID_LEVELS))
             hanging.append(np.column_stack([self.level[there], at[there], corners[there, first], corners[there, last]]))
         found = np.concatenate(hanging)
-        return Vertices(key, self._points(_parted(key)), corners, found[np.argsort(found[:, 0], kind="stable"), 1:])
+        found = found[np.argsort(found[:, 0], kind="stable")]
+        return Vertices(key, self._points(_parted(key)), corners, found[:, 1:], found[:, 0])
 
 
 def _contained(numbers: Integers, some: Integers) -> Booleans:

@@ -34,7 +34,5 @@ def limited_values(grid: Quadtree, values: Floats, growth: float, medium: Boolea
 def _by_level(grid: Quadtree) -> list[tuple[Integers, Integers, Integers]]:
     """Hanging vertices with the ends of their sides, in groups none of which depends on itself."""
     hanging = grid.vertices.hanging
-    lengths = np.abs(grid.vertices.points[hanging[:, 1]] - grid.vertices.points[hanging[:, 2]]).max(axis=1)
-    level = np.rint(np.log2(grid.size / lengths)).astype(int)
-    starts = np.flatnonzero(np.diff(level, prepend=-1))
+    starts = np.flatnonzero(np.diff(grid.vertices.hanging_level, prepend=-1))
     return [tuple(group.T) for group in np.split(hanging, starts[1:])] if len(hanging) else []

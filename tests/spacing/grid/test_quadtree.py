@@ -69,7 +69,7 @@ def test_balanced_cells_beside_each_other_differ_by_one_level_at_most():
 
 def test_vertices_are_the_corners_each_once():
     grid = balanced(grown())
-    _, points, corners, _ = grid.vertices
+    _, points, corners, *_ = grid.vertices
     assert len(np.unique(points.round(12), axis=0)) == len(points)
     low, high = spans(grid)
     for k, place in enumerate(
@@ -81,9 +81,12 @@ def test_vertices_are_the_corners_each_once():
 
 def test_hanging_vertices_are_in_the_middle_of_a_side_and_none_is_missed():
     grid = balanced(grown())
-    _, points, corners, hanging = grid.vertices
+    _, points, corners, hanging, level = grid.vertices
     middle, first, last = hanging.T
     assert len(hanging) > 10
+    lengths = np.abs(points[first] - points[last]).max(axis=1)
+    np.testing.assert_allclose(lengths, grid.size / 2.0**level)
+    assert (np.diff(level) >= 0).all()
     np.testing.assert_allclose(points[middle], (points[first] + points[last]) / 2, atol=1e-12)
     sides = {tuple(sorted(pair)) for pair in corners[:, [[0, 1], [2, 3], [0, 2], [1, 3]]].reshape(-1, 2).tolist()}
     assert {tuple(sorted(pair)) for pair in hanging[:, 1:].tolist()} <= sides
