@@ -14,7 +14,7 @@ from statistics import median
 from time import perf_counter, process_time
 
 from bubblemesh.batch import BatchOptions, Progress, case_files, plan_cases, run_batch
-from bubblemesh.batch.local import local_workers
+from bubblemesh.workers.local import local_workers
 
 CASES = 200
 TURNS = 3

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bubblemesh.batch import BatchOptions, Progress, Row, case_files, plan_cases, run_batch
-from bubblemesh.batch.dispatch import Workers
+from bubblemesh.workers.workers import Workers
 
 SMALL = """\
 domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}

@@ -35,10 +35,11 @@ MAY_IMPORT = {
         *{"problem", "spacing"},
     },
     "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "packing", "problem", "run", "spacing"},
+    "workers": FOUNDATION | {"__version__", "parts"},
     "batch": FOUNDATION
     | {
         *{"__version__", "case", "geometry", "meshes", "meshfiles", "pages", "parts", "pictures", "problem", "readers"},
-        "run",
+        *{"run", "workers"},
     },
     "api": FOUNDATION
     | {
@@ -58,7 +59,7 @@ MAY_IMPORT = {
     "cli": FOUNDATION
     | {
         *{"__version__", "adaptivity", "batch", "case", "console", "kernels", "meshes", "meshfiles", "packing"},
-        *{"parts", "pictures", "problem", "run", "spacing"},
+        *{"parts", "pictures", "problem", "run", "spacing", "workers"},
     },
     "__init__": {"api"},
     "__main__": {"cli", "errors", "resources"},
@@ -78,7 +79,7 @@ LIBRARIES = {
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},
     "svgelements": {"readers"},
-    "distributed": {"batch"},
+    "distributed": {"workers"},
     "filelock": {"batch"},
 }
 MOST_LOOSE_MODULES = 7

@@ -1,11 +1,10 @@
 """Many cases, in worker processes of this machine or of a cluster."""
 
-from bubblemesh.batch.crew import crew_of
 from bubblemesh.batch.dispatch import Progress
 from bubblemesh.batch.plan import BatchOptions, Entry, case_files, parse_shard, plan_cases, planned
 from bubblemesh.batch.preview import Preview, preview_of, totals_of
 from bubblemesh.batch.row import Row
-from bubblemesh.batch.run import run_batch, workers_at
+from bubblemesh.batch.run import run_batch
 
 __all__ = [
     "BatchOptions",
@@ -14,12 +13,10 @@ __all__ = [
     "Progress",
     "Row",
     "case_files",
-    "crew_of",
     "parse_shard",
     "plan_cases",
     "planned",
     "preview_of",
     "run_batch",
     "totals_of",
-    "workers_at",
 ]

@@ -1,35 +1,16 @@
 """The story of a batch: cases go to the workers, files and rows come back."""
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, closing, nullcontext
+from collections.abc import Sequence
+from contextlib import closing, nullcontext
 from itertools import chain
 from typing import Any
 
-from bubblemesh.batch.cluster import cluster_workers, require_address
-from bubblemesh.batch.dispatch import Progress, Workers, dispatch
+from bubblemesh.batch.dispatch import Progress, dispatch
 from bubblemesh.batch.files import place_files, reserved, tidied
-from bubblemesh.batch.local import local_workers
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.resume import recorded, rows_of_others, unchanged
 from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals
-from bubblemesh.errors import CaseError
-from bubblemesh.resources import available_cores
-
-Hire = Callable[[int], AbstractContextManager[Workers]]
-
-
-def workers_at(jobs: int | None, cluster: str | None) -> Hire:
-    """Function that gives workers for a number of cases: so many local processes, or those of a cluster.
-
-    CaseError if both are given, or the cluster's address is not one.
-    """
-    if cluster is None:
-        most = jobs or available_cores()
-        return lambda cases: local_workers(min(most, cases))
-    if jobs is not None:
-        raise CaseError("--jobs counts processes of this machine, a cluster has its own: drop --jobs or --cluster")
-    require_address(cluster)
-    return lambda cases: cluster_workers(cluster)
+from bubblemesh.workers.hire import Hire
 
 
 def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progress: Progress) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import errno
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 
@@ -16,12 +16,10 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import Destination
 from bubblemesh.run.pipeline import mesh_problem
+from bubblemesh.workers.workers import Tell
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
-
-Note = tuple[int, int, int]  # number of a case that is at work, its finished rounds, and the nodes then (first 0 and 0)
-Tell = Callable[[Note], None]
 
 
 @dataclass(frozen=True)

@@ -184,10 +184,11 @@ def batch(
     from bubblemesh import batch as many
     from bubblemesh.console.batch import BatchProgress
     from bubblemesh.run.destination import OutputOptions
+    from bubblemesh.workers.hire import workers_at
 
     overrides = [*overrides, *OutputOptions(None, formats or (), solvers or ()).over_cases()]
     options = many.BatchOptions(overrides, output, page, history, many.parse_shard(shard), untrusted, resume)
-    workers = many.workers_at(jobs, cluster)
+    workers = workers_at(jobs, cluster)
     entries = many.plan_cases(many.case_files(paths), options)
     if dry_run:
         tell_previews(options.part_of(entries), as_json, quiet)
@@ -240,10 +241,14 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None) -> "AbstractCo
         if jobs is not None or cluster is not None:
             raise CaseError("--jobs and --cluster: a mesh in one piece takes one process: add --parts auto")
         return nullcontext(alone)
-    from bubblemesh import batch as many
     from bubblemesh import console
+    from bubblemesh.parts.cores import packed_part
+    from bubblemesh.workers.crew import crew_of
+    from bubblemesh.workers.hire import workers_at
 
-    return many.crew_of(many.workers_at(jobs, cluster), lambda message: console.warn([message]))
+    # With parts: auto it may turn out that one part is enough.
+    ahead = packed_part if isinstance(case.parts, int) and case.parts > 1 else None
+    return crew_of(workers_at(jobs, cluster), lambda message: console.warn([message]), ahead)
 
 
 def destination_of(

@@ -14,7 +14,7 @@ from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
 
-SAMPLES = 5e4  # leaves, about, whose work is divided
+SAMPLES = 1000.0  # leaves, about, for each cell, whose work is divided
 COARSEST = 1.0  # spacings: the least side of a leaf
 DIRECTIONS = 12
 ANGLES = tuple(np.pi * k / DIRECTIONS for k in range(DIRECTIONS))
@@ -71,7 +71,7 @@ def _offset(points: Floats, at: Point, angle: float) -> Floats:
 
 def cut(domain: Domain, spacing: Spacing, expected_nodes: float, cells: int) -> Cuts:
     """Cut a domain into cells of the same work, as nearly as short and clear cuts allow."""
-    samples = leaves(domain, spacing, max(COARSEST, float(np.sqrt(expected_nodes / SAMPLES))))
+    samples = leaves(domain, spacing, max(COARSEST, float(np.sqrt(expected_nodes / (SAMPLES * cells)))))
     return _Cutter(domain, spacing).cuts(samples, cells, expected_nodes)
 
 

@@ -30,9 +30,9 @@ from batches import (
 )
 
 import bubblemesh
-from bubblemesh.batch import workers_at
-from bubblemesh.batch.cluster import cluster_workers
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.workers.cluster import cluster_workers
+from bubblemesh.workers.hire import workers_at
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed")
 pytestmark = [
@@ -227,7 +227,7 @@ def test_a_worker_that_cannot_mesh_is_told_and_left_out_and_the_others_get_the_c
 
 
 def test_cases_of_workers_that_have_left_go_to_those_that_come(here, tmp_path_factory, monkeypatch):
-    monkeypatch.setattr("bubblemesh.batch.cluster.REFRESH", 0.5)
+    monkeypatch.setattr("bubblemesh.workers.cluster.REFRESH", 0.5)
     Path("a.yaml").write_text(LONG + "sweep: {packing.seed: [1, 2, 3]}\n")
     own = Cluster(tmp_path_factory.mktemp("left"))
     own.hire(1)
@@ -260,7 +260,7 @@ def test_an_address_has_a_protocol_a_host_and_a_port(address):
 
 @pytest.mark.parametrize("what", ["nobody listens", "no such host", "silence", "babble", "a worker"])
 def test_a_scheduler_that_does_not_answer_ends_the_batch_soon_and_loses_nothing(what, here, cluster, monkeypatch):
-    monkeypatch.setattr("bubblemesh.batch.cluster.PATIENCE", 2.0)
+    monkeypatch.setattr("bubblemesh.workers.cluster.PATIENCE", 2.0)
     Path("a.yaml").write_text(SMALL)
     rows_of("a.yaml", folder="out")
     before = Path("out/summary.jsonl").read_bytes()
@@ -338,7 +338,7 @@ def test_a_scheduler_that_stops_in_mid_batch_ends_the_batch_with_whole_rows(here
         if isinstance(event, Finished):
             own.scheduler.send_signal(signal.SIGSTOP)
             for name in ("SILENCE", "REFRESH"):
-                monkeypatch.setattr(f"bubblemesh.batch.cluster.{name}", 0.5)
+                monkeypatch.setattr(f"bubblemesh.workers.cluster.{name}", 0.5)
 
     try:
         with pytest.raises(FileError, match="the scheduler is out of reach: start it, and run the batch again"):
@@ -351,7 +351,7 @@ def test_a_scheduler_that_stops_in_mid_batch_ends_the_batch_with_whole_rows(here
 def test_a_scheduler_without_workers_is_told_of_once_and_the_batch_goes_on_when_they_come(
     here, tmp_path_factory, monkeypatch
 ):
-    monkeypatch.setattr("bubblemesh.batch.cluster.REFRESH", 0.1)
+    monkeypatch.setattr("bubblemesh.workers.cluster.REFRESH", 0.1)
     Path("a.yaml").write_text(SMALL)
     own = Cluster(tmp_path_factory.mktemp("empty"))
     waits, rows = [], []

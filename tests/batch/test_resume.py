@@ -293,7 +293,9 @@ def workers_of(process):
     """Ids of the worker processes."""
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     return [
-        int(pid) for pid in children.read_text().split() if b"batch.local" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        int(pid)
+        for pid in children.read_text().split()
+        if b"workers.local" in Path(f"/proc/{pid}/cmdline").read_bytes()
     ]
 
 

@@ -26,12 +26,12 @@ from batches import (
 from typer.testing import CliRunner
 
 from bubblemesh.batch import BatchOptions
-from bubblemesh.batch.dispatch import WorkerDied
 from bubblemesh.batch.files import reserved
 from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import is_full
 from bubblemesh.cli import app
 from bubblemesh.errors import FileError
+from bubblemesh.workers.workers import WorkerDied
 
 
 @pytest.mark.parametrize(

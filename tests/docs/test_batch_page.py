@@ -10,8 +10,8 @@ from batches import SMALL, lines_of
 from paths import ROOT
 from site_pages import followed
 
-from bubblemesh.batch.cluster import PATIENCE, SILENCE
 from bubblemesh.batch.row import COLUMNS, KINDS
+from bubblemesh.workers.cluster import PATIENCE, SILENCE
 
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "batch.md").read_text()

@@ -9,12 +9,12 @@ from contextlib import contextmanager
 import pytest
 from commands import command
 
-from bubblemesh.batch import crew_of, workers_at
-from bubblemesh.batch.crew import called
-from bubblemesh.batch.dispatch import ATTEMPTS, Workers
-from bubblemesh.batch.local import local_workers
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.parts.work import Job
+from bubblemesh.workers.crew import called, crew_of
+from bubblemesh.workers.hire import workers_at
+from bubblemesh.workers.local import local_workers
+from bubblemesh.workers.workers import ATTEMPTS, Workers
 
 CASE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}

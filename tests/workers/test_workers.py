@@ -16,11 +16,14 @@ import pytest
 from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_of, results_in, rows_of
 
 from bubblemesh import resources
-from bubblemesh.batch import workers_at
-from bubblemesh.batch.dispatch import WorkerDied
-from bubblemesh.batch.local import local_workers
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import OWNER
+from bubblemesh.parts.cores import packed_part
+from bubblemesh.parts.work import Job
+from bubblemesh.workers.crew import crew_of
+from bubblemesh.workers.hire import workers_at
+from bubblemesh.workers.local import local_workers
+from bubblemesh.workers.workers import WorkerDied
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 
@@ -50,7 +53,7 @@ def alive(pid):
 
 
 @pytest.mark.long
-def test_two_processes_work_at_the_same_time_and_load_the_package_once(crew):
+def test_two_processes_work_at_the_same_time_and_stay(crew):
     pids = [crew.submit(os.getpid).result() for _ in range(4)]
     assert len(set(pids)) <= 2
     assert os.getpid() not in pids
@@ -58,7 +61,14 @@ def test_two_processes_work_at_the_same_time_and_load_the_package_once(crew):
     other = {crew.submit(os.getpid).result() for _ in range(3)}
     wait(naps)
     assert len(other | set(pids)) <= 2
-    assert crew.submit(eval, "'bubblemesh.run.pipeline' in __import__('sys').modules").result()
+
+
+def test_processes_load_what_they_will_call_before_they_are_asked_to():
+    loaded = "'bubblemesh.parts.cores' in __import__('sys').modules"
+    with local_workers(1) as workers:
+        assert not workers.submit(eval, loaded).result()
+    with crew_of(lambda jobs: local_workers(1), print, ahead=packed_part) as crew:
+        assert list(crew(eval, [Job("", (loaded,))])) == [(0, True)]
 
 
 def test_each_process_computes_with_one_thread(crew):
@@ -153,8 +163,8 @@ def test_the_cores_that_a_container_allows_are_counted(quota, cores, tmp_path, m
 
 @pytest.mark.parametrize(("jobs", "cases", "expected"), [(None, 9, 3), (2, 9, 2), (5, 2, 2), (None, 1, 1)])
 def test_there_are_no_more_processes_than_cores_jobs_or_cases(jobs, cases, expected, monkeypatch):
-    monkeypatch.setattr("bubblemesh.batch.run.available_cores", lambda: 3)
-    monkeypatch.setattr("bubblemesh.batch.run.local_workers", lambda count: count)
+    monkeypatch.setattr("bubblemesh.workers.hire.available_cores", lambda: 3)
+    monkeypatch.setattr("bubblemesh.workers.hire.local_workers", lambda count: count)
     assert workers_at(jobs, None)(cases) == expected
 
 
@@ -219,7 +229,9 @@ def test_a_worker_killed_in_mid_batch_costs_a_retry_and_no_case(tmp_path, monkey
 
 
 @pytest.mark.long
-def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_folders(here, monkeypatch):
+def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_folders(tmp_path, monkeypatch):
+    here = tmp_path
+    monkeypatch.chdir(here)
     monkeypatch.setenv("TMPDIR", str(here / "tmp"))
     (here / "tmp").mkdir()
     (here / "a.yaml").write_text(LONG + "sweep: {packing.seed: [1, 2, 3]}\n")

@@ -12,9 +12,8 @@ from typing import Any, TypeVar
 from uuid import uuid4
 
 from bubblemesh import __version__
-from bubblemesh.batch.dispatch import WorkerDied, Workers
-from bubblemesh.batch.worker import Note
 from bubblemesh.errors import CaseError, FileError, LimitError
+from bubblemesh.workers.workers import Note, WorkerDied, Workers
 
 T = TypeVar("T")
 

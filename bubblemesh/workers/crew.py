@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from time import sleep
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from bubblemesh.batch.dispatch import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of, wait_for_any
-from bubblemesh.batch.run import Hire
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
 from bubblemesh.parts.work import Crew, Job
+from bubblemesh.workers.hire import Hire
+from bubblemesh.workers.workers import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of, wait_for_any
 
 T = TypeVar("T")
 Given = tuple[int, Job]  # with its number
@@ -18,10 +18,16 @@ MANY = 1 << 30  # parts: their number does not limit that of the workers
 
 
 @contextmanager
-def crew_of(hire: Hire, warn: Callable[[str], None]) -> Iterator[Crew]:
-    """Crew of workers that are hired when there is a first job, and end with the block."""
+def crew_of(hire: Hire, warn: Callable[[str], None], ahead: Callable[..., Any] | None = None) -> Iterator[Crew]:
+    """Crew of workers that end with the block.
+
+    They are hired at once if a function is given that they will call, and load it meanwhile; else for the first job.
+    """
     with ExitStack() as stack:
         hired: list[Workers] = []
+        if ahead is not None:
+            hired.append(stack.enter_context(hire(MANY)))
+            hired[0].load(ahead)
 
         def call(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:
             if not hired:

@@ -12,20 +12,19 @@ from contextlib import contextmanager, suppress
 from queue import SimpleQueue
 from subprocess import PIPE, Popen
 from threading import Lock, Thread
-from typing import IO, TypeVar
+from typing import IO, Any, TypeVar
 
-from bubblemesh.batch.dispatch import WorkerDied, Workers
-from bubblemesh.batch.worker import Note
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
 from bubblemesh.resources import seldom_look_for_garbage
+from bubblemesh.workers.workers import Note, WorkerDied, Workers
 
 T = TypeVar("T")
 
 LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS")
 THREADS = (*(f"{library}_NUM_THREADS" for library in LIBRARIES), "VECLIB_MAXIMUM_THREADS")
 # The first argument is the folder for temporary files, the others are where modules are found.
-PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.batch.local import serve; serve(sys.argv[1])"
+PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.workers.local import serve; serve(sys.argv[1])"
 
 
 @contextmanager
@@ -86,6 +85,10 @@ class LocalWorkers(Workers):
 
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
         return self._threads.submit(self._call, function, arguments)
+
+    def load(self, function: Callable[..., Any]) -> None:
+        for _ in range(self._count):
+            self.submit(callable, function)  # to receive a function is to load its module
 
     def failure(self, error: BaseException) -> tuple[int, str]:
         if isinstance(error, WorkerDied):

@@ -1,0 +1,28 @@
+"""Whose workers are asked: processes of this machine, or those of a cluster."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+from bubblemesh.errors import CaseError
+from bubblemesh.resources import available_cores
+from bubblemesh.workers.local import local_workers
+from bubblemesh.workers.workers import Workers
+
+Hire = Callable[[int], AbstractContextManager[Workers]]
+
+
+def workers_at(jobs: int | None, cluster: str | None) -> Hire:
+    """Function that gives workers for a number of jobs: so many local processes, or those of a cluster.
+
+    CaseError if both are given, or the cluster's address is not one.
+    """
+    if cluster is None:
+        most = jobs or available_cores()
+        return lambda count: local_workers(min(most, count))
+    if jobs is not None:
+        raise CaseError("--jobs counts processes of this machine, a cluster has its own: drop --jobs or --cluster")
+    # Imported here since few have a cluster.
+    from bubblemesh.workers.cluster import cluster_workers, require_address
+
+    require_address(cluster)
+    return lambda count: cluster_workers(cluster)
