@@ -19,7 +19,7 @@ from bubblemesh.parts.cores import Core, Margin, Part, packed_part
 from bubblemesh.parts.cuts import Cuts, cut
 from bubblemesh.parts.division import Division, Places, divided
 from bubblemesh.parts.patches import Patch, joined, patch
-from bubblemesh.parts.seams import JUNCTION, SEAM, near, put_back, settled, strips
+from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, put_back, settled
 from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Crew, Deadline, Job, Record, packed_from
 from bubblemesh.spacing.spacing import Spacing
@@ -119,19 +119,18 @@ class Together:
 
     def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
         """Pack strips of a net once more, as of `put_back`, in which the bubbles that are ``free`` (n,) may move."""
-        found, method = list(strips(net, free)), self._of_a_seam()
-        inside = sum(len(strip.inside) for strip in found)
-        work = [SEAMS_WORK / 2 * len(strip.inside) / inside for strip in found]
+        found, method, made = Strips.of(net, free), self._of_a_seam(), dict[int, Strip]()
+        work = [SEAMS_WORK / 2 * size / sum(found.sizes) for size in found.sizes]
 
         def job(number: int) -> Job:
-            domain = found[number].domain
-            given = domain, self.spacing, method, found[number].x, self.deadline
-            return Job(f"the seam around {_middle_of(domain)}", given)
+            strip = made[number] = found[number]
+            given = strip.domain, self.spacing, method, strip.x, self.deadline
+            return Job(f"the seam around {_middle_of(strip.domain)}", given)
 
         done = list(self._in_order(self._results(packed_from, job, range(len(found)), work), work))
         if done:
             self.on_done(Record.together([part.record for part in done]))
-        return put_back(net, list(zip(found, done, strict=True)), self.spacing)
+        return put_back(net, [(made[number], part) for number, part in enumerate(done)], self.spacing)
 
     def _kept(self, cell: int, part: Part) -> Margin:
         self.store.keep(cell, part)

@@ -1,6 +1,6 @@
 """Seams: strips of a net along cuts are packed once more, with the bubbles of the cuts free, and put back."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,32 +41,48 @@ def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
     return marked
 
 
-def strips(net: Net, free: Booleans) -> Iterator[Strip]:
-    """Strips, apart from each other, in which the bubbles that are ``free`` (n,) may move."""
-    n = len(net.bubbles)
-    free = free & (np.arange(n) >= net.bubbles.boundary_count)
-    sides = directed_sides(net.triangles[any_of_rows(free[net.triangles])])
-    rank, group = np.cumsum(free) - 1, np.full(n, -1)
-    group[free] = components(rank[sides[free[sides].all(axis=1)]], int(free.sum()))
-    # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
-    of_triangle = group[net.triangles].max(axis=1)
-    mine = np.flatnonzero(of_triangle >= 0)
-    mine = mine[np.argsort(of_triangle[mine], kind="stable")]
-    # Sides of the domain within a strip, and facets between others that stay, are lines in it.
-    forth, back = (np.append(of_triangle, -1)[found] for found in _beside_facets(net))
-    within = np.where(forth == back, forth, -1)
-    for triangles in np.split(mine, np.flatnonzero(np.diff(of_triangle[mine])) + 1):
-        if len(triangles):
-            yield _strip(net, free, triangles, net.facets[within == of_triangle[triangles[0]]])
+@dataclass(frozen=True)
+class Strips:
+    """Strips of a net, apart from each other, that are made when they are asked for."""
 
+    net: Net
+    free: Booleans  # (n,): bubbles that may move
+    triangles: tuple[Integers, ...]  # of each strip, by their numbers in the net
+    lines: tuple[Integers, ...]  # (l, 2) of each: sides of the domain within it, and facets between others that stay
 
-def _strip(net: Net, free: Booleans, triangles: Integers, lines: Integers) -> Strip:
-    sides = directed_sides(net.triangles[triangles])
-    nodes = np.unique(sides)
-    rim, inside = nodes[~free[nodes]], nodes[free[nodes]]
-    outer = sides[np.sort(one_sided(sides, len(net.bubbles)))]
-    ends = np.searchsorted(rim, np.concatenate([outer, lines]))
-    return Strip(rim, inside, triangles, _polygon(net.bubbles.x[rim], ends, len(outer)), net.bubbles.x[inside])
+    @classmethod
+    def of(cls, net: Net, free: Booleans) -> "Strips":
+        """Strips in which the bubbles that are ``free`` (n,) may move, but for those on the boundary."""
+        n = len(net.bubbles)
+        free = free & (np.arange(n) >= net.bubbles.boundary_count)
+        sides = directed_sides(net.triangles[any_of_rows(free[net.triangles])])
+        rank, group = np.cumsum(free) - 1, np.full(n, -1)
+        group[free] = components(rank[sides[free[sides].all(axis=1)]], int(free.sum()))
+        # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
+        of_triangle = group[net.triangles].max(axis=1)
+        mine = np.flatnonzero(of_triangle >= 0)
+        mine = mine[np.argsort(of_triangle[mine], kind="stable")]
+        parts = np.split(mine, np.flatnonzero(np.diff(of_triangle[mine])) + 1) if len(mine) else []
+        forth, back = (np.append(of_triangle, -1)[found] for found in _beside_facets(net))
+        within = np.where(forth == back, forth, -1)
+        return cls(net, free, tuple(parts), tuple(net.facets[within == of_triangle[part[0]]] for part in parts))
+
+    @property
+    def sizes(self) -> list[int]:
+        """Number of the triangles of each."""
+        return [len(part) for part in self.triangles]
+
+    def __len__(self) -> int:
+        return len(self.triangles)
+
+    def __getitem__(self, number: int) -> Strip:
+        net, free, triangles, lines = self.net, self.free, self.triangles[number], self.lines[number]
+        sides = directed_sides(net.triangles[triangles])
+        nodes = np.unique(sides)
+        rim, inside = nodes[~free[nodes]], nodes[free[nodes]]
+        outer = sides[np.sort(one_sided(sides, len(net.bubbles)))]
+        ends = np.searchsorted(rim, np.concatenate([outer, lines]))
+        return Strip(rim, inside, triangles, _polygon(net.bubbles.x[rim], ends, len(outer)), net.bubbles.x[inside])
 
 
 def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:
