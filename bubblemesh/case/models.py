@@ -19,9 +19,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.case.data_terms import OneOrMore
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
-from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Positive, Strict, Text, filled
+from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Label, Positive, Strict, Text, filled
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
@@ -65,6 +66,10 @@ class Output(Strict):
     )
     order: Literal[1, 2] = Field(
         default=1, description="Order of the triangles: 2 adds a node on each edge, on the boundary's true curve."
+    )
+    open: OneOrMore[Label] | None = Field(
+        default=None,
+        description="Labels of open water, for formats of coasts; else those named open, or open_, open- and more.",
     )
     partition: Count | None = Field(
         default=None, description="Number of parts for a parallel solver, whose files tell the part of each triangle."

@@ -72,6 +72,10 @@ class Mesh:
         diagonals of quadrilaterals need not be among them: their curves follow from those of the sides.
     curved_middles : (c, 2)
         Point where the node on each of them is in a mesh of second order.
+    depth : (n,)
+        Depth of the bed below still water at each node, for formats of coasts; of no length unless given.
+    open_labels : tuple of str
+        Labels of the boundary that is open water, for the same formats; unless given those named open, open_...
     """
 
     points: Floats
@@ -90,6 +94,8 @@ class Mesh:
     quads: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     curved_edges: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     curved_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    depth: Floats = field(default_factory=lambda: np.zeros(0))
+    open_labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         require_pairs(self.triangles, self.quads)
@@ -195,6 +201,7 @@ class Mesh:
             points=np.vstack([self.points, middles]),
             triangles=triangles,
             facets=np.column_stack([self.facets[:, :2], n + facets]),
+            depth=np.append(self.depth, self.depth[edges].mean(axis=1)) if len(self.depth) else self.depth,
             partition=None if self.partition is None else self.partition.with_nodes(triangles),
         )
         return result, int(kept_straight.sum())

@@ -163,6 +163,32 @@ FORMATS: Mapping[str, Format] = {
     ),
     "ngsolve": Format((".msh",), "write.gmsh.write_words", "groups.plain_words", quads=True, solvers=("ngsolve",)),
     "dealii": Format((".msh",), "write.gmsh.write_boundary", _AS_THEY_ARE, points=False, solvers=("dealii",)),
+    "fort.14": Format(
+        (".14",),
+        "write.coasts.write_adcirc",
+        "write.coasts.edge_labels",
+        points=False,
+        solvers=("adcirc",),
+    ),
+    "gr3": Format(
+        (".gr3",),
+        "write.coasts.write_schism",
+        "write.coasts.edge_labels",
+        points=False,
+        solvers=("schism",),
+        quads=True,
+    ),
+    "2dm": Format((".2dm",), "write.coasts.write_sms", None, points=False, quads=True),
+    "slf": Format(
+        (".slf", ".cli"),
+        "write.telemac.write_telemac",
+        "write.coasts.edge_labels",
+        points=False,
+        solvers=("telemac",),
+    ),
+    "ugrid": Format(
+        (".nc",), "write.ugrid.write_ugrid", "write.ugrid.words", points=False, solvers=("delft3d",), quads=True
+    ),
     "sfepy": Format((".vtk",), "write.python.write_sfepy", None, solvers=("sfepy",)),
 }
 FORMATS_FOR: Mapping[str, tuple[str, ...]] = {

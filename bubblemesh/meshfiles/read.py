@@ -21,7 +21,17 @@ from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import place, shown
 
-SELF_CONTAINED = (".msh", ".vtk", ".vtu", ".frd")  # whose readers open no further file
+SELF_CONTAINED = (
+    ".msh",
+    ".vtk",
+    ".vtu",
+    ".frd",
+    ".14",
+    ".grd",
+    ".gr3",
+    ".2dm",
+    ".nc",
+)  # whose readers open no further file
 LONGEST_REASON = 200  # letters
 HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")

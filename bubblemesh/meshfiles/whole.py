@@ -1,17 +1,20 @@
 """The mesh of a file with all that meshes have: triangles that turn one way, labels of the whole boundary, a region."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.edges import edge_keys, one_sided
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.read import read_mesh
 
 BOUNDARY = "boundary"  # label of boundary edges that have none
+# Factors to a depth of data at nodes, as coasts' formats call it: depth, or the height of the bed.
+DEPTHS = {"depth": 1.0, "elevation": -1.0, "bottom": -1.0, "z": -1.0}
 
 
 def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
@@ -21,11 +24,17 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     triangles = mesh.triangles.copy()
     turned = signed_areas(mesh.points, triangles) < 0
     triangles[turned] = triangles[turned][:, ::-1]
-    mesh = replace(mesh, triangles=triangles, regions=mesh.regions or ("domain",))
+    mesh = replace(mesh, triangles=triangles, regions=mesh.regions or ("domain",), depth=_depth(read.point_data))
     kinds = ", ".join(read.left_out)
     others = (f"cells that are no triangles or quadrilaterals are left out: {kinds}",) if kinds else ()
     higher = ("has cells of higher order: their corners are read",) if read.higher else ()
     return with_boundary(mesh), (*read.notes, *others, *higher)
+
+
+def _depth(data: Mapping[str, Floats]) -> Floats:
+    """Depth (n,) at each node, if it is among the data at nodes."""
+    known = [name for name in DEPTHS if name in data and data[name].ndim == 1]
+    return DEPTHS[known[0]] * data[known[0]] + 0.0 if known else np.zeros(0)
 
 
 def with_boundary(mesh: Mesh) -> Mesh:

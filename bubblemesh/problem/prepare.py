@@ -6,8 +6,10 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from bubblemesh.case import Case
+from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import RegionFile
-from bubblemesh.errors import CaseError, Key, LimitError, about
+from bubblemesh.errors import CaseError, Key, LimitError, about, at_key
+from bubblemesh.geometry.distance.distances import require_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.limits import enter, timed
@@ -178,8 +180,17 @@ def task_of(case: Case, domain: Domain) -> Task:
         largest=inf if case.largest is None else case.largest,
         largest_in=largest_areas(case, domain),
         file_length=_file_length(case),
+        open_labels=_open_labels(case, domain),
         ladders=_ladders(case, domain),
     )
+
+
+def _open_labels(case: Case, domain: Domain) -> tuple[str, ...]:
+    """Labels of open water that a case names; a CaseError if the domain has not one of them."""
+    labels = several(case.output.open)
+    with at_key("output", "open"):
+        require_labels(domain, labels)
+    return labels
 
 
 def _ladders(case: Case, domain: Domain) -> "tuple[Ladder, ...]":

@@ -40,6 +40,7 @@ class Task:
     largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
     ladders: "tuple[Ladder, ...]" = ()  # of boundary layers
     previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
+    open_labels: tuple[str, ...] = ()  # of the boundary, for formats of coasts
     file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
 
     @cached_property

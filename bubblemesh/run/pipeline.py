@@ -1,7 +1,7 @@
 """From a case to a mesh, within a time limit: the whole story on one screen."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -139,6 +139,8 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         mesh, figures, straight = found.mesh, found.figures, 0
         if isinstance(mesh, Mesh) and task.order == 2:
             mesh, straight = mesh.second_order()
+    if isinstance(mesh, Mesh) and task.open_labels:
+        mesh = replace(mesh, open_labels=task.open_labels)
     if isinstance(mesh, Mesh) and task.partition is not None:
         with timed(seconds, "partition"), at_key("output", "partition"):
             mesh = mesh.partitioned(task.partition)

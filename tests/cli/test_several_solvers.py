@@ -57,7 +57,7 @@ def test_two_formats_of_one_ending_are_two_files(folder):
     ("options", "message"),
     [
         (["--for", "su2", "--for", "abaqus"], "--for: unknown solver 'abaqus': choose one of "),
-        (["--format", "msh", "--format", "stl"], "--format: unknown format 'stl': choose one of "),
+        (["--format", "msh", "--format", "obj"], "--format: unknown format 'obj': choose one of "),
         (["--for", "su2", "--format", "msh"], "--format and --for exclude each other"),
         (
             ["--for", "mfem", "--for", "su2", "-o", "a.msh"],

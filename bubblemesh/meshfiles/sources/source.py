@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,15 @@ class Source:
         blocks = [Block(block.type, block.data) for block in mesh.cells]
         tags = getattr(mesh, "cell_tags", {})  # of MED files
         return cls(mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data, mesh.cell_sets, tags)
+
+
+def with_named_edges(points: Data, faces: Sequence[Block], edges: Mapping[str, Integers], **more: Any) -> Source:
+    """Source of blocks of faces and of edges (m, 2), which are sets by their names."""
+    ends = np.cumsum([0, *map(len, edges.values())])
+    spans = dict(zip(edges, pairwise(ends.tolist()), strict=True))
+    sets = {name: [*([None] * len(faces)), np.arange(*span)] for name, span in spans.items()}
+    lines = Block("line", np.concatenate([np.zeros((0, 2), np.int64), *edges.values()]))
+    return Source(points, [*faces, lines], cell_sets=sets, **more)
 
 
 def reals(words: Sequence[Any], what: str) -> Data:

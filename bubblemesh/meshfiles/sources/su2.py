@@ -1,7 +1,6 @@
 """SU2's own mesh format, with the names of its markers."""
 
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
-from bubblemesh.meshfiles.sources.source import Block, Source, reals, require_length, wholes
+from bubblemesh.meshfiles.sources.source import Block, Source, reals, require_length, wholes, with_named_edges
 
 # Kinds of cells with the number of their nodes, by VTK's numbers.
 KINDS = {3: ("line", 2), 5: ("triangle", 3), 9: ("quad", 4)}
@@ -41,10 +40,7 @@ def read_su2(path: Path) -> Source:
     if points is None or not cells:
         raise FileError("has no NPOIN or no NELEM: it is no mesh of SU2's format")
     faces = [Block(kind, np.concatenate(found)) for kind, found in cells.items()]
-    ends = np.cumsum([0, *map(len, markers.values())])
-    spans = dict(zip(markers, pairwise(ends.tolist()), strict=True))
-    sets = {name: [*([None] * len(faces)), np.arange(*span)] for name, span in spans.items()}
-    return Source(points, [*faces, Block("line", np.concatenate([NONE, *markers.values()]))], cell_sets=sets)
+    return with_named_edges(points, faces, markers)
 
 
 def _sections(content: bytes) -> Iterator[tuple[bytes, bytes, Lines]]:

@@ -22,6 +22,12 @@ READERS: Mapping[str, str] = {
     ".inp": "other.read_inp",
     ".med": "other.read_med",
     ".su2": "su2.read_su2",
+    ".14": "coasts.read_grid",
+    ".grd": "coasts.read_grid",
+    ".gr3": "coasts.read_grid",
+    ".2dm": "coasts.read_sms",
+    ".slf": "serafin.read_serafin",
+    ".nc": "ugrid.read_ugrid",
 }
 # Files that a user may take for a mesh, and what to give in their place.
 NO_MESHES: Mapping[str, str] = {

@@ -1,0 +1,101 @@
+"""The boundary of a mesh of water, in order: rings of edges, and the open, land and island stretches that these are."""
+
+import re
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.mesh import Mesh
+
+Kind = Literal["open", "land", "island"]
+OPEN = re.compile(r"open(?![A-Za-z])", re.IGNORECASE)  # as open, open_west, open-2, open 3
+
+
+class Stretch(NamedTuple):
+    """Boundary edges of one kind that follow each other.
+
+    An island is a whole ring, which has no node twice; any other stretch that is a whole ring ends where it begins.
+    """
+
+    kind: Kind
+    label: str  # of an island all of its labels, with commas
+    nodes: Integers  # (k,) in order, the water on their left
+
+
+def is_open(mesh: Mesh, label: str) -> bool:
+    """Whether a label is that of an open boundary: one of the mesh's ``open_labels``, or if it has none by its name."""
+    return label in mesh.open_labels if mesh.open_labels else OPEN.match(label) is not None
+
+
+def stretches(mesh: Mesh) -> list[Stretch]:
+    """Stretches of the boundary, ring by ring, outer rings first and the largest of them before others.
+
+    A ring around a hole without an open label is an island. Any other ring is cut where its labels change.
+    """
+    opened = [is_open(mesh, label) for label in mesh.labels]
+    found = []
+    for ring in boundary_rings(mesh):
+        nodes, labels = mesh.facets[ring, 0], mesh.facet_labels[ring]
+        if _area(mesh.points[nodes]) < 0 and not any(opened[k] for k in labels.tolist()):
+            names = [mesh.labels[k] for k in dict.fromkeys(labels.tolist())]
+            found.append(Stretch("island", ", ".join(names), nodes))
+            continue
+        first = np.flatnonzero(labels != np.roll(labels, 1))
+        start = int(first[0]) if len(first) else 0
+        nodes, labels = np.roll(nodes, -start), np.roll(labels, -start)
+        ends = [*np.flatnonzero(np.diff(labels)).tolist(), len(labels) - 1]
+        begin = 0
+        for end in ends:
+            label = int(labels[begin])
+            along = np.append(nodes[begin : end + 1], nodes[(end + 1) % len(nodes)])
+            found.append(Stretch("open" if opened[label] else "land", mesh.labels[label], along))
+            begin = end + 1
+    return found
+
+
+def boundary_rings(mesh: Mesh) -> list[Integers]:
+    """Numbers (k,) of the boundary facets of each ring in order, the domain on their left; outer rings first.
+
+    No ring has a node twice: where several meet at a node, they are rings of their own.
+    """
+    leaving: dict[int, list[int]] = {}
+    for facet in np.flatnonzero(mesh.outer).tolist():
+        leaving.setdefault(int(mesh.facets[facet, 0]), []).append(facet)
+    rings = []
+    for start in list(leaving):
+        path, place = list[int](), {start: 0}  # facets since the start, and how many come before each node
+        node = start
+        while leaving.get(node):
+            path.append(leaving[node].pop())
+            node = int(mesh.facets[path[-1], 1])
+            if node in place:
+                ring = path[place[node] :]
+                del path[place[node] :]
+                for facet in ring[1:]:
+                    del place[int(mesh.facets[facet, 0])]
+                rings.append(np.array(ring))
+            else:
+                place[node] = len(path)
+    return sorted(rings, key=lambda ring: -_area(mesh.points[mesh.facets[ring, 0]]))
+
+
+def stretch_of_nodes(found: Sequence[Stretch], count: int) -> Integers:
+    """Number (n,) of the stretch of each node: open ones before others, else the one that goes on; -1 inside."""
+    number = np.full(count, -1)
+    opened = [k for k, each in enumerate(found) if each.kind == "open"]
+    closed = [k for k, each in enumerate(found) if each.kind != "open"]
+    for k in closed:
+        number[found[k].nodes if found[k].kind == "island" else found[k].nodes[:-1]] = k
+    for k in opened:
+        number[found[k].nodes[-1]] = k
+    for k in opened:
+        number[found[k].nodes[:-1]] = k
+    return number
+
+
+def _area(points: Floats) -> float:
+    """Twice the signed area of a ring of points (k, 2)."""
+    x, y = (points - points[0]).T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
