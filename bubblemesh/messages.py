@@ -1,7 +1,7 @@
 """Phrases that messages of all parts share."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -18,6 +18,9 @@ MOST_NAMES = 20  # that one message lists
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
+_given: ContextVar[Callable[[tuple[float, float]], tuple[float, float]] | None] = ContextVar(
+    "given places", default=None
+)
 _node_limit: ContextVar[str] = ContextVar("name of the limit on nodes", default="limits.max_nodes")
 
 
@@ -41,13 +44,22 @@ def tell_places_of(size: float | None) -> None:
     _size.set(size)
 
 
+def tell_places_by(given: Callable[[tuple[float, float]], tuple[float, float]] | None) -> None:
+    """Have messages write, for a point, what a function gives for it: its coordinates as the user knows them."""
+    _given.set(given)
+
+
 def place(point: "Floats | Sequence[float]", size: float | None = None) -> str:
     """A point as messages, reports and pages write it: (0.5, -1).
 
     It has as many digits as it takes to tell places in a domain of the ``size``, by default that of the domain that
     messages are about, apart.
     """
+    given = _given.get()
     x, y = float(point[0]), float(point[1])
+    if given is not None and isfinite(x) and isfinite(y):
+        x, y = given((x, y))
+        return f"({x:.6g}, {y:.6g})"
     known = size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))
     return f"({coordinate(x, known)}, {coordinate(y, known)})"
 

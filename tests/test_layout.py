@@ -75,6 +75,7 @@ LIBRARIES = {
     "typer": {"cli"},
     "pythoncdt": {"meshes"},
     "pymetis": {"meshes"},
+    "pyproj": {"geometry"},
     "PIL": {"pictures", "readers"},
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},

@@ -78,6 +78,10 @@ def _adapted(
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)
+        if domain.plane is not None and domain.plane.target is not None:
+            raise CaseError(
+                "crs.to: solutions are adapted to in the plane: set crs.to: auto, for the mesh of the solution too"
+            )
     with timed(seconds, "estimate"):
         require_coverage(domain, solution.points, solution.triangles)
         values = solution.values / solution.unit

@@ -6,7 +6,7 @@ from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.embedded import LineKeys, PointKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, Positive, Strict, Text, filled, listed
+from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
@@ -21,7 +21,7 @@ class RegionKeys(DrawnKeys):
     name: Label = Field(description="Name of the region in the mesh files.")
     ring: RingKeys = Field(description="The ring around the region; what lies outside the domain is left out.")
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
-    largest: Positive | None = Field(default=None, description="Largest area of a triangle in the region.")
+    largest: PositiveArea | None = Field(default=None, description="Largest area of a triangle in the region.")
 
 
 class RegionFile(GeometryFile):
@@ -29,7 +29,7 @@ class RegionFile(GeometryFile):
 
     name: Text = Field(description="Property whose values name the regions: NAME, for example, or layer.")
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in each of the regions.")
-    largest: Positive | None = Field(default=None, description="Largest area of a triangle in each of the regions.")
+    largest: PositiveArea | None = Field(default=None, description="Largest area of a triangle in each of the regions.")
 
 
 def _as_list(value: Any) -> Any:

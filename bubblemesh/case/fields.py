@@ -23,6 +23,7 @@ from bubblemesh.case.parameters import filled_in, is_number
 from bubblemesh.errors import CaseError
 from bubblemesh.files import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import Expression, UnknownNameError, constant
+from bubblemesh.spacing.quantities import Dimension
 
 # Kind of an error that another one explains.
 FOLLOWS = "follows"
@@ -132,15 +133,23 @@ def _refusing(is_bad: Callable[[str], bool], message: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-def _evaluated(value: Any, info: ValidationInfo) -> Any:
+def _parameters(info: ValidationInfo) -> Mapping[str, float]:
+    return {} if info.context is None else info.context
+
+
+def _evaluated(value: Any, info: ValidationInfo, dimension: Dimension = "length") -> Any:
     """The number that a text stands for, with the parameters that are the validation's context."""
     if not isinstance(value, str) or is_number(value):  # a number in quotes is a mistake that has a message of its own
         return value
     try:
-        return constant(value, info.context or {})
+        return constant(value, _parameters(info), dimension)
     except CaseError as error:
         message = "must be a number (found {found}), or an expression of the parameters: {problem}"
         raise fault_of(error, "expression", message, found=described(value)) from None
+
+
+def _evaluated_area(value: Any, info: ValidationInfo) -> Any:
+    return _evaluated(value, info, "area")
 
 
 def _with_parameters(value: Any, info: ValidationInfo) -> Any:
@@ -173,7 +182,7 @@ def as_expression(
         if isinstance(value, Expression):
             return value
         try:
-            return parse(value, info.context or {})
+            return parse(value, _parameters(info))
         except CaseError as error:
             raise fault_of(error, "expression") from None
 
@@ -187,6 +196,7 @@ Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_
 Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str), Once()]
 _Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_NUMBER)]
 Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str), Once()]
+PositiveArea = Annotated[_Positive, BeforeValidator(_evaluated_area, json_schema_input_type=_Positive | str), Once()]
 Growth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=2), BeforeValidator(_evaluated)]
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.

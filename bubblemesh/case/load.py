@@ -230,7 +230,7 @@ def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: fl
     Its warnings are those that have been ``told``, and others that are found.
     """
     parameters = data.get("parameters")
-    found = resolved(parameters if isinstance(parameters, dict) else {})
+    found = resolved(parameters if isinstance(parameters, dict) else {}, units=data.get("crs") is not None)
     if isinstance(parameters, dict):
         data = data | {"parameters": found.given}
     faults = [places.message(["parameters", name], problem) for name, problem in found.problems.items()]

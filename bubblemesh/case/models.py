@@ -19,10 +19,22 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.data_terms import OneOrMore
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
-from bubblemesh.case.fields import Constant, Count, FileName, Fraction, Label, Positive, Strict, Text, filled
+from bubblemesh.case.fields import (
+    Constant,
+    Count,
+    FileName,
+    Fraction,
+    Label,
+    Positive,
+    PositiveArea,
+    Strict,
+    Text,
+    filled,
+)
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
@@ -144,6 +156,10 @@ class Case(Strict):
         default={},
         description="Constants, or expressions of others, that expressions name, and texts in braces: part-{r}.dxf.",
     )
+    crs: CrsKeys | None = Field(
+        default=None,
+        description="Coordinate reference systems, for places on the earth: lengths are in metres, and may have units.",
+    )
     domain: DomainKeys = Field(description="The domain to mesh.")
     spacing: WantedSpacing = Field(
         description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
@@ -156,7 +172,7 @@ class Case(Strict):
         description="Least angle of the triangles in degrees, but in sharper corners: nodes are added where they need "
         "it.",
     )
-    largest: Positive | None = Field(
+    largest: PositiveArea | None = Field(
         default=None, description="Largest area of a triangle: the spacing is finer, and nodes are added, if need be."
     )
     parts: Literal["auto"] | Count | None = Field(

@@ -41,17 +41,20 @@ class Resolved(NamedTuple):
     known: Parameters  # that expressions may name
 
 
-def resolved(given: Mapping[str, Any]) -> Resolved:
+def resolved(given: Mapping[str, Any], *, units: bool = False) -> Resolved:
     """Parameters with numbers in place of expressions of other parameters, which may stand in any order.
+
+    ``units`` tells whether quantities may have such.
 
     A problem is that a text is no expression, or that parameters depend on each other in a circle.
     """
     texts = {normal(name): name for name, value in given.items() if isinstance(value, str) and not is_number(value)}
     values, needed, problems = _numbers(given), dict[str, set[str]](), dict[str, str]()
     known = Parameters(dict.fromkeys(map(normal, given), math.nan) | values)  # names that an expression may have
+    known.units = values.units = units
     for name, key in texts.items():
         try:
-            constant(given[key], known)
+            constant(given[key], known, None)
             needed[name] = names_in(given[key])
         except CaseError as error:
             problems[key] = f"must be a number, or an expression of other parameters: {error}"
@@ -62,7 +65,7 @@ def resolved(given: Mapping[str, Any]) -> Resolved:
         problems[texts[cycle[0]]] = f"depends on itself: {' -> '.join(cycle)}: give one of them a number"
     for name in order:
         if name in needed and needed[name] & known.keys() <= values.keys():  # else what it needs has a fault
-            values[name] = constant(given[texts[name]], values)
+            values[name] = constant(given[texts[name]], values, None)
     rest = {
         key: values[normal(key)] if normal(key) in texts else value
         for key, value in given.items()
@@ -70,6 +73,7 @@ def resolved(given: Mapping[str, Any]) -> Resolved:
     }
     names = [normal(name) for name in given if _is_usable(normal(name))]
     usable = Parameters({name: values[name] for name in names if name in values and math.isfinite(values[name])})
+    usable.units = units
     usable.without_value = frozenset(names) - usable.keys()
     return Resolved(rest, problems, usable)
 

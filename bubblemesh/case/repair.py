@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
-from bubblemesh.case.fields import Positive, Strict
+from bubblemesh.case.fields import Positive, PositiveArea, Strict
 
 
 class GapKeys(Strict):
@@ -27,7 +27,9 @@ class RepairKeys(Strict):
         description="Mend rings that cross or touch themselves or each other, overlapping areas, and gaps up to 1e-4 "
         "of the size, or up to another width: {gap: 0.01}.",
     )
-    smallest: Positive | None = Field(default=None, description="Leave out islands and holes of less area than this.")
+    smallest: PositiveArea | None = Field(
+        default=None, description="Leave out islands and holes of less area than this."
+    )
     simplify: Positive | None = Field(
         default=None,
         description="Leave out vertices of straight sides that are no farther than this length from the ring left.",

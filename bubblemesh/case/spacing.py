@@ -16,10 +16,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.faults import problems
-from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Once, Point, Positive, Strict, as_expression
+from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Number, Once, Point, Positive, Strict, as_expression
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
@@ -34,7 +33,7 @@ class Growing(Strict):
     growth: Positive | None = Field(
         default=None, description="Growth per length away from it: by default that of the mapping, else 0.2."
     )
-    until: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LARGEST_NUMBER)] = Field(
+    until: Annotated[Number, Field(ge=0)] = Field(
         default=0.0, description="Distance up to which the spacing stays at its size."
     )
 

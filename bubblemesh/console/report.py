@@ -124,6 +124,8 @@ def show_quality(figures: Mapping[str, Any]) -> None:
 def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
     """Rows on what only some cases ask for."""
     rows = dict[str, str]()
+    if "crs" in figures:
+        rows["crs"] = _plane(figures["crs"])
     if "adaptation" in figures:
         rows |= _adaptation(figures["adaptation"])
     if "budget" in figures:
@@ -160,6 +162,15 @@ def _partition(figures: Mapping[str, Any]) -> str:
         f"{counted(figures['parts'], 'part')} by {figures['by']}, {sizes['min']} to {sizes['max']} triangles each, "
         f"{counted(figures['edge_cut'], 'edge')} cut, halos of {halo['min']} to {halo['max']} triangles{pieces}"
     )
+
+
+def _plane(figures: Mapping[str, Any]) -> str:
+    """Line on the systems of coordinates."""
+    least, largest = figures["scale"]
+    written = "as they are in it" if figures["target"] == "auto" else f"in {figures['target']}"
+    plane = figures["plane"].partition(" +k")[0]
+    longer = f"lengths are {least - 1:.2%} to {largest - 1:.2%} longer, for which the spacing accounts"
+    return f"{figures['source']} in the plane {plane}, where {longer}; written {written}"
 
 
 def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:

@@ -17,6 +17,7 @@ from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
 from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
+from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.paths import Area, Change, Ring, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
@@ -57,6 +58,8 @@ class Domain(Uncached):
         What the case has changed of the rings as given.
     held : Held
         Pieces whose bubbles are set beforehand.
+    plane : Plane or None
+        Plane that its coordinates, places on the earth, have been taken to.
     """
 
     boundary: Boundary
@@ -65,6 +68,7 @@ class Domain(Uncached):
     given_outlines: dict[int, Floats] = field(default_factory=dict)
     changes: tuple[Change, ...] = ()
     held: Held = NOTHING_HELD
+    plane: Plane | None = None
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":

@@ -1,7 +1,7 @@
 """The product: a triangle mesh with labelled edges, regions and points."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -205,6 +205,15 @@ class Mesh:
             partition=None if self.partition is None else self.partition.with_nodes(triangles),
         )
         return result, int(kept_straight.sum())
+
+    def mapped(self, function: Callable[[Floats], Floats]) -> Self:
+        """The mesh with all of its points (n, 2) where a function takes them, as another system of coordinates."""
+        return replace(
+            self,
+            points=function(self.points),
+            facet_middles=function(self.facet_middles),
+            curved_middles=function(self.curved_middles) if len(self.curved_middles) else self.curved_middles,
+        )
 
     def in_triangles(self) -> Self:
         """The mesh without quadrilaterals: their halves are triangles like others."""

@@ -15,9 +15,11 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following, followed_together
+from bubblemesh.geometry.geography import given_places, projecting
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.messages import ring_name, tell_places_of
+from bubblemesh.messages import ring_name, tell_places_by, tell_places_of
+from bubblemesh.problem.crs import projecting_of
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
@@ -30,9 +32,12 @@ DOMAIN = Key(["domain"])
 def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
     tell_places_of(None)
-    with about(DOMAIN), own_files(case.domain, case.root):
+    tell_places_by(None)
+    by = None if case.crs is None else projecting_of(case.crs)
+    with about(DOMAIN), own_files(case.domain, case.root), projecting(by):
         try:
-            return _domain(case.domain)
+            domain = _domain(case.domain)
+            return domain if by is None else replace(domain, plane=by.plane)
         except GeometryError as error:
             if error.mendable:
                 error.args = (f"{error}{_advice(case.domain, error.about)}",)
@@ -40,10 +45,14 @@ def case_domain(case: Case) -> Domain:
 
 
 def _domain(keys: DomainKeys) -> Domain:
-    parts = _inner_parts(keys)
     if isinstance(keys, RegionDomain):
-        return Domain.of_areas(_covered(keys, parts), parts)
-    return Domain.of_areas(domain_areas(keys), parts)
+        parts = _inner_parts(keys)
+        areas = _covered(keys, parts)
+    else:
+        areas = domain_areas(keys)  # they decide on the plane, if there is one
+        parts = _inner_parts(keys)
+    tell_places_by(given_places())
+    return Domain.of_areas(areas, parts)
 
 
 def _advice(keys: DomainKeys, key: Key) -> str:

@@ -10,6 +10,7 @@ from bubblemesh.case.embedded import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.errors import Key, about, prefixed
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.geography import projected_point
 from bubblemesh.geometry.paths import InnerPoint, OpenPath
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of
@@ -58,7 +59,7 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
 
 def _points(point: PointKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
     if not isinstance(point, PointFile):
-        return [InnerPoint(point.at, point.label or "")], ()
+        return [InnerPoint(projected_point(point.at), point.label or "")], ()
     places, notes = readers.read_points(Path(point.file), selection_of(point), point.name)
     return [InnerPoint(place.at, (point.label or place.label or "")) for place in places], notes
 

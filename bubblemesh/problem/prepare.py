@@ -15,6 +15,7 @@ from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.limits import enter, timed
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
+from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
@@ -43,7 +44,10 @@ def prepare(case: Case) -> Problem:
     request = case_spacing(case, domain)
     if request.nodes is None:  # else the spacing is not known yet
         request = replace(request, warnings=(*request.warnings, *open_gaps(case, domain, request.at(None))))
-    return prepare_in(domain, request, task_of(case, domain), seconds)
+    problem = prepare_in(domain, request, task_of(case, domain), seconds)
+    if case.crs is None:
+        require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
+    return problem
 
 
 def prepare_in(

@@ -113,7 +113,13 @@ class Problem:
     @property
     def may_stay_in_parts(self) -> bool:
         """Whether nothing asks for all triangles at once."""
-        return not self.demands and self.rest is None and self.task.order == 1 and self.task.partition is None
+        return (
+            not self.demands
+            and self.rest is None
+            and self.task.order == 1
+            and self.task.partition is None
+            and (self.domain.plane is None or self.domain.plane.target is None)
+        )
 
     @property
     def refined(self) -> bool:

@@ -25,12 +25,13 @@ from bubblemesh.case.shapes import (
     SplinePiece,
     UnionRing,
 )
-from bubblemesh.errors import GeometryError, prefixed
+from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.followed import Following
+from bubblemesh.geometry.geography import is_projecting, projected_length, projected_point, projected_ring
 from bubblemesh.geometry.nesting import nested
-from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.paths import Area, Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.repair import repair_of
@@ -54,15 +55,20 @@ def areas_of(keys: RingKeys) -> list[Area]:
     """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:
         case RectangleRing():
-            return _plain(rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label), keys)
+            rectangle = rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)
+            return _plain(projected_ring(rectangle), keys)
         case CircleRing():
-            return _plain(rings.circle(keys.circle.center, keys.circle.radius, keys.label), keys)
+            center = projected_point(keys.circle.center)
+            radius = projected_length(keys.circle.radius, keys.circle.center)
+            return _plain(rings.circle(center, radius, keys.label), keys)
         case EllipseRing():
-            return _plain(rings.ellipse(keys.ellipse.center, keys.ellipse.radii, keys.ellipse.angle, keys.label), keys)
+            center, given = projected_point(keys.ellipse.center), keys.ellipse
+            radii = as_point([projected_length(radius, given.center) for radius in given.radii])
+            return _plain(rings.ellipse(center, radii, given.angle, keys.label), keys)
         case PathRing():
             return _plain(rings.path(*pieces_of(keys), keys.label), keys)
         case PolygonRing():
-            ring = rings.polygon(keys.polygon, keys.labels, keys.label)
+            ring = projected_ring(rings.polygon(keys.polygon, keys.labels, keys.label))
             return _finished(repair_of(keys)([Area(ring)]), keys)
         case FileRing():
             return _finished(readers.read_shapes(Path(keys.file), selection_of(keys)), keys)
@@ -119,17 +125,20 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
     """The first point of a path, and the geometry of the pieces from there."""
     start, *entries = keys.path
     assert isinstance(start, tuple)
+    start = projected_point(start)
     pieces: list[Piece] = []
     for entry in entries:
         match entry:
             case LinePiece():
-                pieces.append(LineTo(entry.to, entry.label))
+                pieces.append(LineTo(projected_point(entry.to), entry.label))
+            case ArcPiece() if is_projecting():
+                raise CaseError("crs: an arc cannot be projected: give a spline, or straight sides")
             case ArcPiece(arc=arc):
                 pieces.append(ArcTo(arc.to, arc.center, arc.turn == "left", entry.label))
             case SplinePiece():
-                pieces.append(SplineTo(entry.spline.through, entry.label))
+                pieces.append(SplineTo(tuple(map(projected_point, entry.spline.through)), entry.label))
             case point:
-                pieces.append(LineTo(point))
+                pieces.append(LineTo(projected_point(point)))
     return start, pieces
 
 

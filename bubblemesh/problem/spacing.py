@@ -22,11 +22,12 @@ from bubblemesh.geometry.distance.distances import (
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
+from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, terms_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.combination import Combination, costly, nothing
+from bubblemesh.spacing.terms.combination import Combination, Term, costly, nothing
 from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
 from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
 
@@ -61,6 +62,8 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     with own_files(case.spacing_terms, case.root):
         request = spacing_request(case.spacing, domain, own)
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
+    if domain.plane is not None:
+        request = replace(request, at=on_the_ground(request.at, domain.plane))
     return replace(request, warnings=(*case.warnings, *request.warnings))
 
 
@@ -104,18 +107,20 @@ def _side(area: float) -> float:
 
 def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
     """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key."""
-    terms = as_terms(spacing)
+    given, plane = as_terms(spacing), domain.plane
+    terms = given if plane is None else terms_in(plane, given)
     key, value = terms.basis
-    path = ("spacing", key) if spacing is terms else ("spacing",)
+    path = ("spacing", key) if spacing is given else ("spacing",)
     rest = Spacing(nothing) if value is None else _bound(value, domain, *path)
     functions, astray = _data(terms, domain)
     found = (
         _by_region(rest, domain, own or {}),
         *_limits_within(terms.regions, domain),
         *_near(terms, domain),
-        *(Spacing(data, key=_Always(key)) for key, data in functions.items()),
+        *(Spacing(_in_plane(data, domain), key=_Always(key)) for key, data in functions.items()),
     )
-    spots = np.vstack([*_spots(terms, domain), *(data.spots for data in functions.values())])
+    of_data = [data.spots for data in functions.values()]
+    spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
     return SpacingRequest(within_limits(terms, found, spots, terms.scale), rules_of(terms), terms.nodes, astray)
 
 
@@ -126,9 +131,9 @@ def _data(terms: SpacingTerms, domain: Domain) -> "tuple[Mapping[Key, DataFuncti
     # Imported here since few cases have data, and all that reads it takes long to load.
     from bubblemesh.problem.data_terms import data_functions, elsewhere
 
-    functions = data_functions(terms)
-    astray = (elsewhere(key, data, domain.bounds) for key, data in functions.items())
-    return functions, tuple(filter(None, astray))
+    found = data_functions(terms)
+    astray = (elsewhere(key, data, given_bounds(domain)) for key, data in found.items())
+    return found, tuple(filter(None, astray))
 
 
 def within_limits(
@@ -160,6 +165,11 @@ def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:
             made[value] = _bound(value, domain, *key)
     finer = [region for region in domain.parts.regions if region.name in own]
     return by_region(rest, [RegionSpacing(region, made[own[region.name][0]], own[region.name][1]) for region in finer])
+
+
+def _in_plane(data: Term, domain: Domain) -> Term:
+    """Data, whose places are given ones, as a function of those in the domain."""
+    return data if domain.plane is None else GivenPlaces(data, domain.plane)
 
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
@@ -249,7 +259,8 @@ def _bound(value: Value, domain: Domain, *path: str | int) -> Spacing:
     with at_key(*path):
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
         term = bound.measuring(partial(distance_to_labels, domain))
-    return Spacing(term, key=_Always(Key(path)), costly=costly(term))
+        function = term if domain.plane is None else bound_in(domain.plane, term)
+    return Spacing(function, key=_Always(Key(path)), costly=costly(term))
 
 
 @dataclass(frozen=True)

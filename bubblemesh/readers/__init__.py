@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bubblemesh.readers.embedded import read_inner_lines, read_lines, read_points
-    from bubblemesh.readers.formats import files_of, read_areas, read_regions, read_shapes
+    from bubblemesh.readers.formats import files_of, is_of_maps, read_areas, read_regions, read_shapes
     from bubblemesh.readers.regions import is_straight, united
 
 __all__ = [
     "files_of",
+    "is_of_maps",
     "is_straight",
     "read_areas",
     "read_inner_lines",
@@ -22,7 +23,7 @@ __all__ = [
 
 HOMES = {
     **dict.fromkeys(("read_inner_lines", "read_lines", "read_points"), "embedded"),
-    **dict.fromkeys(("files_of", "read_areas", "read_regions", "read_shapes"), "formats"),
+    **dict.fromkeys(("files_of", "is_of_maps", "read_areas", "read_regions", "read_shapes"), "formats"),
     **dict.fromkeys(("is_straight", "united"), "regions"),
 }
 

@@ -45,7 +45,8 @@ def degrees_notes(points: Floats, degrees: bool | None) -> tuple[str, ...]:
     certainly = "are" if degrees else "look like"
     return (
         f"coordinates {certainly} degrees and are taken as they are: the spacing counts in degrees, too, and "
-        f"{too_long}; for a true shape project the file to metres ({_projection(west, east, latitude)})",
+        f"{too_long}; for a true shape add crs: {{from: EPSG:4326}}, with sizes in metres, or project the file to "
+        f"metres ({_projection(west, east, latitude)})",
     )
 
 

@@ -16,6 +16,7 @@ from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, content_of, length_notes
+from bubblemesh.readers.projecting import taken
 from bubblemesh.readers.rings import Joining
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
@@ -35,7 +36,7 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     """
     with prefixed(path):
         content = content_of(path, selection, "lines")
-        features, clips = clipped(selection.of(content.features), Joining(selection.join))
+        features, clips = clipped(taken(content, selection), Joining(selection.join))
         used = _first_with(features, lambda one: one.bounds)
         curves, slips = without_copies([curve for one in used for curve in one.curves])
         found = []
@@ -86,7 +87,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
     """
     with prefixed(path):
         content = content_of(path, selection, "points")
-        features, clips = clipped(selection.of(content.features), Joining(selection.join))
+        features, clips = clipped(taken(content, selection), Joining(selection.join))
         used = _first_with(features, lambda one: bool(one.points))
         if not any(one.points for one in used):
             more = ", as no drawing in SVG has" if path.suffix.lower() == ".svg" else ""

@@ -13,6 +13,7 @@ import numpy as np
 
 from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
+from bubblemesh.geometry.geography import is_projecting
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, shown, tell_places_of
@@ -20,6 +21,7 @@ from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
+from bubblemesh.readers.projecting import taken
 from bubblemesh.readers.regions import largest_by_name, named_areas
 from bubblemesh.readers.selection import METRES, Selection
 
@@ -35,18 +37,19 @@ class Format(NamedTuple):
     lines: str | None = None  # what reads open lines, where a list of points may be either
     points: str | None = None  # what reads points, likewise
     has_inner_lines: bool = False  # lines within the domain that it describes
+    of_maps: bool = False  # whether its coordinates are mostly places on the earth
 
 
 LISTS = Format("point_lists.read_rings", lines="point_lists.read_lines", points="point_lists.read_points")
 
 
 FORMATS = {
-    ".geojson": Format("simple_features.read_geojson", selects=True),
-    ".json": Format("simple_features.read_geojson", selects=True),
-    ".topojson": Format("simple_features.read_geojson", selects=True),
-    ".geojsonl": Format("simple_features.read_geojson_lines", selects=True),
-    ".geojsons": Format("simple_features.read_geojson_lines", selects=True),
-    ".ndjson": Format("simple_features.read_geojson_lines", selects=True),
+    ".geojson": Format("simple_features.read_geojson", selects=True, of_maps=True),
+    ".json": Format("simple_features.read_geojson", selects=True, of_maps=True),
+    ".topojson": Format("simple_features.read_geojson", selects=True, of_maps=True),
+    ".geojsonl": Format("simple_features.read_geojson_lines", selects=True, of_maps=True),
+    ".geojsons": Format("simple_features.read_geojson_lines", selects=True, of_maps=True),
+    ".ndjson": Format("simple_features.read_geojson_lines", selects=True, of_maps=True),
     ".wkt": Format("simple_features.read_wkt"),
     ".wkb": Format("simple_features.read_wkb"),
     ".csv": LISTS,
@@ -58,9 +61,17 @@ FORMATS = {
     ".node": Format("triangle.read_nodes"),
     ".dxf": Format("dxf.read_dxf", "dxf"),
     ".svg": Format("svg.read_svg", "svg"),
-    ".shp": Format("gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True, selects=True),
-    ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True, selects=True),
+    ".shp": Format(
+        "gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True, selects=True, of_maps=True
+    ),
+    ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True, selects=True, of_maps=True),
 }
+
+
+def is_of_maps(path: Path) -> bool:
+    """Whether the coordinates of a file, by its ending, are mostly places on the earth."""
+    known = FORMATS.get(path.suffix.lower())
+    return known is not None and known.of_maps
 
 
 # What makes a file that is read of one in another format.
@@ -127,7 +138,7 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
     """
     with prefixed(path):
         content = content_of(path, selection)
-        features = selection.of(content.features)
+        features = taken(content, selection)
         _, told = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
         if selection.repair is not None:
@@ -155,7 +166,7 @@ def files_of(path: Path) -> list[Path]:
 def _chosen(path: Path, selection: Selection) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings."""
     content = content_of(path, selection)
-    features = selection.of(content.features)
+    features = taken(content, selection)
     size, told = _measured(content, features, selection)
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
@@ -168,7 +179,8 @@ def _measured(content: FeatureCollection, features: Sequence[Feature], selection
     points = vertices_of(features)
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     tell_places_of(size)
-    return size, [*degrees_notes(points, content.degrees), *length_notes(content, selection)]
+    degrees = False if is_projecting() else content.degrees
+    return size, [*degrees_notes(points, degrees), *length_notes(content, selection)]
 
 
 def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[str]:

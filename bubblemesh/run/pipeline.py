@@ -25,7 +25,7 @@ from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import measured
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
-from bubblemesh.run.report import NodeTargetRow, RefinementRow, Report
+from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
@@ -139,6 +139,9 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         mesh, figures, straight = found.mesh, found.figures, 0
         if isinstance(mesh, Mesh) and task.order == 2:
             mesh, straight = mesh.second_order()
+    plane = problem.domain.plane
+    if isinstance(mesh, Mesh) and plane is not None:
+        mesh = mesh.mapped(plane.written)
     if isinstance(mesh, Mesh) and task.open_labels:
         mesh = replace(mesh, open_labels=task.open_labels)
     if isinstance(mesh, Mesh) and task.partition is not None:
@@ -188,6 +191,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         parts=best.parts,
         partition=None if partition is None else partition.figures(),
         layers=found.layers,
+        crs=None if plane is None else PlaneRow.of(plane, figures["bounds"]),
     )
     verdict = _verdict(best, figures)
     if isinstance(mesh, Mesh):

@@ -5,8 +5,11 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.followed import Deviation
+from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures, radius_ratios
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
@@ -110,12 +113,33 @@ class RefinementRow:
 
 
 @dataclass(frozen=True)
+class PlaneRow:
+    """Systems of coordinates: those given, those of the plane that figures are of, and those that are written.
+
+    ``scale`` is the least and the largest length in the plane of a metre on the ground, which the spacing accounts for.
+    """
+
+    source: str
+    plane: str
+    target: str
+    scale: tuple[float, float]
+
+    @classmethod
+    def of(cls, plane: Plane, bounds: tuple[float, float, float, float]) -> Self:
+        """Figures of a plane, for a domain within bounds (x0, y0, x1, y1)."""
+        x0, y0, x1, y1 = bounds
+        x, y = np.array([x0, x0, x1, x1, min(max(0.0, x0), x1)]), np.array([y0, y1, y0, y1, min(max(0.0, y0), y1)])
+        scale = plane.scale(x, y)
+        return cls(plane.source, plane.definition, plane.target or "auto", (float(scale.min()), float(scale.max())))
+
+
+@dataclass(frozen=True)
 class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
     (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``,
-    ``partition``, ``layers``) has no key.
+    ``partition``, ``layers``, ``crs``) has no key.
     """
 
     case: str
@@ -150,6 +174,7 @@ class Report(Mapping[str, Any]):
     adaptation: Mapping[str, Any] | None = None
     parts: PartsRow | None = None
     partition: Mapping[str, Any] | None = None
+    crs: PlaneRow | None = None
     layers: "tuple[LabelLayers, ...] | None" = None  # on each label; quality and spacing then are of all but these
 
     @cached_property
@@ -169,6 +194,7 @@ class Report(Mapping[str, Any]):
 
 
 OPTIONAL = (
+    "crs",
     "rules",
     "periodic",
     "deviation",

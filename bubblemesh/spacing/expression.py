@@ -15,6 +15,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
+from bubblemesh.spacing.quantities import Dimension, is_quantity, value_of
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
 
 if TYPE_CHECKING:
@@ -76,7 +77,9 @@ class Expression:
         ``distance_to`` gives the distance from some labels for calls such as ``distance("bore")``, or raises a
         CaseError if a label is unknown. Without it, such calls are checked, but have no values.
         """
-        return cls._of(text, checked_parameters(parameters or {}), parsed(text.strip()), distance_to, names)
+        return cls._of(
+            text, checked_parameters({} if parameters is None else parameters), parsed(text.strip()), distance_to, names
+        )
 
     @classmethod
     def _of(
@@ -113,13 +116,14 @@ class Expression:
         return Expression.parse, (self.given, self.parameters, self._distance_to, self.names)
 
 
-def constant(text: str, parameters: Mapping[str, float]) -> float:
+def constant(text: str, parameters: Mapping[str, float], dimension: Dimension | None = "length") -> float:
     """Value of an expression of the parameters alone, with the same functions; infinities and nan are passed on.
 
-    CaseError as `Expression.parse`; x, y and distances have no value here.
+    A quantity with a unit has to be of the ``dimension``, if one is given. CaseError as `Expression.parse`; x, y and
+    distances have no value here.
     """
     text = text.strip()
-    evaluate = _Builder(text, {}, checked_parameters(parameters), None).built(parsed(text), 0)
+    evaluate = _Builder(text, {}, checked_parameters(parameters), None, dimension).built(parsed(text), 0)
     nowhere = np.zeros(0)
     with np.errstate(all="ignore"):
         return float(evaluate(nowhere, nowhere))
@@ -137,6 +141,7 @@ class Parameters(dict[str, float]):
     """
 
     without_value: frozenset[str] = frozenset()  # names of those that have a fault
+    units: bool = False  # whether quantities may have units
 
 
 class UnknownNameError(CaseError):
@@ -171,11 +176,13 @@ class _Builder:
         coordinates: Mapping[str, Evaluate],
         parameters: Parameters,
         distance_to: DistanceTo | None,
+        dimension: Dimension | None = "length",
     ) -> None:
         self.text = text
         self.coordinates = coordinates
         self.constants = ChainMap(parameters, CONSTANTS)
         self.without_value = parameters.without_value
+        self.units, self.dimension = parameters.units, dimension
         self.distance_to = distance_to
         self.costly = False
 
@@ -222,6 +229,8 @@ class _Builder:
             raise self._error(node, f"{name!r} is a function: give it {FUNCTIONS[name].arity()} in parentheses")
         if name == DISTANCE:
             raise self._error(node, f"{name!r} is a function: give it labels in parentheses and quotes, or none")
+        if is_quantity(name):
+            return _constant(value_of(name, self.dimension, allowed=self.units))
         if name in self.without_value:
             raise UnknownNameError(f"the parameter {name!r} has no value", name, follows=True)
         known = [*self.coordinates, *self.constants]

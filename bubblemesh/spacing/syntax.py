@@ -5,6 +5,7 @@ import warnings
 from textwrap import shorten
 
 from bubblemesh.errors import CaseError
+from bubblemesh.spacing.quantities import is_quantity
 
 MAX_CHARACTERS = 10_000
 
@@ -30,7 +31,7 @@ FORBIDDEN: dict[type[ast.AST], str] = {
 
 
 def parsed(text: str) -> ast.expr:
-    """Syntax tree of ``text``; columns count in characters of the text as one line.
+    """Syntax tree of ``text``, of a quantity with a unit a name; columns count in characters of the text as one line.
 
     CaseError if it is none; the message names the column and the part of the text.
     """
@@ -42,6 +43,8 @@ def parsed(text: str) -> ast.expr:
         raise _error("no backslashes in an expression", text, text.index("\\"))
     if (comment := _comment(text)) is not None:
         raise _error("no comments in an expression", text, comment)
+    if is_quantity(text):
+        return ast.Name(text, lineno=1, col_offset=0, end_lineno=1, end_col_offset=len(text))
     line = "".join(" " if character.isspace() else character for character in text)
     try:
         with warnings.catch_warnings():

@@ -1,0 +1,271 @@
+"""Coordinates of the earth: the local plane that they are taken to, and back; sizes in it are metres on the ground.
+
+The plane is that of a stereographic projection about the middle of the domain, after one to a sphere. It keeps angles:
+lengths in it are those on the ground but for a factor that depends on the place alone, and is known in closed form.
+
+References
+----------
+J. P. Snyder, "Map Projections: A Working Manual", U.S. Geological Survey Professional Paper 1395 (1987), chapter 21.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import CaseError, FileError
+from bubblemesh.geometry.paths import Line, Point, Polyline, Ring, Side, as_point
+
+DEGREES = "EPSG:4326"
+NEAREST_POLE = 89.0  # degrees of latitude
+WIDEST = 180.0  # degrees of longitude
+LARGEST_SCALE = 1.05  # lengths in the plane in terms of those on the ground
+BENT = 0.002  # of its length: what a straight side in degrees may leave that in the plane, or else is a polyline
+PIECES = 1000  # of one side, at most
+DIGITS = 2  # of the middle of the plane, in degrees
+
+
+def library() -> Any:
+    """The library of coordinate reference systems; a FileError with the command that installs it if it is missing."""
+    try:
+        import pyproj
+    except ModuleNotFoundError:
+        raise FileError('crs: pyproj is needed: pip install "bubblemesh[geo]"') from None
+    return pyproj
+
+
+@cache
+def known_system(name: str) -> Any:
+    """A coordinate reference system by its name, as EPSG:4326; CaseError if it is none of places on the earth."""
+    pyproj = library()
+    try:
+        system = pyproj.CRS.from_user_input(name)
+    except pyproj.exceptions.CRSError:
+        raise CaseError(f"{name!r} is no known coordinate reference system: give one as EPSG:4326") from None
+    if not (system.is_geographic or system.is_projected):
+        raise CaseError(f"{name!r} is no system of longitude and latitude, nor a projection of these: give another one")
+    return system
+
+
+@cache
+def _transformer(source: str, target: str) -> Any:
+    return library().Transformer.from_crs(known_system(source), known_system(target), always_xy=True)
+
+
+def _transformed(source: str, target: str, points: Floats) -> Floats:
+    if source == target:
+        return points
+    return np.column_stack(_transformer(source, target).transform(points[:, 0], points[:, 1]))
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane about a place on the earth, in metres, for coordinates of one system that are written in another one."""
+
+    source: str  # system of the coordinates that are given
+    target: str | None  # that of those that are written; None for those of the plane
+    middle: Point  # longitude and latitude
+
+    @classmethod
+    def about(cls, source: str, target: str | None, points: Floats) -> "Plane":
+        """The plane about the middle of points (n, 2)."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        (longitude, latitude), *_ = _transformed(source, DEGREES, (low + high)[None] / 2).tolist()
+        return cls(source, target, (round(longitude, DIGITS), round(latitude, DIGITS)))
+
+    @cached_property
+    def definition(self) -> str:
+        """The system of the plane, as PROJ writes it."""
+        return "+proj=sterea +lat_0={1:g} +lon_0={0:g} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs".format(
+            *self.middle
+        )
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius of the sphere that is the earth near the middle, in metres."""
+        ellipsoid = library().CRS(DEGREES).ellipsoid
+        a, b = ellipsoid.semi_major_metre, ellipsoid.semi_minor_metre
+        e2 = 1 - (b / a) ** 2
+        return float(a * math.sqrt(1 - e2) / (1 - e2 * math.sin(math.radians(self.middle[1])) ** 2))
+
+    def to(self, points: Floats) -> Floats:
+        """Places (n, 2) in the plane of given points (n, 2); CaseError if one is too far away, or no place at all."""
+        if len(points) == 0:
+            return points
+        if known_system(self.source).is_geographic:
+            _require_degrees(points)
+        found = _transformed(self.source, self.definition, points)
+        bad = ~np.isfinite(found).all(axis=1)
+        if bad.any():
+            x, y = points[bad][0].tolist()
+            raise CaseError(f"({x:g}, {y:g}) is no place of {self.source}: correct it, or crs.from")
+        if self.scale(*found.T).max() > LARGEST_SCALE:
+            x, y = points[np.argmax(np.hypot(*found.T))].tolist()
+            raise CaseError(
+                f"({x:g}, {y:g}) is {np.hypot(*found.T).max() / 1000:,.0f} km from the middle of the domain "
+                f"{self.middle}: what is as large does not fit into one plane: choose a part of it"
+            )
+        return found
+
+    def near(self, points: Floats) -> Floats:
+        """Those (m, 2) of given points (n, 2) that are in the plane, without check."""
+        if len(points) == 0:
+            return points
+        found = _transformed(self.source, self.definition, points)
+        return found[np.isfinite(found).all(axis=1)]
+
+    def given(self, points: Floats) -> Floats:
+        """Coordinates (n, 2), in the system of those that are given, of places (n, 2) in the plane."""
+        return _transformed(self.definition, self.source, points)
+
+    def written(self, points: Floats) -> Floats:
+        """Coordinates (n, 2), in the system that is written, of places (n, 2) in the plane."""
+        return points if self.target is None else _transformed(self.definition, self.target, points)
+
+    def scale(self, x: Floats, y: Floats) -> Floats:
+        """Length in the plane of a metre on the ground (n,) at x (n,) and y (n,)."""
+        return 1 + (x**2 + y**2) / (2 * self.radius) ** 2
+
+    def ring(self, ring: Ring) -> Ring:
+        """A ring of straight sides, in the plane; long ones are polylines where they are not straight there.
+
+        CaseError if a side is curved.
+        """
+        if not ring.sides or not all(isinstance(side.curve, Line) for side in ring.sides):
+            raise CaseError("crs: a side is a curve, which cannot be projected: give straight sides")
+        starts = np.array(ring.vertices, float)
+        points, pieces = self._along(starts, np.roll(starts, -1, axis=0))
+        first = np.cumsum([0, *pieces])
+        vertices = list(map(as_point, points[first[:-1]]))
+        curves: list[Line | Polyline] = list(map(Line, vertices, [*vertices[1:], vertices[0]]))
+        around = np.vstack([points, points[:1]])
+        for k in np.flatnonzero(np.array(pieces) > 1).tolist():
+            curves[k] = Polyline(around[first[k] : first[k + 1] + 1])
+        labels = [side.label for side in ring.sides]
+        return replace(ring, sides=tuple(map(Side, curves, labels)), vertices=tuple(vertices), given=None)
+
+    def line(self, points: Floats) -> Floats:
+        """Points (m, 2) in the plane of a line by given points (n, 2), with more of them on long parts."""
+        along, _ = self._along(points[:-1], points[1:])
+        return np.vstack([along, self.to(points[-1:])])
+
+    def _along(self, starts: Floats, ends: Floats) -> tuple[Floats, list[int]]:
+        """Places in the plane of the starts (n, 2) of sides and of points that cut them, and pieces of each side."""
+        first, last, middle = (self.to(points) for points in (starts, ends, (starts + ends) / 2))
+        length = np.hypot(*(last - first).T)
+        off = np.hypot(*(middle - (first + last) / 2).T)
+        share = np.divide(off, length, out=np.zeros(len(off)), where=length > 0)
+        pieces = np.clip(np.ceil(share / BENT), 1, PIECES).astype(np.int64)
+        side = np.repeat(np.arange(len(starts)), pieces)
+        number = np.arange(len(side)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        t = (number / pieces[side])[:, None]
+        points = first[side]
+        within = number > 0
+        points[within] = self.to((1 - t[within]) * starts[side[within]] + t[within] * ends[side[within]])
+        return points, pieces.tolist()
+
+
+def _require_degrees(points: Floats) -> None:
+    """Check that points (n, 2) are longitudes and latitudes of one part of the earth; CaseError if not."""
+    x, y = points.T
+    bad = np.flatnonzero((np.abs(y) > 90) | (x < -180) | (x > 360))
+    if len(bad):
+        px, py = points[bad[0]].tolist()
+        raise CaseError(f"({px:g}, {py:g}) is no longitude and latitude: correct it, or crs.from")
+    if np.abs(y).max() > NEAREST_POLE:
+        raise CaseError(
+            f"reaches within {90 - NEAREST_POLE:g} degree of a pole, where no box and no coast is: cut it off"
+        )
+    if np.ptp(x) > WIDEST:
+        raise CaseError(
+            f"spans {np.ptp(x):.0f} degrees of longitude: if it crosses the date line, add 360 to those that are "
+            "negative; else choose a part of it"
+        )
+
+
+class Projecting:
+    """What coordinates are projected by while a domain is read: a plane about the first of them."""
+
+    def __init__(self, source: str, target: str | None) -> None:
+        self.source, self.target = source, target
+        self.plane: Plane | None = None
+
+    def plane_for(self, points: Floats) -> Plane:
+        """The plane, which points (n, 2) decide on if they are the first."""
+        if self.plane is None:
+            if known_system(self.source).is_geographic:
+                _require_degrees(points)
+            self.plane = Plane.about(self.source, self.target, points)
+        return self.plane
+
+
+_projecting: ContextVar[Projecting | None] = ContextVar("projecting", default=None)
+
+
+@contextmanager
+def projecting(by: Projecting | None) -> Iterator[None]:
+    """Within the block, what is read or drawn is taken to a plane; None for a case in one already."""
+    token = _projecting.set(by)
+    try:
+        yield
+    finally:
+        _projecting.reset(token)
+
+
+def is_projecting() -> bool:
+    """Whether what is read or drawn is taken to a plane."""
+    return _projecting.get() is not None
+
+
+def given_places() -> Callable[[Point], Point] | None:
+    """What gives the coordinates, as they were given, of a point of the plane, if coordinates are taken to one."""
+    by = _projecting.get()
+    if by is None or by.plane is None:
+        return None
+    plane = by.plane
+    return lambda point: as_point(plane.given(np.array([point], float))[0])
+
+
+def require_geographic(degrees: bool | None) -> None:
+    """Check that coordinates that are degrees, if that is known, are so in the case; CaseError if not."""
+    by = _projecting.get()
+    if by is not None and degrees and not known_system(by.source).is_geographic:
+        raise CaseError(f"crs.from: {by.source} is in metres, and the file says that its coordinates are degrees")
+
+
+def projected_ring(ring: Ring) -> Ring:
+    """The ring in the plane, if coordinates are taken to one; errors as of `Plane.ring`."""
+    by = _projecting.get()
+    return ring if by is None else by.plane_for(np.array(ring.vertices, float).reshape(-1, 2)).ring(ring)
+
+
+def projected(points: Floats) -> Floats:
+    """Points (n, 2) in the plane, if coordinates are taken to one; errors as of `Plane.to`."""
+    by = _projecting.get()
+    return points if by is None or len(points) == 0 else by.plane_for(points).to(points)
+
+
+def projected_point(point: Point) -> Point:
+    """One point in the plane; errors as of `Plane.to`."""
+    return as_point(projected(np.array([point], float))[0])
+
+
+def projected_line(points: Floats) -> Floats:
+    """Points (m, 2) of a line in the plane, more of them where it is long; errors as of `Plane.to`."""
+    by = _projecting.get()
+    return points if by is None else by.plane_for(points).line(points)
+
+
+def projected_length(length: float, at: Point) -> float:
+    """Length in the plane of some metres at a given point."""
+    by = _projecting.get()
+    if by is None:
+        return length
+    plane = by.plane_for(np.array([at], float))
+    return length * float(plane.scale(*plane.to(np.array([at], float)).T)[0])

@@ -1,0 +1,119 @@
+"""Coordinate reference systems of a case, checked, and what they make of its spacing."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bubblemesh import readers
+from bubblemesh.arrays import Floats
+from bubblemesh.case.crs import CrsKeys
+from bubblemesh.case.data_terms import several
+from bubblemesh.case.domain import DomainKeys
+from bubblemesh.case.spacing import NearLine, NearPoint, SpacingTerms
+from bubblemesh.errors import CaseError, at_key
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.geography import Plane, Projecting, known_system
+from bubblemesh.geometry.paths import as_point
+from bubblemesh.problem.files import named_files
+from bubblemesh.spacing.expression import Expression, names_in
+from bubblemesh.spacing.spacing import Spacing
+
+AUTO = "auto"
+
+
+def projecting_of(keys: CrsKeys) -> Projecting:
+    """What coordinates are projected by; CaseError with the key for a system that is not known."""
+    for key, name in (("from", keys.source), ("to", keys.to)):
+        if name != AUTO or key == "from":
+            with at_key("crs", key):
+                known_system(name)
+    return Projecting(keys.source, None if keys.to == AUTO else keys.to)
+
+
+def on_the_ground(at: Callable[[float | None], Spacing], plane: Plane) -> Callable[[float | None], Spacing]:
+    """A spacing request in the plane for one in metres on the ground."""
+
+    def in_plane(scale: float | None) -> Spacing:
+        given = at(scale)
+        return replace(given, function=_Scaled(given.function, plane))
+
+    return in_plane
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """A function of the place times the scale of the plane there."""
+
+    function: Callable[[Floats, Floats], Floats]
+    plane: Plane
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        return self.function(x, y) * self.plane.scale(x, y)
+
+
+def terms_in(plane: Plane, terms: SpacingTerms) -> SpacingTerms:
+    """The terms with the places that they name in the plane."""
+    if terms.near is None:
+        return terms
+    near = []
+    for one in several(terms.near):
+        if isinstance(one, NearPoint):
+            one = one.model_copy(update={"point": as_point(plane.to(np.array([one.point], float))[0])})
+        elif isinstance(one, NearLine):
+            one = one.model_copy(update={"line": tuple(map(as_point, plane.line(np.array(one.line, float))))})
+        near.append(one)
+    return terms.model_copy(update={"near": tuple(near)})
+
+
+@dataclass(frozen=True)
+class GivenPlaces:
+    """A function of coordinates as they were given, as one of places in the plane."""
+
+    function: Callable[[Floats, Floats], Floats]
+    plane: Plane
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values at x and y in the plane, in the arrays' common shape."""
+        x, y = np.broadcast_arrays(x, y)
+        points = self.plane.given(np.column_stack([x.ravel(), y.ravel()]))
+        return self.function(*points.T).reshape(x.shape)
+
+
+def bound_in(plane: Plane, expression: Expression) -> Callable[[Floats, Floats], Floats]:
+    """An expression whose x and y are coordinates as they were given, as a function of places in the plane.
+
+    CaseError for one that measures distances too, which are in metres.
+    """
+    used = names_in(expression.text)
+    if not {"x", "y"} & used:
+        return expression
+    if "distance" in used:
+        raise CaseError("x and y, in the system of crs.from, and distance, in metres, do not go together: use near")
+    return GivenPlaces(expression, plane)
+
+
+def given_bounds(domain: Domain) -> tuple[float, float, float, float]:
+    """Box (x0, y0, x1, y1) of a domain in the coordinates that were given."""
+    if domain.plane is None:
+        return domain.bounds
+    points = domain.plane.given(domain.boundary.corners)
+    (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return x0, y0, x1, y1
+
+
+def require_one_unit(keys: DomainKeys, domain: Domain, finest: float) -> None:
+    """Check that a domain of maps without a system is no coast in degrees with sizes in metres; CaseError if it is.
+
+    That is sure where all coordinates are in the range of degrees, and nowhere is the spacing as fine as the domain is
+    large.
+    """
+    x0, y0, x1, y1 = domain.bounds
+    degrees = x0 >= -180 and x1 <= 360 and y0 >= -90 and y1 <= 90
+    if not degrees or finest < domain.size or not any(map(readers.is_of_maps, named_files(keys))):
+        return
+    with at_key("spacing"):
+        raise CaseError(
+            f"is {finest:g} where it is finest, and the whole domain {domain.size:.4g} long: these are sizes in metres "
+            "and coordinates in degrees: add crs: {from: EPSG:4326}"
+        )

@@ -1,0 +1,49 @@
+"""Features of files taken to the plane of a case whose coordinates are places on the earth."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.geometry.geography import is_projecting, projected, projected_line, projected_ring, require_geographic
+from bubblemesh.geometry.paths import as_point
+from bubblemesh.geometry.rings import LineTo
+from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, vertices_of
+from bubblemesh.readers.selection import Selection
+
+
+def taken(content: FeatureCollection, selection: Selection) -> list[Feature]:
+    """The features of a file that a case takes, in its plane if it has one.
+
+    CaseError as of `Selection.of`, for curves that are not straight, and for a unit of length, which places on the
+    earth have not.
+    """
+    features = selection.of(content.features)
+    if not is_projecting():
+        return features
+    if selection.factor(content) != 1:
+        raise CaseError("units and scale are not for coordinates with a crs: leave them out")
+    require_geographic(content.degrees)
+    projected(vertices_of(features))  # all of them decide on the plane, and are checked
+    return [_projected(one) for one in features]
+
+
+def _projected(one: Feature) -> Feature:
+    with prefixed(one.name):
+        return replace(
+            one,
+            areas=tuple(tuple(map(projected_ring, area)) for area in one.areas),
+            rings=tuple(map(projected_ring, one.rings)),
+            curves=tuple(map(_curve, one.curves)),
+            points=tuple(map(as_point, projected(np.array(one.points, float).reshape(-1, 2)))),
+        )
+
+
+def _curve(curve: CompoundCurve) -> CompoundCurve:
+    straight = [piece for piece in curve.pieces if isinstance(piece, LineTo)]
+    if len(straight) < len(curve.pieces):
+        raise CaseError("crs: a line is curved, and cannot be projected: give straight ones")
+    points: Floats = np.array([curve.start, *(piece.to for piece in straight)])
+    start, *others = map(as_point, projected_line(points))
+    return CompoundCurve(start, tuple(map(LineTo, others)), curve.name)

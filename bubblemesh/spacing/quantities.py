@@ -1,0 +1,39 @@
+"""Quantities with units in a case whose coordinates are places on the earth: 200 m, 5 km2, 12.42 h."""
+
+import re
+from typing import Literal
+
+from bubblemesh.errors import CaseError
+
+Dimension = Literal["length", "area", "time"]
+
+UNITS: dict[Dimension, dict[str, float]] = {
+    "length": {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "nmi": 1852.0},
+    "area": {"m2": 1.0, "ha": 1e4, "km2": 1e6},
+    "time": {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
+}
+DIMENSIONS: dict[str, Dimension] = {unit: kind for kind, units in UNITS.items() for unit in units}
+QUANTITY = re.compile(r"((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) ?([a-z]+2?)")
+
+
+def is_quantity(text: str) -> bool:
+    """Whether a text is a number with a unit."""
+    found = QUANTITY.fullmatch(text)
+    return found is not None and found[2] in DIMENSIONS
+
+
+def value_of(text: str, dimension: Dimension | None, *, allowed: bool) -> float:
+    """Value of a quantity in metres, square metres or seconds.
+
+    CaseError if units are not allowed, or if it is of another dimension than is wanted; None is any.
+    """
+    found = QUANTITY.fullmatch(text)
+    assert found is not None
+    number, unit = float(found[1]), found[2]
+    if not allowed:
+        raise CaseError(f"{text} has a unit, which goes with places on the earth: add crs: {{from: EPSG:4326}}")
+    kind = DIMENSIONS[unit]
+    if dimension not in (None, kind):
+        units = ", ".join(UNITS[dimension or kind])
+        raise CaseError(f"{text} is no {dimension}: give one in {units}")
+    return number * UNITS[kind][unit]

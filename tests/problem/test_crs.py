@@ -1,0 +1,302 @@
+"""Cases whose coordinates are places on the earth: true lengths, systems, units, and what is refused."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from commands import command
+from invariants import check_mesh
+
+from bubblemesh.adaptivity.adapt import adapted
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry.geography import BENT, Plane, Projecting
+from bubblemesh.geometry.paths import Line, Polyline
+from bubblemesh.geometry.rings import circle, polygon
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.spacing.quantities import value_of
+
+pyproj = pytest.importorskip("pyproj")
+EARTH = pyproj.Geod(ellps="WGS84")
+BOX = {"outer": {"rectangle": [-6.5, 49.2, 1.7, 56.3], "labels": ["south", "east", "north", "west"]}}
+DEGREES = {"from": "EPSG:4326", "to": "EPSG:4326"}
+
+
+def case(domain=BOX, spacing=40e3, crs=DEGREES, **keys):
+    return load_case("sea.yaml", text=json.dumps({"domain": domain, "spacing": spacing, "crs": crs} | keys))
+
+
+def lengths(mesh):
+    """Lengths (e,) on the ground of edges, and their middles (e, 2), of a mesh in degrees."""
+    ends = mesh.points[unique_edges(mesh.triangles)[0]]
+    (lon0, lat0), (lon1, lat1) = ends[:, 0].T, ends[:, 1].T
+    return EARTH.inv(lon0, lat0, lon1, lat1)[2], ends.mean(axis=1)
+
+
+# The plane
+
+
+@pytest.mark.parametrize("middle", [(-2.4, 52.75), (100.0, 0.0), (15.0, 70.0), (150.0, -45.0)])
+def test_the_plane_keeps_lengths_but_for_its_scale(middle):
+    plane = Plane("EPSG:4326", None, middle)
+    random = np.random.default_rng(0)
+    points = np.array(middle) + random.uniform(-6, 6, (200, 2))
+    ahead = np.column_stack(EARTH.fwd(*points.T, random.uniform(0, 360, 200), np.full(200, 100.0))[:2])
+    found = plane.to(points)
+    step = np.hypot(*(plane.to(ahead) - found).T)
+    np.testing.assert_allclose(step / 100, plane.scale(*found.T), rtol=2e-5)
+    np.testing.assert_allclose(plane.given(found), points, atol=1e-9)
+
+
+def test_a_plane_travels_to_other_processes():
+    plane = Plane.about("EPSG:4326", None, np.array([[1.0, 50], [3, 52]]))
+    again = pickle.loads(pickle.dumps(plane))
+    assert again == plane
+    assert again.middle == (2.0, 51.0)
+    np.testing.assert_allclose(again.to(np.array([[2.0, 51]])), 0, atol=1e-6)
+
+
+def test_long_sides_are_polylines_where_they_would_be_bent_too_much():
+    ring = polygon([(-10, 50), (10, 50), (10, 50.5), (-10, 50.5)], labels=["a", "b", "c", "d"])
+    plane = Plane("EPSG:4326", None, (0.0, 50.0))
+    found = plane.ring(ring)
+    assert [side.label for side in found.sides] == ["a", "b", "c", "d"]
+    np.testing.assert_allclose(found.vertices, plane.to(np.array(ring.vertices)))
+    kinds = [type(side.curve) for side in found.sides]
+    assert kinds == [Polyline, Line, Polyline, Line]
+    points = found.sides[0].curve.points
+    assert len(points) > 5
+    middles = plane.to((plane.given(points[:-1]) + plane.given(points[1:])) / 2)
+    off = np.hypot(*(middles - (points[:-1] + points[1:]) / 2).T) / np.hypot(*np.diff(points, axis=0).T)
+    assert off.max() <= 1.05 * BENT
+
+
+# Meshes
+
+
+@pytest.fixture(scope="module")
+def sea():
+    return mesh_case(case())
+
+
+def test_edges_are_as_long_on_the_ground_as_the_spacing(sea):
+    check_mesh(sea.mesh)
+    assert sea.mesh.points.min(axis=0) == pytest.approx([-6.5, 49.2], abs=1e-9)
+    assert sea.mesh.points.max(axis=0) == pytest.approx([1.7, 56.3], abs=2e-3)
+    found, _ = lengths(sea.mesh)
+    assert found.mean() == pytest.approx(40e3, rel=0.03)
+    assert sea.report["quality"]["mean"] > 0.95
+
+
+def test_the_spacing_is_that_on_the_ground_far_from_the_middle_too():
+    wide = {"outer": {"rectangle": [-20, 40, 20, 62], "label": "open"}}
+    mesh = mesh_case(case(wide, 150e3)).mesh
+    found, at = lengths(mesh)
+    plane = Plane("EPSG:4326", None, (0.0, 51.0))
+    scale = plane.scale(*plane.to(at).T)
+    assert scale.max() > 1.02  # where a spacing that forgot it would be off
+    far, near = found[scale > 1.015], found[scale < 1.003]
+    assert far.mean() / near.mean() == pytest.approx(1, abs=0.01)
+
+
+def test_the_report_tells_the_systems_and_the_scale(sea):
+    told = sea.report["crs"]
+    assert (told["source"], told["target"]) == ("EPSG:4326", "EPSG:4326")
+    assert "+proj=sterea +lat_0=52.75 +lon_0=-2.4" in told["plane"]
+    assert told["scale"][0] == pytest.approx(1, abs=1e-9)
+    assert 1.001 < told["scale"][1] < 1.003
+
+
+def test_a_mesh_is_written_in_the_system_that_is_asked_for(sea):
+    metres = mesh_case(case(crs={"from": 4326, "to": 32630})).mesh
+    to = pyproj.Transformer.from_crs(4326, 32630, always_xy=True)
+    np.testing.assert_allclose(metres.points, np.column_stack(to.transform(*sea.mesh.points.T)), atol=1e-3)
+    plane = mesh_case(case(crs={"from": "EPSG:4326"})).mesh
+    assert np.hypot(*plane.points.mean(axis=0)) < 50e3
+    np.testing.assert_array_equal(plane.triangles, sea.mesh.triangles)
+
+
+def test_metres_are_given_as_well():
+    corners = [[400e3, 100e3], [500e3, 100e3], [500e3, 200e3], [400e3, 200e3]]
+    found = mesh_case(case({"outer": {"polygon": corners}}, 10e3, {"from": "EPSG:27700", "to": "EPSG:27700"})).mesh
+    assert found.points.max(axis=0) == pytest.approx([500e3, 200e3], abs=5)
+
+
+def test_second_order_is_written_too():
+    keys = {"outer": {"circle": {"center": [2, 51], "radius": "50 km"}}}
+    mesh = mesh_case(case(keys, "10 km", output={"order": 2})).mesh
+    edge = mesh.points[mesh.facets]
+    _, _, far = EARTH.inv(np.full(edge.shape[:2], 2.0), np.full(edge.shape[:2], 51.0), edge[..., 0], edge[..., 1])
+    np.testing.assert_allclose(far, 50e3, rtol=1e-4)
+    np.testing.assert_allclose(mesh.facet_middles, mesh.points[mesh.facets[:, 2]])
+
+
+@pytest.mark.parametrize(
+    "near",
+    [
+        {"point": [-2.0, 53.0], "size": "4 km", "growth": 0.2},
+        {"line": [[-2.0, 53.0], [-2.0, 53.1]], "size": "4 km", "growth": 0.2},
+    ],
+)
+def test_places_in_the_spacing_are_given_ones(near):
+    mesh = mesh_case(case(spacing={"value": "40 km", "near": near})).mesh
+    found, at = lengths(mesh)
+    finest = at[np.argsort(found)[:10]]
+    assert np.abs(finest - [-2.0, 53.0]).max() < 0.5
+
+
+def test_x_and_y_in_the_spacing_are_given_ones():
+    found, at = lengths(mesh_case(case(spacing="20e3 + 5e3 * (y - 49)")).mesh)
+    np.testing.assert_allclose((found / (20e3 + 5e3 * (at[:, 1] - 49))).mean(), 1, rtol=0.03)
+    with pytest.raises(CaseError, match=r"x and y, in the system of crs.from, and distance, in metres"):
+        prepare(case(spacing="y * distance()"))
+    assert prepare(case(spacing="10e3 + 0.2 * distance()")).survey.extremes.minimum > 9e3
+
+
+def test_data_are_at_given_places(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.savez(tmp_path / "d.npz", d=[[20e3, 60e3], [20e3, 60e3]], x=[-6.5, 1.7], y=[49.2, 56.3])
+    problem = prepare(case(spacing={"raster": {"file": "d.npz"}}))
+    assert problem.warnings == ()
+    plane = problem.domain.plane
+    at = plane.to(np.array([[-6.4, 50.0], [1.6, 55.0]]))
+    wanted = np.array([20488, 59512]) * plane.scale(*at.T)
+    np.testing.assert_allclose(problem.spacing(at), wanted, rtol=1e-4)
+    np.savez(tmp_path / "d.npz", d=[[20e3, 60e3], [20e3, 60e3]], x=[16.5, 17.7], y=[49.2, 56.3])
+    (warning,) = prepare(case(spacing={"raster": {"file": "d.npz"}})).warnings
+    assert "the data is in [15.9, 18.3] x [45.65, 59.85], the domain in [-6.5, 1.7]" in warning
+
+
+def test_embedded_points_and_lines_are_given_ones():
+    keys = BOX | {"points": [{"at": [-2.0, 52.0]}], "lines": [{"path": [[-3.0, 51.0], [-1.0, 51.0]], "label": "ferry"}]}
+    mesh = mesh_case(case(keys)).mesh
+    np.testing.assert_allclose(mesh.points[mesh.labelled_nodes], [[-2, 52]], atol=1e-9)
+    ferry = mesh.points[mesh.facets[mesh.facet_labels == mesh.labels.index("ferry")]]
+    assert ferry[..., 0].min() == pytest.approx(-3, abs=1e-9)
+    assert ferry[..., 1].max() == pytest.approx(51.02, abs=0.02)  # straight in the plane
+
+
+# Files
+
+
+def coast(path, points, holes=()):
+    rings = [[*ring, ring[0]] for ring in (points, *holes)]
+    shape = {"type": "Polygon", "coordinates": rings}
+    path.write_text(json.dumps({"type": "Feature", "properties": {"name": "sea"}, "geometry": shape}))
+
+
+@pytest.fixture
+def in_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    x, y = np.cos(np.linspace(0, 2 * np.pi, 80)[:-1]), np.sin(np.linspace(0, 2 * np.pi, 80)[:-1])
+    around = np.column_stack([2.0123 + 2 * x, 51.0456 + 1.2 * y]).tolist()
+    islands = [np.column_stack([2 + k + r * x, 51 + 0.6 * r * y]).tolist() for k, r in ((0, 0.1), (0.5, 0.005))]
+    coast(tmp_path / "coast.geojson", around, islands)
+    return tmp_path
+
+
+def test_lengths_and_areas_of_files_are_those_on_the_ground(in_folder):
+    keys = {"file": "coast.geojson", "smallest": "5 km2"}
+    result = mesh_case(case(keys, "8 km"))
+    (change,) = result.report["repairs"]
+    assert change["what"] == "1 hole below 5e+06 left out"
+    assert result.mesh.points.mean(axis=0) == pytest.approx([2, 51], abs=0.1)
+    assert not any("degrees" in warning for warning in result.report["warnings"])
+    found, at = lengths(result.mesh)
+    away = np.hypot(*(at - [2, 51]).T) > 0.6  # from the island, whose sides are shorter
+    assert found[away].mean() == pytest.approx(8e3, rel=0.05)
+
+
+def test_degrees_with_sizes_in_metres_are_refused(in_folder):
+    text = "domain: {file: coast.geojson}\nspacing: {value: 8000, near: {label: sea, size: 200}}\n"
+    with pytest.raises(CaseError, match=r"spacing: is 200 where it is finest.*add crs: \{from: EPSG:4326\}"):
+        prepare(load_case("a.yaml", text=text))
+    assert prepare(load_case("a.yaml", text=text.replace("8000", "0.4").replace("200", "0.1")))
+    (in_folder / "case.yaml").write_text(text)
+    code, _, said = command("check", "case.yaml")
+    assert (code, "add crs: {from: EPSG:4326}" in said.replace("\n", " ")) == (2, True)
+
+
+def test_messages_tell_given_places(in_folder):
+    problem = prepare(case({"file": "coast.geojson"}, "30 km"))
+    told = [text for text in problem.warnings if "(" in text]
+    assert told
+    assert all("e+0" not in text.partition(" at (")[2] for text in told)
+
+
+@pytest.mark.parametrize(
+    ("keys", "crs", "message"),
+    [
+        (BOX, {"from": "EPSG:99999"}, r"crs.from: 'EPSG:99999' is no known coordinate reference system"),
+        (BOX, {"from": "EPSG:4326", "to": "moon"}, r"crs.to: 'moon' is no known coordinate reference system"),
+        (BOX, {"from": "EPSG:4978"}, r"crs.from: 'EPSG:4978' is no system of longitude and latitude"),
+        ({"outer": {"rectangle": [0, 80, 10, 89.5]}}, DEGREES, "reaches within 1 degree of a pole"),
+        ({"outer": {"rectangle": [0, 80, 10, 95]}}, DEGREES, r"\(10, 95\) is no longitude and latitude"),
+        ({"outer": {"rectangle": [-179, -10, 179, 10]}}, DEGREES, "spans 358 degrees of longitude: if it crosses"),
+        ({"outer": {"rectangle": [-60, -40, 60, 40]}}, DEGREES, "km from the middle of the domain"),
+        ({"file": "coast.geojson", "scale": 1000}, DEGREES, "coast.geojson: units and scale are not for coordinates"),
+        (
+            {"outer": {"path": [[0, 50], [2, 50], {"arc": {"to": [0, 50], "center": [1, 50], "turn": "left"}}]}},
+            DEGREES,
+            "crs: an arc cannot be projected",
+        ),
+    ],
+)
+def test_what_no_plane_is_for_is_refused(keys, crs, message, in_folder):
+    with pytest.raises(CaseError, match=message):
+        prepare(case(keys, crs=crs))
+
+
+def test_curves_cannot_be_projected():
+    by = Projecting("EPSG:4326", None).plane_for(np.array([[1.0, 50]]))
+    with pytest.raises(CaseError, match="a side is a curve"):
+        by.ring(circle((1, 50), 0.1))
+
+
+def test_the_date_line_may_be_crossed_by_continuous_longitudes():
+    found = mesh_case(case({"outer": {"rectangle": [176, -10, 184, -5]}}, "100 km", {"from": "EPSG:4326"})).mesh
+    assert np.ptp(found.points[:, 0]) == pytest.approx(885e3, rel=0.02)
+
+
+def test_a_file_in_degrees_is_not_in_metres(in_folder):
+    pyogrio = pytest.importorskip("pyogrio")
+    import shapely
+
+    square = np.array([shapely.to_wkb(shapely.box(1.01, 50.02, 2.03, 51.04))], dtype=object)
+    options = {"field_data": [np.array(["a"], object)], "fields": ["n"], "geometry_type": "Polygon"}
+    pyogrio.raw.write("a.gpkg", geometry=square, driver="GPKG", crs="EPSG:4326", **options)
+    with pytest.raises(CaseError, match=r"a.gpkg: crs.from: EPSG:27700 is in metres, and the file says"):
+        prepare(case({"file": "a.gpkg"}, crs={"from": "EPSG:27700"}))
+    assert prepare(case({"file": "a.gpkg"}, "10 km")).warnings == ()
+
+
+# Units
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        *[("200 m", "length", 200), ("5km", "length", 5000), ("1.5e2 cm", "length", 1.5), ("10 nmi", "length", 18520)],
+        *[("5 km2", "area", 5e6), (".5 ha", "area", 5000), ("12.42 h", "time", 44712), ("10 min", None, 600)],
+    ],
+)
+def test_quantities(text, dimension, value):
+    assert value_of(text, dimension, allowed=True) == pytest.approx(value)
+
+
+def test_quantities_are_for_cases_of_the_earth_and_of_their_dimension():
+    assert case(spacing={"value": "h", "minimum": "2 km"}, parameters={"h": "10 km"}).spacing.minimum == 2000
+    with pytest.raises(CaseError, match=r"spacing: 10 km has a unit, which goes with places on the earth: add crs"):
+        load_case("a.yaml", text="domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 10 km\n")
+    with pytest.raises(CaseError, match=r"spacing.maximum: .*10 km2 is no length: give one in mm, cm, m, km, nmi"):
+        case(spacing={"maximum": "10 km2"})
+    with pytest.raises(CaseError, match=r"largest: .*10 km is no area: give one in m2, ha, km2"):
+        case(largest="10 km")
+
+
+def test_solutions_are_in_the_plane():
+    with pytest.raises(CaseError, match=r"crs.to: solutions are adapted to in the plane"):
+        adapted(case(), None, None, None, None, None)
