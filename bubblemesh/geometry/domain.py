@@ -187,6 +187,10 @@ class Domain(Uncached):
     def _projection(self) -> Projection:
         return Projection(self.boundary, self.polygonal_copy.chords)
 
+    def distances(self, points: Floats) -> Floats:
+        """Distances (m,) of points (m, 2) from the boundary, on curves to about 1e-7 of their radius."""
+        return self._projection.distances(points)
+
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Names of the sides, lines and points of the domain, each once."""
@@ -195,6 +199,8 @@ class Domain(Uncached):
 
     def distance_to(self, points: Floats, *labels: str) -> Floats:
         """Distance (m,) of points (m, 2) from the nearest side, line or point that has one of the ``labels``.
+
+        On curves it is right to about 1e-7 of their radius, at the points of a spline to 1e-6.
 
         Raises
         ------
@@ -210,7 +216,7 @@ class Domain(Uncached):
         if labels not in self._labelled:
             places = np.array([point.at for point in self.parts.points if point.label in labels], float).reshape(-1, 2)
             self._labelled[labels] = projection_onto(self.boundary, labels, places)
-        return self._labelled[labels](points).distance
+        return self._labelled[labels].distances(points)
 
     @cached_property
     def _labelled(self) -> dict[tuple[str, ...], Projection]:

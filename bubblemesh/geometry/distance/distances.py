@@ -72,7 +72,7 @@ class FromLabels:
 
     def __call__(self, points: Floats) -> Floats:
         """Distances (m,) of points (m, 2)."""
-        return self.domain.distance_to(points, *self.labels) if self.labels else self.domain.nearest(points).distance
+        return self.domain.distance_to(points, *self.labels) if self.labels else self.domain.distances(points)
 
 
 @dataclass(frozen=True)

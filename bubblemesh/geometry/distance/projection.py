@@ -1,4 +1,4 @@
-"""Nearest points on curves: the nearest chord, then Newton's method on the curve that it follows."""
+"""Nearest points on curves, and distances from them: the nearest chord, then what the curve does along it."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
 from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.distance.bulges import Bulges
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
 
@@ -47,6 +48,16 @@ class Projection:
             foot[mine] = self.boundary.points(piece[mine], s[mine])
         return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
 
+    def distances(self, points: Floats) -> Floats:
+        """Distances (k,) of ``points`` (k, 2), on curves to about 1e-7 of their radius: quicker than the points."""
+        chord = nearest_chord(self._runs, points)
+        _, foot = self._runs.feet(points, chord)
+        distance = np.hypot(*(points - foot).T)
+        curved = np.flatnonzero(self._approximated[chord])
+        if len(curved):
+            distance[curved] = self._bulges.distances(points[curved], self._bulge[chord[curved]])
+        return distance
+
     def at_least(self, points: Floats) -> Floats:
         """Lower bounds (k,) of the distances of ``points`` (k, 2), much quicker than these; 0 next to the curves."""
         return np.maximum(distance_at_least(self._runs, points) - self._belly, 0)
@@ -66,13 +77,34 @@ class Projection:
         return (self.chords.piece >= 0) & self.boundary.approximated[self.chords.piece]
 
     @cached_property
+    def _curved(self) -> Integers:
+        """Numbers (c,) of these chords."""
+        return np.flatnonzero(self._approximated)
+
+    @cached_property
+    def _bulge(self) -> Integers:
+        """Place (m,) of each chord among these, if it is one."""
+        return np.cumsum(self._approximated) - 1
+
+    @cached_property
+    def _tangents(self) -> tuple[Floats, Floats]:
+        """Unit tangents (c, 2) of the curves where these chords begin, and where they end."""
+        piece, s, step = self.chords.piece[self._curved], self.chords.s[self._curved], self.chords.step[self._curved]
+        return self.boundary.tangents(piece, s), self.boundary.tangents(piece, s + step)
+
+    @cached_property
+    def _bulges(self) -> Bulges:
+        chords, closed = select(self.chords, self._curved), self.boundary.closed
+        first = np.diff(chords.piece, prepend=-1) != 0
+        last = np.diff(chords.piece, append=-1) != 0
+        ends = ~closed[chords.piece]
+        return Bulges.of(chords.start, chords.end, *self._tangents, first & ends, last & ends)
+
+    @cached_property
     def _curvature(self) -> Floats:
         """Mean curvature (m,) of the curve along each chord, positive where it turns left."""
         curvature = np.zeros(len(self.chords.piece))
-        mine = np.flatnonzero(self._approximated)
-        piece, s, step = self.chords.piece[mine], self.chords.s[mine], self.chords.step[mine]
-        before, after = self.boundary.tangents(piece, s), self.boundary.tangents(piece, s + step)
-        curvature[mine] = turning(before, after) / step
+        curvature[self._curved] = turning(*self._tangents) / self.chords.step[self._curved]
         return curvature
 
     def _projected(self, points: Floats, piece: Integers, s: Floats, curvature: Floats) -> Floats:
