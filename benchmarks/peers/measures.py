@@ -52,7 +52,7 @@ def measured(points: Floats, triangles: Integers, problem: Problem) -> Figures:
     sides, count = measures.edges
     _require_surface(measures, problem.domain.euler_characteristic)
     shape = shape_quality(measures)
-    fit = spacing_fit(points, sides, problem.spacing.between(points[sides]))
+    fit = spacing_fit(points, sides, problem.spacing.between(points, sides))
     rim = points[np.unique(sides[count == 1])]
     astray = problem.domain.nearest(rim).distance / problem.spacing.extended(rim)
     return Figures(

@@ -88,7 +88,7 @@ def _adapted(
         estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
         figures = _figures(solution, estimate, exact)
     problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
-    wanted = problem.spacing.between(solution.points[solution.triangles])
+    wanted = problem.spacing.between(solution.points, solution.triangles)
     expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
     adaptation = figures | {
         "wanted": asdict(target),

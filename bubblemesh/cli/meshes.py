@@ -1,6 +1,6 @@
 """Commands on meshes of any origin: to look at them, and to divide them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +14,7 @@ from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
+    from bubblemesh.meshes.quality import SpacingBetween
 
 View = tuple[float, float, float, float]
 
@@ -172,7 +173,7 @@ def part_of(view: View | None, zoom: str | None) -> View | None:
     return x0, y0, x1, y1
 
 
-def compare(first: Path, second: Path, wanted: "Callable[[Floats], Floats] | None", as_json: bool) -> None:
+def compare(first: Path, second: Path, wanted: "SpacingBetween | None", as_json: bool) -> None:
     """Two meshes side by side."""
     from bubblemesh import console
     from bubblemesh.console.report import show_comparison

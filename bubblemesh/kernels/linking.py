@@ -75,4 +75,8 @@ def _linked(
     places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
     given = flips, *places, len(facets), np.ascontiguousarray(facets)
     compiled.call("link_triangles", n, len(result), result, *given, edges, quads, counts, outcome)
-    return None if outcome[0] else Legal(result, edges[: counts[0]].copy(), quads[: counts[1]].copy())
+    if outcome[0]:
+        return None
+    edges.resize((int(counts[0]), 2), refcheck=False)  # in place: a copy would double what large meshes take
+    quads.resize((int(counts[1]), 4), refcheck=False)
+    return Legal(result, edges, quads)

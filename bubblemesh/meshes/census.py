@@ -1,12 +1,12 @@
 """Figures of a mesh from those of its pieces, which nobody has to hold all at once."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.meshes.quality import REGULAR_VALENCE, WORST, Measures, edge_ratios, worst_triangles
+from bubblemesh.meshes.quality import REGULAR_VALENCE, WORST, Measures, SpacingBetween, edge_ratios, worst_triangles
 
 QUALITY_BINS = 10_000  # of radius ratios, from 0 to 1
 SHOWN_BINS = 10  # of the histogram of a report
@@ -75,7 +75,7 @@ class Census(NamedTuple):
     def of(
         cls,
         measures: Measures,
-        spacing_between: Callable[[Floats], Floats],
+        spacing_between: SpacingBetween,
         own_edges: Booleans,
         own_inner: Booleans,
         valence: Integers,
@@ -86,7 +86,7 @@ class Census(NamedTuple):
         domain that no other piece counts, and ``valence`` (n,) the number of edges at each node.
         """
         points, edges = measures.points, measures.edges[0][own_edges]
-        ratios = edge_ratios(points, edges, spacing_between(points[edges]))
+        ratios = edge_ratios(points, edges, spacing_between(points, edges))
         worst = worst_triangles(measures, WORST)
         used = np.zeros(len(points), bool)
         used[measures.triangles] = True
@@ -98,8 +98,8 @@ class Census(NamedTuple):
             quality=Tally.of(measures.radius_ratios, measures.radius_ratios, QUALITY_BINS),
             worst=np.array([q for q, _ in worst]),
             worst_at=np.array([at for _, at in worst]),
-            angle_min=float(measures.angles.min()),
-            angle_max=float(measures.angles.max()),
+            angle_min=measures.angle_range[0],
+            angle_max=measures.angle_range[1],
             spacing=Tally.of(ratios, np.log2(ratios) / (2 * OCTAVES) + 0.5, 2 * OCTAVES * PER_OCTAVE),
             inner=int(own_inner.sum()),
             irregular=int((valence[own_inner] != REGULAR_VALENCE).sum()),

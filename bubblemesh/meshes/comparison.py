@@ -1,6 +1,6 @@
 """Two meshes side by side."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from bubblemesh.meshes.quality import (
     TARGET_SPACING,
     Histogram,
     Measures,
+    SpacingBetween,
     edge_means,
     edge_ratios,
     lowest_shown,
@@ -54,7 +55,10 @@ class Measured:
 
 
 def measured(
-    path: Path, mesh: Mesh, cell_data: Mapping[str, Floats], spacing_between: Callable[[Floats], Floats] | None
+    path: Path,
+    mesh: Mesh,
+    cell_data: Mapping[str, Floats],
+    spacing_between: SpacingBetween | None,
 ) -> Measured:
     """Measure a mesh as read from a file, with data (t,) or (t, k) of its triangles.
 
@@ -67,7 +71,7 @@ def measured(
     figures = mesh_figures(measures, spacing_between)
     wanted = None
     if spacing_between is not None:
-        wanted = spacing_between(mesh.points[edges])
+        wanted = spacing_between(mesh.points, edges)
     elif target is not None and target.ndim == 1:
         if not (target > 0).all():
             raise CaseError(f"{path}: {TARGET_SPACING} is not positive at some triangle: give a spacing")

@@ -16,9 +16,12 @@ _BINS = 10
 TARGET_SPACING = "target_spacing"  # name of the wanted spacing of triangles in mesh files
 LAYER = "layer"  # name of the number of the boundary layer that triangles are in, 0 for those in none
 WORST = 5  # triangles that a report names
+AT_A_TIME = 1 << 16  # triangles, where arrays of all would take much memory
 _HIGHEST_START = 0.8  # of a scale of qualities
 _FEW = 0.01  # share of the values that may be below it
 _WIDE = 0.5  # of a histogram of edge length over spacing, around 1
+
+SpacingBetween = Callable[[Floats, Integers], Floats]  # of points (n, 2): the spacing (m,) at centroids of rows (m, k)
 
 
 @dataclass(frozen=True)
@@ -88,13 +91,18 @@ class Measures:
         product = np.where(degenerate, 1.0, a * b * c)
         return np.where(degenerate, 0.0, (b + c - a) * (c + a - b) * (a + b - c) / product)
 
-    @cached_property
+    @property
     def angles(self) -> Floats:
         """Angles (t, 3) in degrees at the nodes of each triangle; NaN beside a side of length zero."""
-        a, b, c = self.sides
-        with np.errstate(invalid="ignore", divide="ignore"):
-            cosines = [(v * v + w * w - u * u) / (2 * v * w) for u, v, w in ((a, b, c), (b, c, a), (c, a, b))]
-        return np.degrees(np.arccos(np.clip(np.stack(cosines, axis=1), -1, 1)))
+        return _angles(*self.sides)
+
+    @cached_property
+    def angle_range(self) -> tuple[float, float]:
+        """Least and largest angle of all triangles, at least one; NaN if one has a side of length zero."""
+        parts = (slice(k, k + AT_A_TIME) for k in range(0, len(self.triangles), AT_A_TIME))
+        found = (_angles(*(side[part] for side in self.sides)) for part in parts)
+        least, largest = zip(*((some.min(), some.max()) for some in found), strict=True)
+        return float(np.min(least)), float(np.max(largest))
 
 
 def radius_ratios(points: Floats, triangles: Integers) -> Floats:
@@ -137,7 +145,7 @@ def edge_means(triangles: Integers, values: Floats) -> Floats:
 
 def shape_quality(measures: Measures) -> Shape:
     """Summarize the shape of the triangles of a mesh, at least one."""
-    ratios, corner_angles = measures.radius_ratios, measures.angles
+    ratios, (least, largest) = measures.radius_ratios, measures.angle_range
     # An equilateral triangle's ratio may exceed 1 by rounding, and still belongs to the last bin.
     histogram, _ = np.histogram(np.clip(ratios, 0, 1), bins=_BINS, range=(0, 1))
     return Shape(
@@ -146,8 +154,8 @@ def shape_quality(measures: Measures) -> Shape:
         p01=quantile(ratios, 0.01),
         histogram=tuple(int(count) for count in histogram),
         irregular_fraction=_irregular_fraction(len(measures.points), *measures.edges),
-        angle_min=float(corner_angles.min()),
-        angle_max=float(corner_angles.max()),
+        angle_min=least,
+        angle_max=largest,
     )
 
 
@@ -160,8 +168,12 @@ def spacing_fit(points: Floats, edges: Integers, wanted: Floats) -> SpacingFit:
 
 def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
     """Return the length of each edge (e, 2) over the spacing (e,) wanted there."""
-    ends = gathered(points, edges)
-    return _lengths(ends[:, 1] - ends[:, 0]) / wanted
+    lengths = np.empty(len(edges))
+    for begin in range(0, len(edges), AT_A_TIME):
+        part = slice(begin, begin + AT_A_TIME)
+        ends = points[edges[part]]
+        lengths[part] = _lengths(ends[:, 1] - ends[:, 0])
+    return lengths / wanted
 
 
 def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Floats:
@@ -169,10 +181,10 @@ def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Float
     return sum(Measures(points, triangles).sides, np.zeros(len(triangles))) / (3 * wanted)
 
 
-def mesh_figures(measures: Measures, spacing_between: Callable[[Floats], Floats] | None) -> dict[str, Any]:
+def mesh_figures(measures: Measures, spacing_between: SpacingBetween | None) -> dict[str, Any]:
     """Figures of a mesh of any orientation, as a report holds them.
 
-    How well edges keep the spacing is told where it is known, as a function (e,) of the ends (e, 2, 2) of edges.
+    How well edges keep the spacing is told where it is known, as a function (e,) of points (n, 2) and edges (e, 2).
     """
     points, (edges, count) = measures.points, measures.edges
     figures = {
@@ -187,7 +199,7 @@ def mesh_figures(measures: Measures, spacing_between: Callable[[Floats], Floats]
         "area": float(np.abs(measures.signed_areas).sum()),
     }
     if spacing_between is not None:
-        figures["spacing"] = asdict(spacing_fit(points, edges, spacing_between(points[edges])))
+        figures["spacing"] = asdict(spacing_fit(points, edges, spacing_between(points, edges)))
     return figures
 
 
@@ -200,6 +212,13 @@ def worst_triangles(measures: Measures, count: int) -> list[tuple[float, tuple[f
     worst = bad[np.argsort(ratios[bad], kind="stable")][:count]
     centroids = measures.points[measures.triangles[worst]].mean(axis=1)
     return [(float(q), (float(x), float(y))) for q, (x, y) in zip(ratios[worst], centroids, strict=True)]
+
+
+def _angles(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Angles (t, 3) in degrees across from sides (t,) of triangles."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosines = [(v * v + w * w - u * u) / (2 * v * w) for u, v, w in ((a, b, c), (b, c, a), (c, a, b))]
+    return np.degrees(np.arccos(np.clip(np.stack(cosines, axis=1), -1, 1)))
 
 
 def _lengths(vectors: Floats) -> Floats:

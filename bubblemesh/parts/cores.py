@@ -107,7 +107,7 @@ def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) 
         mine[find_keys(edge_keys(edges, n), edge_keys(np.sort(rim, axis=1), n))] = False
         valence = np.bincount(edges[mine].ravel(), minlength=n)
         census = Census.of(measures, wanted.between, mine, own, valence)
-        quality, target = measures.radius_ratios, wanted.between(x[rest])
+        quality, target = measures.radius_ratios, wanted.between(x, rest)
     inner = region[len(near_cuts) :].astype(np.int32)
     core = Core(x[count:], rest.astype(np.int32), inner, quality, target)
     sizes = len(core.x), len(rest)

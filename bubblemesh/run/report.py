@@ -220,5 +220,5 @@ def triangle_fields(measures: Measures, wanted: Spacing) -> dict[str, Floats]:
     """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
     return {
         "quality": measures.radius_ratios,
-        TARGET_SPACING: wanted.between(measures.points[measures.triangles]),
+        TARGET_SPACING: wanted.between(measures.points, measures.triangles),
     }

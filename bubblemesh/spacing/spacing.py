@@ -11,6 +11,7 @@ from bubblemesh.messages import place
 
 STEEP = 0.1  # growth per length: around spots from which it is slower, samples see it
 MOST_SPOTS = 2000  # more are noise
+AT_A_TIME = 1 << 16  # places, where arrays of all would take much memory
 
 
 def _whole(point: Floats) -> Key:
@@ -48,11 +49,19 @@ class Spacing:
         d = self._values(points)
         return np.where(_usable(d), np.maximum(d, self.floor), self.floor)
 
-    def between(self, corners: Floats) -> Floats:
-        """Spacing (m,) at the centroids of points (m, k, 2); where undefined there, the mean of the points'.
+    def between(self, points: Floats, rows: Integers) -> Floats:
+        """Spacing (m,) at the centroids of ``rows`` (m, k) of points (n, 2); where undefined there, the points' mean.
 
         The midpoint of two nodes on the rim of a hole lies inside the hole, where the function need not exist.
         """
+        result = np.empty(len(rows))
+        for begin in range(0, len(rows), AT_A_TIME):
+            part = slice(begin, begin + AT_A_TIME)
+            result[part] = self._between(points[rows[part]])
+        return result
+
+    def _between(self, corners: Floats) -> Floats:
+        """Spacing (m,) at the centroids of points (m, k, 2), as of `between`."""
         d = self._values(corners.mean(axis=1))
         bad = np.flatnonzero(~_usable(d))
         if len(bad):

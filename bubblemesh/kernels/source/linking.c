@@ -50,8 +50,8 @@ static void sorted(int64_t n, int64_t count, Item *items, Item *spare, int64_t *
 
 typedef struct {
     int64_t n, t, *triangles; /* (t, 3) */
-    int64_t *twin;            /* (t, 3): the same edge's side in the triangle across, -1 on the rim; NULL if not known */
-    int64_t *after;           /* (t, 3): next side in a list of those at the same node */
+    int32_t *twin;            /* (t, 3): the same edge's side in the triangle across, -1 on the rim; NULL if not known */
+    int32_t *after;           /* (t, 3): next side in a list of those at the same node */
     Item *items, *spare;      /* as many as there are edges, and no fewer than triangles */
     int64_t *start;           /* (n + 1,): where a node's items, or its list, begins */
 } Mesh;
@@ -108,11 +108,11 @@ static void find_twins(Mesh *mesh)
     for (side = 0; side < 3 * mesh->t; side++) {
         int64_t a = mesh->triangles[side], b = mesh->triangles[next_side(side)], low = a < b ? a : b;
         other = known_side(mesh, low, a < b ? b : a);
-        mesh->twin[side] = other;
+        mesh->twin[side] = (int32_t)other;
         if (other >= 0) {
-            mesh->twin[other] = side;
+            mesh->twin[other] = (int32_t)side;
         } else {
-            mesh->after[side] = mesh->start[low];
+            mesh->after[side] = (int32_t)mesh->start[low];
             mesh->start[low] = side;
         }
     }
@@ -152,8 +152,8 @@ static int in_circle(const double *a, const double *b, const double *c, const do
 }
 
 typedef struct {
-    int64_t *sides, count, room; /* a ring buffer */
-    int64_t first;
+    int32_t *sides; /* a ring buffer */
+    int64_t count, room, first;
     char *waiting;
 } Queue;
 
@@ -164,14 +164,14 @@ static void ask(Queue *queue, int64_t side)
         return;
     queue->waiting[side] = 1;
     place = queue->first + queue->count++;
-    queue->sides[place < queue->room ? place : place - queue->room] = side;
+    queue->sides[place < queue->room ? place : place - queue->room] = (int32_t)side;
 }
 
 static void join(Mesh *mesh, int64_t side, int64_t twin)
 {
-    mesh->twin[side] = twin;
+    mesh->twin[side] = (int32_t)twin;
     if (twin >= 0)
-        mesh->twin[twin] = side;
+        mesh->twin[twin] = (int32_t)side;
 }
 
 /* The edge between two triangles becomes the one between their other nodes; their outer sides are asked again. */
@@ -340,7 +340,7 @@ KERNEL int64_t link_triangles(int64_t n, int64_t t, int64_t *triangles, int64_t 
                               int64_t *counts, int64_t *outcome)
 {
     Mesh mesh = {n, t, triangles, NULL, NULL, NULL, NULL, NULL};
-    int64_t status = n < INT32_MAX ? DONE : NO_MEMORY, side, most = 0;
+    int64_t status = n < INT32_MAX && 3 * t < INT32_MAX ? DONE : NO_MEMORY, side, most = 0;
     *outcome = DONE;
     mesh.start = malloc((size_t)(n + 1) * sizeof *mesh.start);
     if (!mesh.start)
