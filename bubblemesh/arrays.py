@@ -68,6 +68,11 @@ def any_of_rows(table: Booleans) -> Booleans:
     return reduce(np.logical_or, table.T)
 
 
+def all_of_rows(table: Booleans) -> Booleans:
+    """Whether all (n,) of each row of a table (n, k) of few columns are true: much faster than NumPy's ``all``."""
+    return reduce(np.logical_and, table.T)
+
+
 def gathered(points: Floats, which: Integers) -> Floats:
     """Points (m, k, 2) of rows of numbers (m, k) as ``points[which]`` gives them, but in memory column after column.
 

@@ -7,7 +7,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.shapes import eta
@@ -79,7 +79,7 @@ class Mending:
         x, s = bubbles.x.copy(), bubbles.s.copy()
         x[numbers] = mended.bubbles.x
         s[numbers[mended.bubbles.sliding] - bubbles.corners] = mended.bubbles.s
-        others = net.triangles[~around[net.triangles].all(axis=1)]
+        others = net.triangles[~all_of_rows(around[net.triangles])]
         triangles = np.concatenate([others, numbers[mended.triangles]])
         return connect_inside(replace(bubbles, x=x, s=s), domain, spacing, net, triangles)
 

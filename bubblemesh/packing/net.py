@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.linking import Legal, is_legal, legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
@@ -41,7 +41,7 @@ class Net:
     def inner(self) -> Booleans:
         """Edges (m,) that are not part of the boundary."""
         inner = np.ones(len(self.edges), bool)
-        chords = np.flatnonzero((self.edges < self.bubbles.boundary_count).all(axis=1))
+        chords = np.flatnonzero(all_of_rows(self.edges < self.bubbles.boundary_count))
         inner[chords] = ~self.are_facets(self.edges[chords])
         return inner
 
@@ -78,7 +78,7 @@ class Net:
         chosen = marked.copy()
         chosen[: self.bubbles.corners] = True
         numbers, renumbered = np.flatnonzero(chosen), np.cumsum(chosen) - 1
-        triangles = self.triangles[marked[self.triangles].all(axis=1)]
+        triangles = self.triangles[all_of_rows(marked[self.triangles])]
         n, sides = len(self.bubbles), directed_sides(triangles)
         rim = sides[np.sort(one_sided(sides, n))]
         own, back, known = edge_keys(self.facets, n), edge_keys(self.facets[:, ::-1], n), np.sort(edge_keys(sides, n))
@@ -86,7 +86,7 @@ class Net:
         place = find_keys(own[order], edge_keys(rim, n))
         piece = np.where(place < 0, -1, self.facet_piece[order[place]])
         within = (find_keys(known, own) >= 0) & (find_keys(known, back) >= 0)
-        edges = self.edges[marked[self.edges].all(axis=1)]
+        edges = self.edges[all_of_rows(marked[self.edges])]
         return numbers, Net(
             bubbles=self.bubbles.select(numbers),
             facets=renumbered[np.concatenate([rim, self.facets[within]])],

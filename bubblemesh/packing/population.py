@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, any_of_rows
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import edge_ratios
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
@@ -98,7 +98,7 @@ class Thresholds:
         net = connect(bubbles, domain)
         room, piece, s = boundary_gaps(bubbles, domain, net.facets, net.facet_piece, self.insert_apart)
         triangles = sorted_triangles(net.triangles)
-        loose = triangles[(alpha[triangles] < self.insert_below).any(axis=1)]
+        loose = triangles[any_of_rows(alpha[triangles] < self.insert_below)]
         hollow, center = interior_gaps(bubbles, domain, spacing, loose, self.insert_apart)
         x = np.vstack([domain.boundary.points(piece, s), center])
         d = spacing(x)
@@ -182,7 +182,7 @@ class Defects:
         halved = self._too_long(net, ratio, gone)
         x = bubbles.x[halved].mean(axis=1)
         touched = np.zeros(len(bubbles), bool)
-        touched[net.edges[gone[net.edges].any(axis=1)]] = True
+        touched[net.edges[any_of_rows(gone[net.edges])]] = True
         touched[halved] = True
         rest = replace(bubbles, touched=touched).select(np.flatnonzero(~gone))
         grown, triangles = rest.append(x, spacing.extended(x)), spliced(bubbles.x, net.triangles, gone, halved)
@@ -194,7 +194,7 @@ class Defects:
         interior = np.arange(len(valence)) >= net.bubbles.boundary_count
         chosen = on_walls | (interior & (valence <= FEWEST_NEIGHBOURS))
         # What lies in a corner's angle cannot give way: it takes more to be too near.
-        at_corner = (net.edges < net.bubbles.corners).any(axis=1)
+        at_corner = any_of_rows(net.edges < net.bubbles.corners)
         i, j = net.edges[ratio < np.where(at_corner, TOO_NEAR_CORNER, self.delete_shorter)].T
         # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
         second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
@@ -204,15 +204,15 @@ class Defects:
 
     def _too_long(self, net: Net, ratio: Floats, gone: Booleans) -> Integers:
         """Edges (k, 2) with room for one more bubble, no two of them at the same bubble."""
-        crowd = (net.valence >= MANY_NEIGHBOURS)[net.edges].any(axis=1)
+        crowd = any_of_rows((net.valence >= MANY_NEIGHBOURS)[net.edges])
         long = ratio > np.where(crowd, self.insert_longer_at_crowd, self.insert_longer)
-        long &= net.inner & ~gone[net.edges].any(axis=1)
+        long &= net.inner & ~any_of_rows(gone[net.edges])
         edges = net.edges[long]
         edges = np.concatenate([edges[np.argsort(-ratio[long], kind="stable")], across_wide_corners(net, gone)])
         rank = np.arange(len(edges))
         first = np.full(len(net.bubbles), len(edges))
         np.minimum.at(first, edges, rank[:, None])
-        return edges[(first[edges] == rank[:, None]).all(axis=1)]
+        return edges[all_of_rows(first[edges] == rank[:, None])]
 
 
 def relative_lengths(bubbles: Bubbles, edges: Integers) -> Floats:
@@ -239,7 +239,7 @@ def across_wide_corners(net: Net, gone: Booleans) -> Integers:
     """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary."""
     x, corners = net.bubbles.x, net.bubbles.corners
     first = np.argmin(net.triangles, axis=1)
-    beside = np.flatnonzero((net.triangles.min(axis=1) < corners) & ~gone[net.triangles].any(axis=1))
+    beside = np.flatnonzero(any_of_rows(net.triangles < corners) & ~any_of_rows(gone[net.triangles]))
     apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
     u, v = x[a] - x[apex], x[b] - x[apex]
     lengths = np.hypot(*u.T) * np.hypot(*v.T)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class Spacing:
 
     def _between(self, corners: Floats) -> Floats:
         """Spacing (m,) at the centroids of points (m, k, 2), as of `between`."""
-        d = self._values(corners.mean(axis=1))
+        d = self._values(reduce(np.add, np.moveaxis(corners, 1, 0)) / corners.shape[1])
         bad = np.flatnonzero(~_usable(d))
         if len(bad):
             d = d.copy()
