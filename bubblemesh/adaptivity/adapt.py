@@ -17,7 +17,7 @@ from bubblemesh.adaptivity.sizes import (
 from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.arrays import Integers
 from bubblemesh.case import Case
-from bubblemesh.errors import CaseError, Key, prefixed
+from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import timed
 from bubblemesh.meshes.edges import rim_nodes
@@ -75,6 +75,9 @@ def adapted(
 def _adapted(
     case: Case, solution: Solution, target: Target, exact: str | None, on_round: OnRound, on_share: OnShare
 ) -> Result:
+    if case.metric is not None:
+        with at_key("metric"):
+            raise CaseError("adapt finds sizes without direction: leave the metric out")
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)

@@ -36,6 +36,7 @@ from bubblemesh.case.fields import (
     filled,
 )
 from bubblemesh.case.layers import LayerKeys
+from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.limits import unlimited_memory, within
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
     from bubblemesh.packing.methods import Method
 
 T = TypeVar("T")
+
+IN_METRIC = "ellipses"  # the method that packs in a metric
 
 
 def _parameter_name(name: str) -> str:
@@ -164,6 +167,10 @@ class Case(Strict):
     spacing: WantedSpacing = Field(
         description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
     )
+    metric: OneOrMore[AnyMetric] | None = Field(
+        default=None,
+        description="Spacing that depends on the direction, below that of the case, or a list: packed by ellipses.",
+    )
     layers: Annotated[tuple[LayerKeys, ...], BeforeValidator(filled)] | None = Field(
         default=None, description="Boundary layers: thin cells along walls, a list with an entry for each kind."
     )
@@ -179,7 +186,9 @@ class Case(Strict):
         default=None,
         description="Number of parts to pack side by side and join, or auto; else the mesh is made in one piece.",
     )
-    method: str = Field(default="multilevel", description="Name of the packing method.")
+    method: str = Field(
+        default="multilevel", description="Name of the packing method; a case with a metric has ellipses."
+    )
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")
     output: Output = Field(default=Output(), description="What to write, and where.")
@@ -189,6 +198,13 @@ class Case(Strict):
         description="Values or ranges for keys such as packing.w2, for a case of each combination (batch only).",
     )
     require: Requirements = Field(default=Requirements(), description="The quality that the mesh must reach.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _method_of_metric(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.get("metric") is None or "method" in data:
+            return data
+        return data | {"method": IN_METRIC}
 
     _origin: Origin = PrivateAttr(default_factory=Origin)
     _warnings: tuple[str, ...] = PrivateAttr(default=())

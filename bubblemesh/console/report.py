@@ -112,6 +112,8 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         rows["edges l/d"] = f"{spacing['mean']:.3f} ± {spacing['std']:.3f}, 98 % in " + (
             f"[{spacing['p01']:.2f}, {spacing['p99']:.2f}]"
         )
+    if "metric" in figures:
+        rows["metric"] = _metric(figures["metric"], size)
     rows |= _asked_for(figures)
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
@@ -119,6 +121,22 @@ def show_quality(figures: Mapping[str, Any]) -> None:
     _show(rows)
     if "repairs" in figures:
         show_repairs(figures["repairs"], size)
+
+
+def _metric(figures: Mapping[str, Any], size: float) -> str:
+    """Lines on how well a mesh keeps to the metric, in which its quality and edge lengths are."""
+    line = (
+        f"ellipses up to {figures['aspect']:.3g} times as long as wide, {figures['edges_within']:.1%} of the edges in "
+        "[0.71, 1.41]"
+    )
+    row = figures.get("shortened")
+    if row is None:
+        return line
+    return (
+        f"{line}\nshorter along at {row['share']:.1%} of the nodes, {row['ratio']:.3g} times at "
+        f"{place(row['ratio_at'], size)}: as such, q mean {row['quality_mean']:.4f}, 1 % below "
+        f"{row['quality_p01']:.3f}, least {row['quality_min']:.3f}"
+    )
 
 
 def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:

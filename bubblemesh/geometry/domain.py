@@ -207,6 +207,22 @@ class Domain(Uncached):
         GeometryError
             If there is no such label, or none is given.
         """
+        return self._projection_onto(labels).distances(points)
+
+    def nearest_with(self, points: Floats, *labels: str) -> Nearest:
+        """Nearest points to points (m, 2) on sides, lines and points that have one of the ``labels``.
+
+        Mere points have the piece -1.
+
+        Raises
+        ------
+        GeometryError
+            If there is no such label, or none is given.
+        """
+        return self._projection_onto(labels)(points)
+
+    def _projection_onto(self, labels: tuple[str, ...]) -> Projection:
+        """The projection onto what has one of some labels; GeometryError for one that is not there."""
         for label in labels:
             if label not in self.labels:
                 raise GeometryError(f"there is no side, line or point {label!r}: {meant(label, self.labels)}")
@@ -216,7 +232,7 @@ class Domain(Uncached):
         if labels not in self._labelled:
             places = np.array([point.at for point in self.parts.points if point.label in labels], float).reshape(-1, 2)
             self._labelled[labels] = projection_onto(self.boundary, labels, places)
-        return self._labelled[labels].distances(points)
+        return self._labelled[labels]
 
     @cached_property
     def _labelled(self) -> dict[tuple[str, ...], Projection]:

@@ -15,24 +15,35 @@ def spliced(x: Floats, triangles: Integers, gone: Booleans, halved: Integers) ->
     None if one of these nodes or edges is on the rim, or a node leaves a hole that no corner of it sees the whole of.
     """
     if gone.any():
-        left, number = _without(x, triangles, gone), np.cumsum(~gone) - 1
-        return None if left is None else _with_middles(number[left], number[halved], int(number[-1]) + 1)
-    return _with_middles(triangles, halved, len(x)) if len(halved) else triangles
+        if _on_rim(triangles, gone):
+            return None
+        left, done = removed(x, triangles, gone)
+        number = np.cumsum(~gone) - 1
+        return with_middles(number[left], number[halved], int(number[-1]) + 1) if done[gone].all() else None
+    return with_middles(triangles, halved, len(x))
 
 
-def _without(x: Floats, triangles: Integers, gone: Booleans) -> Integers | None:
-    """Triangles (t, 3) after each node that is gone has moved onto a neighbour, which makes two of its own vanish.
+def _on_rim(triangles: Integers, nodes: Booleans) -> bool:
+    """Whether one of the nodes (n,) is not wholly surrounded by triangles (t, 3)."""
+    row, place = np.divmod(np.flatnonzero(nodes[triangles]), 3)
+    node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
+    begins, ends = (edge_keys(np.column_stack([node, end]), len(nodes)) for end in (a, b))
+    return not np.array_equal(np.sort(begins), np.sort(ends))
 
-    It is the neighbour that makes the least area of the others largest. None if with each of them one turns right.
+
+def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, Booleans]:
+    """Triangles (u, 3) after nodes have moved onto a neighbour, which makes two of their own vanish; which did (n,).
+
+    Of the inner nodes gone (n,), no two of which have an edge, those stay with which one of the others would turn right
+    in any case. The neighbour is the one that makes the least area of the others largest.
     """
+    if not gone.any():
+        return triangles, gone
     # 1. The triangles (node, a, b) around each node: their sides (a, b) enclose the hole that it leaves.
     row, place = np.divmod(np.flatnonzero(gone[triangles]), 3)
     order = np.argsort(triangles[row, place], kind="stable")
     row, place = row[order], place[order]
     node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
-    begins, ends = (edge_keys(np.column_stack([node, end]), len(x)) for end in (a, b))
-    if not np.array_equal(np.sort(begins), np.sort(ends)):  # on the rim the sides enclose nothing
-        return None
     # 2. From each corner of the hole, the least area of triangles to the sides that it is no end of.
     nodes, start, count = np.unique(node, return_index=True, return_counts=True)
     corner, rank = members(np.repeat(count, count))
@@ -43,19 +54,20 @@ def _without(x: Floats, triangles: Integers, gone: Booleans) -> Integers | None:
     least = np.minimum.reduceat(area, np.flatnonzero(rank == 0))
     # 3. The node moves onto the corner where that is largest.
     best = np.lexsort([-least, node])[start]
-    if not (least[best] > 0).all():
-        return None
-    onto = np.arange(len(x))
-    onto[nodes] = a[best]
-    flat = (a == onto[node]) | (b == onto[node])
-    return np.delete(onto[triangles], row[flat], axis=0)
+    possible = least[best] > 0
+    onto, done = np.arange(len(x)), np.zeros(len(x), bool)
+    onto[nodes[possible]], done[nodes[possible]] = a[best[possible]], True
+    flat = done[node] & ((a == onto[node]) | (b == onto[node]))
+    return np.delete(onto[triangles], row[flat], axis=0), done
 
 
-def _with_middles(triangles: Integers, halved: Integers, n: int) -> Integers | None:
+def with_middles(triangles: Integers, halved: Integers, n: int) -> Integers | None:
     """Triangles (t, 3) after the two at each of the halved edges (k, 2) have become four; None for an edge of one.
 
     The new nodes are numbered from ``n`` on.
     """
+    if len(halved) == 0:
+        return triangles
     across, middle = np.full(n, -1), np.full(n, -1)
     across[halved] = halved[:, ::-1]
     middle[halved] = n + np.arange(len(halved))[:, None]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import RegionFile
+from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, Key, LimitError, about, at_key
 from bubblemesh.geometry.distance.distances import require_labels
 from bubblemesh.geometry.domain import Domain
@@ -86,7 +87,7 @@ def check_spacing(
     A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
     """
     max_nodes = task.max_nodes
-    _require_possible(domain, task)
+    _require_possible(domain, request, task)
     with timed(seconds, "spacing"):
         spacing, rules, cover = request.at(scale), request.rules, Cover.of(domain)
         survey = surveyed(domain, spacing, max_nodes, cover)
@@ -135,6 +136,14 @@ def check_spacing(
             packing_spacing = limited.spacing
             told = (*told, *warnings.low_layers(figures(rest.strips)))
             expected_nodes = rest.own_nodes + ideal_nodes(rest.domain, packing_spacing, max_nodes, ESTIMATE)
+    if request.metrics or task.method_name == IN_METRIC:
+        from bubblemesh.problem.metric import in_metric
+
+        with timed(seconds, "metric"):
+            found = in_metric(domain, request.metrics, spacing, packing_spacing, max_nodes, cover)
+        spacing, packing_spacing = found.asked, found.packing
+        survey, expected_nodes = found.survey, found.expected_nodes
+        told = (*told, *found.warnings)
     return Problem(
         task,
         domain,
@@ -150,8 +159,9 @@ def check_spacing(
     )
 
 
-def _require_possible(domain: Domain, task: Task) -> None:
-    """Check that method and demands go with periodic sides, parts and layers; a CaseError if not."""
+def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
+    """Check that method and demands go with a metric, periodic sides, parts and layers; a CaseError if not."""
+    _require_possible_in_metric(request, task)
     with about(Key(["domain", "periodic"])):
         if len(domain.periodic) and not task.method.relaxation.boundary_stays:
             raise CaseError(
@@ -165,6 +175,33 @@ def _require_possible(domain: Domain, task: Task) -> None:
             raise CaseError("layers: on periodic sides they go without angle_min and largest, whose nodes do not match")
         if task.ladders and not task.method.relaxation.boundary_stays:
             raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
+
+
+def _require_possible_in_metric(request: SpacingRequest, task: Task) -> None:
+    """Check that what a task asks for beside a metric goes with it; a CaseError if not."""
+    if request.metrics and task.method_name != IN_METRIC:
+        with about(Key(["method"])):
+            raise CaseError(f"method: {task.method_name} packs no metric: leave method out, or use {IN_METRIC}")
+    if task.method_name != IN_METRIC:
+        return
+    # Imported here since few cases have a metric.
+    from bubblemesh.packing.ellipses.schemes import Schemes
+
+    others = {
+        "parts": task.parts != 1,
+        "layers": bool(task.ladders),
+        "angle_min": task.least_angle > 0,
+        "largest": task.demanding,
+    }
+    for key, given in others.items():
+        if given:
+            with about(Key([key])):
+                raise CaseError(f"{key}: ellipses are packed without: leave out {key}, or the metric")
+    if request.nodes is not None:
+        with about(NODES):
+            raise CaseError("spacing.nodes: ellipses are packed without: leave out nodes, or the metric")
+    with about(Key(["packing"])):
+        Schemes.of(task.method)
 
 
 def task_of(case: Case, domain: Domain) -> Task:

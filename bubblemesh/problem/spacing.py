@@ -33,6 +33,7 @@ from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUni
 
 if TYPE_CHECKING:
     from bubblemesh.problem.data_terms import DataFunction
+    from bubblemesh.problem.metric import MetricRequest
 
 UNLIMITED = (0.0, np.inf)
 USUAL = 0.75  # of the largest area: mean one of triangles few of which are larger
@@ -50,6 +51,7 @@ class SpacingRequest:
     rules: Rules = NO_RULES
     nodes: int | None = None  # that it is to be scaled for
     warnings: tuple[str, ...] = ()
+    metrics: "tuple[MetricRequest, ...]" = ()  # below the spacing
 
 
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
@@ -64,7 +66,17 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     if domain.plane is not None:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
-    return replace(request, warnings=(*case.warnings, *request.warnings))
+    return replace(request, warnings=(*case.warnings, *request.warnings), metrics=_metrics(case, domain))
+
+
+def _metrics(case: Case, domain: Domain) -> "tuple[MetricRequest, ...]":
+    """The metrics of a case, if it has any."""
+    if case.metric is None:
+        return ()
+    # Imported here since few cases have a metric.
+    from bubblemesh.problem.metric import metric_requests
+
+    return metric_requests(case.metric, domain)
 
 
 def largest_areas(case: Case, domain: Domain) -> dict[str, float]:

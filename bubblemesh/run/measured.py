@@ -23,7 +23,9 @@ from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.assembly import layer_of_triangles, layered_mesh, mesh_of, sliced_mesh
+from bubblemesh.run.metric import MetricRow, metric_row
 from bubblemesh.run.report import triangle_fields
+from bubblemesh.spacing.metric.measures import measures_in
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
@@ -41,6 +43,7 @@ class Measured:
     area_error: float
     deviation: Deviation | None
     layers: "tuple[LabelLayers, ...] | None" = None  # if the problem has any
+    metric: MetricRow | None = None  # if the problem has one
 
 
 def measured(packed: "Net | Parted", problem: Problem) -> Measured:
@@ -71,11 +74,12 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
 
 def _whole(net: Net, problem: Problem) -> Measured:
     mesh = mesh_of(net, problem.domain)
-    measures = Measures(mesh.points, mesh.triangles)
+    measures = measures_in(problem.spacing, mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, net.facets, net.facet_piece)
     figures, fields = mesh_figures(measures, problem.spacing.between), triangle_fields(measures, problem.spacing)
-    return Measured(mesh, fields, figures, area_error(mesh, measures), departure)
+    error, metric = area_error(mesh, measures), metric_row(measures, problem)
+    return Measured(mesh, fields, figures, error, departure, metric=metric)
 
 
 def _in_slices(parted: "Parted", problem: Problem) -> Measured:

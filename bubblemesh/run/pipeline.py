@@ -24,6 +24,7 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import measured
+from bubblemesh.run.metric import shorter_ellipses
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 
@@ -179,6 +180,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *best.clock.warnings,
             *warnings.poor_result(figures, None if problem.refined or problem.rest else ideal_nodes),
             *warnings.jumps_at_layers(found.layers),
+            *shorter_ellipses(found.metric),
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
             *([] if best.refined is None else warnings.sharper_corners(best.refined, task.least_angle)),
@@ -192,6 +194,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         partition=None if partition is None else partition.figures(),
         layers=found.layers,
         crs=None if plane is None else PlaneRow.of(plane, figures["bounds"]),
+        metric=found.metric,
     )
     verdict = _verdict(best, figures)
     if isinstance(mesh, Mesh):

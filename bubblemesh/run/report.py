@@ -10,12 +10,14 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.followed import Deviation
 from bubblemesh.geometry.geography import Plane
-from bubblemesh.meshes.quality import TARGET_SPACING, Measures, radius_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, Measures
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.packing.rounds import Round
 from bubblemesh.parts.work import Figures, Record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
+from bubblemesh.run.metric import MetricRow
+from bubblemesh.spacing.metric.measures import ENTRIES, MeasuresInMetric, measures_in
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
@@ -39,9 +41,9 @@ class RoundRow:
     seconds: float
 
     @classmethod
-    def of(cls, done: Round, seconds: float) -> Self:
-        """Figures of a finished round."""
-        q = radius_ratios(done.bubbles.x, done.net.triangles)
+    def of(cls, done: Round, seconds: float, spacing: Spacing) -> Self:
+        """Figures of a finished round, with qualities in the metric of a spacing if it has one."""
+        q = measures_in(spacing, done.bubbles.x, done.net.triangles).radius_ratios
         return cls(
             round=done.number,
             iterations=done.iterations,
@@ -139,7 +141,7 @@ class Report(Mapping[str, Any]):
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
     (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``,
-    ``partition``, ``layers``, ``crs``) has no key.
+    ``partition``, ``layers``, ``crs``, ``metric``) has no key.
     """
 
     case: str
@@ -176,6 +178,7 @@ class Report(Mapping[str, Any]):
     partition: Mapping[str, Any] | None = None
     crs: PlaneRow | None = None
     layers: "tuple[LabelLayers, ...] | None" = None  # on each label; quality and spacing then are of all but these
+    metric: MetricRow | None = None  # in which quality and spacing are measured
 
     @cached_property
     def data(self) -> dict[str, Any]:
@@ -205,6 +208,7 @@ OPTIONAL = (
     "parts",
     "partition",
     "layers",
+    "metric",
 )
 
 
@@ -217,8 +221,10 @@ def _plain(value: Any) -> Any:
 
 
 def triangle_fields(measures: Measures, wanted: Spacing) -> dict[str, Floats]:
-    """Data (t,) of the triangles: quality, and the wanted spacing at their centroids."""
+    """Data (t,) of the triangles: quality, and at their centroids the wanted spacing and the metric, if it has one."""
+    metric = dict(zip(ENTRIES, measures.tensors.T, strict=True)) if isinstance(measures, MeasuresInMetric) else {}
     return {
         "quality": measures.radius_ratios,
         TARGET_SPACING: wanted.between(measures.points, measures.triangles),
+        **metric,
     }

@@ -8,6 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, Key, at_key
+from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 
 STEEP = 0.1  # growth per length: around spots from which it is slower, samples see it
@@ -44,6 +45,10 @@ class Spacing:
                     f"is {d[k]:g} at {place(points[k])}: it has to be positive and finite in the whole domain"
                 )
         return d
+
+    def along(self, boundary: Boundary, piece: Integers, s: Floats) -> Floats:
+        """Spacing (k,) of nodes on pieces (k,) of a boundary at arc lengths s (k,)."""
+        return self(boundary.points(piece, s))
 
     def extended(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""

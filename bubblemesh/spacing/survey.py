@@ -274,7 +274,7 @@ def _sampled(intervals: Floats, domain: Domain, spacing: Spacing) -> Intervals:
     """Boundary intervals (k, 3) with the spacing at their two Gauss points."""
     piece: Integers = intervals[:, 0].astype(np.int64)
     begin, end = intervals[:, 1], intervals[:, 2]
-    d = [spacing(domain.boundary.points(piece, begin + t * (end - begin))) for t in GAUSS]
+    d = [spacing.along(domain.boundary, piece, begin + t * (end - begin)) for t in GAUSS]
     return Intervals(intervals, np.stack(d, axis=1))
 
 

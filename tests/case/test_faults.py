@@ -115,7 +115,11 @@ def test_an_unknown_key_is_told_where_it_belongs(key):
     [
         ("radius: r}", "radius: r}, layer: A", "it belongs beside file"),
         ("radius: r}", "radius: r}, corners: 30", "it belongs beside polygon, file, union, minus or intersection"),
-        ("radius: r}", "radius: r}, growth: 0.2", "it belongs under spacing or under layers"),
+        (
+            "radius: r}",
+            "radius: r}, growth: 0.2",
+            "it belongs under spacing, under metric, beside like or under layers",
+        ),
         ("label:", "labels:", "did you mean 'label'? 'labels' belongs beside polygon or rectangle"),
         ("  holes:", "  spacing: 0.1\n  holes:", "it belongs at the top level or under domain.regions"),
         ("spacing:", "limits: {nodes: 9}\nspacing:", "did you mean 'max_nodes'? 'nodes' belongs under spacing"),

@@ -120,7 +120,7 @@ def test_the_page_on_methods_shows_every_key_with_its_values():
         for section, keys in options(METHODS[name]).items():
             for key, value in keys.items():
                 (row,) = (line for line in page.splitlines() if line.startswith(f"| `{section}.{key}` |"))
-                columns = ["key", "bpm", "fnpbs", "accelerated", "multilevel"]
+                columns = ["key", "bpm", "fnpbs", "accelerated", "multilevel", "ellipses"]
                 cells = dict(zip(columns, map(str.strip, row.split("|")[1:]), strict=False))
                 assert cells[name] == str(value), key
 

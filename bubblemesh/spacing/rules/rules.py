@@ -73,10 +73,10 @@ class Rules:
 
 def finer_of_both_sides(domain: Domain, spacing: Spacing, piece: Integers, s: Floats) -> Floats:
     """Spacing (k,) on pieces (k,) of the boundary at arc lengths s (k,), on periodic sides the finer one of both."""
-    d = spacing(domain.boundary.points(piece, s))
+    d = spacing.along(domain.boundary, piece, s)
     if len(domain.periodic):
         mine, other, at = counterparts(domain.boundary, domain.periodic, piece, s)
-        d[mine] = np.minimum(d[mine], spacing(domain.boundary.points(other, at)))
+        d[mine] = np.minimum(d[mine], spacing.along(domain.boundary, other, at))
     return d
 
 

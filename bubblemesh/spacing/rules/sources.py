@@ -85,7 +85,7 @@ def short_intervals(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats,
     piece = np.arange(len(boundary.lengths))
     begin, length = np.zeros(len(piece)), np.asarray(boundary.lengths, float)
     places = np.concatenate([begin, begin + length / 2, begin + length])
-    first, middle, last = spacing(boundary.points(np.tile(piece, 3), places)).reshape(3, -1)
+    first, middle, last = spacing.along(boundary, np.tile(piece, 3), places).reshape(3, -1)
     done = []
     for _ in range(HALVINGS):
         short = length <= LONGEST * np.minimum(np.minimum(first, middle), last)
@@ -96,7 +96,7 @@ def short_intervals(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats,
         # A half ends where the other one begins, but for rounding it would be known where the last one ends as well.
         first, last, second = np.append(first[~short], middle[~short]), middle[~short], slice(len(piece) // 2, None)
         places = np.append(begin + length / 2, begin[second] + length[second])
-        middle, ends = np.split(spacing(boundary.points(np.append(piece, piece[second]), places)), [len(piece)])
+        middle, ends = np.split(spacing.along(boundary, np.append(piece, piece[second]), places), [len(piece)])
         last = np.append(last, ends)
     piece, begin, length = (np.concatenate(column) for column in zip(*done, (piece, begin, length), strict=True))
     order = np.lexsort((begin, piece))

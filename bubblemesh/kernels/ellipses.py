@@ -1,0 +1,157 @@
+"""Packing in a metric: flips of edges, and motion that inverts no triangle, compiled or in NumPy with the same results.
+
+Tensors are rows (m11, m12, m22).
+"""
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.kernels.library import library
+
+MOST_PASSES = 60
+SURE = 1e-9  # of the terms of the circle test: what is nearer to 0 is rounding
+FLATTEST = 1e-3  # area of a triangle that a flip makes, in terms of both
+HALVINGS, MOST_TRIES = 4, 40  # of steps that would invert triangles, as in the C file
+KEEP = 0.1  # of its area that each triangle keeps in a step
+SHORTEST = 1e-9  # edge
+MOST_MOVE = 0.5  # in a step
+CUTOFF = 1.5  # length from which on edges do not pull
+
+
+def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
+    """Triangles (t, 3) between nodes x (n, 2) after flips that make them Delaunay in a metric, and their edges (e, 2).
+
+    The metric of an edge between two triangles is the mean of the tensors m (n, 3) at their four nodes: the edge is
+    flipped if the circle in it around one triangle holds the other's node. The facets (f, 2) stay. Flips come in passes
+    in which no triangle changes twice; where the metric changes from edge to edge they need not end by themselves.
+    """
+    compiled = library()
+    if compiled is None:
+        return flipped_in_numpy(triangles, x, m, facets)
+    result, edges, count = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64), np.zeros(1, int)
+    given = np.ascontiguousarray(x), np.ascontiguousarray(m), len(facets), np.ascontiguousarray(facets)
+    compiled.call("metric_flips", len(x), len(result), result, *given, MOST_PASSES, SURE, FLATTEST, edges, count)
+    return result, edges[: count[0]].copy()
+
+
+def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
+    """Triangles and edges as of `flipped`, made in NumPy."""
+    triangles, n, t = triangles.copy(), len(x), len(triangles)
+    ends = np.concatenate([facets, facets[:, ::-1]])
+    held = np.sort(ends[:, 0] * n + ends[:, 1])
+    for left in range(MOST_PASSES, -1, -1):
+        sides = triangles.T[[[0, 1, 2], [1, 2, 0]]].reshape(2, -1).T
+        keys = sides[:, 0] * n + sides[:, 1]
+        order = np.argsort(keys)
+        place = np.minimum(np.searchsorted(keys[order], keys % n * n + keys // n), 3 * t - 1)
+        other = order[place]
+        other[keys[other] != keys % n * n + keys // n] = -1
+        inner = np.flatnonzero((other > np.arange(3 * t)) & ~np.isin(keys, held))
+        (k, row), (k2, row2) = np.divmod(inner, t), np.divmod(other[inner], t)
+        a, b = sides[inner].T
+        c, e = triangles[row, (k + 2) % 3], triangles[row2, (k2 + 2) % 3]
+        wrong: list[int] = np.flatnonzero(_wrong(x, m, a, b, c, e)).tolist() if left else []
+        changed, chosen = np.zeros(t, bool), list[int]()
+        for number in wrong:
+            if not (changed[row[number]] or changed[row2[number]]):
+                changed[row[number]] = changed[row2[number]] = True
+                chosen.append(number)
+        if not chosen:
+            break
+        triangles[row[chosen]] = np.column_stack([a, e, c])[chosen]
+        triangles[row2[chosen]] = np.column_stack([e, b, c])[chosen]
+    return triangles, sides[(other < 0) | (other > np.arange(3 * t))]
+
+
+def _wrong(x: Floats, m: Floats, a: Integers, b: Integers, c: Integers, e: Integers) -> Booleans:
+    """Edges (k,) from a to b, between triangles (a, b, c) and (b, a, e), that have to be flipped."""
+    m11, m12, m22 = (m[a] + m[b] + m[c] + m[e]).T
+    r11 = np.sqrt(m11)
+    r12 = m12 / r11
+    r22 = np.sqrt(np.maximum(m22 - r12 * r12, np.finfo(float).tiny))
+
+    def scaled(nodes: Integers) -> tuple[Floats, Floats]:
+        dx, dy = (x[nodes] - x[e]).T
+        return r11 * dx + r12 * dy, r22 * dy
+
+    (ax, ay), (bx, by), (cx, cy) = scaled(a), scaled(b), scaled(c)
+    bc, ca, ab = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+    aa, bb, cc = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
+    value, whole = aa * bc + bb * ca + cc * ab, np.abs(ca) + np.abs(bc)
+    scale = aa * np.abs(bc) + bb * np.abs(ca) + cc * np.abs(ab)
+    return (value > SURE * scale) & (ca > FLATTEST * whole) & (bc > FLATTEST * whole)
+
+
+def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Nodes (n, 2) after moves (n, 2) from x (n, 2) that invert no triangle (t, 3), and the shares (n,) of them made.
+
+    A triangle keeps a tenth of its area: if it would not, its nodes go half as far, and stay where that is in vain.
+    """
+    compiled = library()
+    if compiled is None:
+        return moved_in_numpy(x, move, triangles)
+    places, share = np.array(x, order="C"), np.empty(len(x))
+    rows = len(x), len(triangles), np.ascontiguousarray(triangles)
+    compiled.call("guarded_move", *rows, places, np.ascontiguousarray(move), KEEP, share)
+    return places, share
+
+
+def moved_in_numpy(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Nodes and shares as of `moved`, made in NumPy."""
+    share, least = np.ones(len(x)), KEEP * _doubled_areas(x, triangles)
+    for tries in range(MOST_TRIES):
+        places = x + share[:, None] * move
+        bad = _doubled_areas(places, triangles) < least
+        if not bad.any():
+            return places, share
+        nodes = triangles[bad]
+        share[nodes] = share[nodes] / 2 if tries < HALVINGS else 0.0
+    return x, np.zeros(len(x))
+
+
+def _doubled_areas(x: Floats, triangles: Integers) -> Floats:
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+
+
+def relaxed(
+    x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
+) -> tuple[Floats, Floats]:
+    """Nodes (n, 2) after steps of motion from rest at x (n, 2), and their mean speeds (steps,) in the metric.
+
+    The force of equation (2.1) acts along the edges (e, 2) at their lengths in the tensors m (n, 3), damped by c; the
+    first ``fixed`` nodes stay, and moves invert no triangle (t, 3).
+    """
+    compiled = library()
+    if compiled is None:
+        return relaxed_in_numpy(x, m, triangles, edges, fixed, steps, dt, c)
+    places, speeds = np.array(x, order="C"), np.empty(steps)
+    rows = len(x), len(triangles), np.ascontiguousarray(triangles), len(edges), np.ascontiguousarray(edges)
+    bounds = CUTOFF, MOST_MOVE, KEEP, SHORTEST
+    compiled.call("metric_relax", *rows, places, np.ascontiguousarray(m), fixed, steps, dt, c, *bounds, speeds)
+    return places, speeds
+
+
+def relaxed_in_numpy(
+    x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
+) -> tuple[Floats, Floats]:
+    """Nodes and speeds as of `relaxed`, made in NumPy."""
+    x, v, speeds, n, (i, j) = x.copy(), np.zeros_like(x), np.empty(steps), len(x), edges.T
+    for step in range(steps):
+        along = x[j] - x[i]
+        first, last = (np.maximum(_lengths(m[k], along), SHORTEST) for k in (i, j))
+        length = (2 * np.sqrt(first * last) + (first + last) / 2) / 3
+        force = np.where(length < CUTOFF, ((1.25 * length - 2.375) * length) * length + 1.125, 0.0)
+        pulls = [np.bincount(j, force / last * part, n) - np.bincount(i, force / first * part, n) for part in along.T]
+        v = (v + dt * np.column_stack(pulls)) / (1 + c * dt)
+        v[:fixed] = 0
+        v = (MOST_MOVE / np.maximum(_lengths(m, dt * v), MOST_MOVE))[:, None] * v
+        x, share = moved_in_numpy(x, dt * v, triangles)
+        v = v * share[:, None]
+        speeds[step] = np.cumsum(_lengths(m, v))[-1] / n
+    return x, speeds
+
+
+def _lengths(m: Floats, vectors: Floats) -> Floats:
+    (m11, m12, m22), (vx, vy) = m.T, vectors.T
+    return np.asarray(np.sqrt(np.maximum(m11 * vx * vx + 2 * (m12 * vx * vy) + m22 * vy * vy, 0.0)))

@@ -1,0 +1,53 @@
+"""Relaxation and annealing in a metric."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.kernels import ellipses as kernels
+from bubblemesh.packing.annealing import Annealing, NoAnnealing, disorder_marked_in_numpy
+from bubblemesh.packing.ellipses.net import EllipseNet
+from bubblemesh.packing.ellipses.schemes import Schemes
+from bubblemesh.packing.placement import CLIPPED_AT
+from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.metric.tensors import roots, unmapped
+
+ON_MILDER_LEVELS = 0.2  # of the cycles: there the next level moves all bubbles anyhow
+
+
+def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
+    """Places (n, 2) of the bubbles after steps of motion from rest, and their mean speeds (steps,) in the metric."""
+    net, c = ellipses.net, schemes.viscosity(0, 0)
+    fixed, dt = net.bubbles.boundary_count, float(schemes.motion.dt)
+    return kernels.relaxed(net.bubbles.x, ellipses.tensors, net.triangles, net.edges, fixed, steps, dt, c)
+
+
+def annealed(
+    ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator, finest: bool
+) -> Iterator[tuple[float, EllipseNet]]:
+    """Shares that are done of the cycles of annealing, and the ellipses after each: less and less displaced, relaxed.
+
+    Those with other than six neighbours, and those next to them, are displaced by about the same in the metric.
+    """
+    annealing = schemes.annealing
+    if isinstance(annealing, NoAnnealing):
+        return
+    cycles = annealing.cycles(len(ellipses.tensors))
+    cycles = cycles if finest else round(ON_MILDER_LEVELS * cycles)
+    for cycle in range(cycles):
+        amplitude = _amplitude(annealing, ellipses, 1 - cycle / cycles)
+        chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+        moves = unmapped(roots(ellipses.tensors), amplitude[:, None] * chance)
+        ellipses = ellipses.displaced(moves, spacing)
+        # The tensors from before the relaxation do until the next displacement.
+        ellipses = ellipses.at(relaxed(ellipses, schemes, annealing.shake_steps)[0])
+        yield (cycle + 1) / cycles, ellipses
+    if cycles:
+        yield 1.0, ellipses.moved(ellipses.net.bubbles.x, spacing)
+
+
+def _amplitude(annealing: Annealing, ellipses: EllipseNet, share: float) -> Floats:
+    """Standard deviations (n,) of displacements, in the metric: of the first cycle's the ``share``."""
+    inside = share * annealing.amplitude
+    return disorder_marked_in_numpy(ellipses.net, inside, annealing.amplitude_at_boundary * inside)

@@ -1,0 +1,63 @@
+"""Ellipses connected by a triangulation that is Delaunay in their metric."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.ellipses import flipped, moved
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.net import Net, connect
+from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.metric.tensors import area_sizes, edge_lengths
+
+
+class EllipseNet(NamedTuple):
+    """Bubbles with their triangulation, and the tensors of their ellipses.
+
+    Bubbles never leave the triangles around them: the same facets hold from one triangulation anew to the next.
+    """
+
+    net: Net
+    tensors: Floats  # (n, 3)
+
+    @property
+    def lengths(self) -> Floats:
+        """Lengths (m,) of the edges in the metric."""
+        return edge_lengths(self.net.bubbles.x, self.tensors, self.net.edges)
+
+    @property
+    def interior(self) -> Booleans:
+        """Mask (n,) of the bubbles inside the domain."""
+        return np.arange(len(self.tensors)) >= self.net.bubbles.boundary_count
+
+    def displaced(self, moves: Floats, spacing: MetricSpacing) -> "EllipseNet":
+        """The net after moves (n, 2) of bubbles, as far as they invert no triangle, and flips."""
+        x, _ = moved(self.net.bubbles.x, moves, self.net.triangles)
+        return self.moved(x, spacing)
+
+    def moved(self, x: Floats, spacing: MetricSpacing) -> "EllipseNet":
+        """The net with its bubbles at x (n, 2), where no triangle is inverted, after flips."""
+        return flipped_net(self.net, self.net.bubbles.moved(x), self.net.triangles, spacing)
+
+    def at(self, x: Floats) -> "EllipseNet":
+        """The same triangles and tensors, with the bubbles at x (n, 2)."""
+        return EllipseNet(self.net.of(self.net.bubbles.moved(x)), self.tensors)
+
+
+def flipped_net(net: Net, bubbles: Bubbles, triangles: Integers, spacing: MetricSpacing) -> EllipseNet:
+    """Bubbles with the facets of a net, and their triangles (t, 3) after flips."""
+    tensors = spacing.at(bubbles.x)
+    triangles, edges = flipped(triangles, bubbles.x, tensors, net.facets)
+    there = bubbles.moved(bubbles.x, area_sizes(tensors))
+    return EllipseNet(Net(there, net.facets, net.facet_piece, net.two_sided, triangles, edges), tensors)
+
+
+def connected(bubbles: Bubbles, domain: Domain, spacing: MetricSpacing) -> EllipseNet:
+    """Bubbles of a domain triangulated anew, without those outside."""
+    net = connect(bubbles, domain)
+    kept = (net.valence > 0) | (np.arange(len(bubbles)) < bubbles.boundary_count)
+    if not kept.all():
+        net = connect(bubbles.select(np.flatnonzero(kept)), domain)
+    return flipped_net(net, net.bubbles, net.triangles, spacing)

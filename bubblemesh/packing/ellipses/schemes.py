@@ -1,0 +1,37 @@
+"""The schemes of a method that a packing in a metric goes by."""
+
+from typing import NamedTuple, Self
+
+from bubblemesh.errors import CaseError
+from bubblemesh.packing.annealing import Annealing, NoAnnealing
+from bubblemesh.packing.methods import Method
+from bubblemesh.packing.motion import SemiImplicitEuler
+from bubblemesh.packing.placement import Perturbation
+from bubblemesh.packing.population import Defects
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
+from bubblemesh.packing.termination import Termination
+from bubblemesh.packing.viscosity import Viscosity
+
+
+class Schemes(NamedTuple):
+    """Schemes that have a form in a metric, with their parameters."""
+
+    perturbation: Perturbation
+    motion: SemiImplicitEuler
+    viscosity: Viscosity
+    population: Defects
+    annealing: Annealing | NoAnnealing
+    smoothing: Smoothing | NoSmoothing
+    termination: Termination
+
+    @classmethod
+    def of(cls, method: Method) -> Self:
+        """Those of a method; CaseError if one has no form in a metric."""
+        motion, population = method.motion, method.population
+        if not isinstance(motion, SemiImplicitEuler):
+            raise CaseError("packing.motion: in a metric only semi-implicit is possible: leave it out")
+        if not isinstance(population, Defects):
+            raise CaseError("packing.population: in a metric only defects is possible: leave it out")
+        others = method.perturbation, method.annealing, method.smoothing, method.termination
+        perturbation, annealing, smoothing, termination = others
+        return cls(perturbation, motion, method.viscosity, population, annealing, smoothing, termination)

@@ -1,0 +1,71 @@
+"""Figures of a mesh in a metric, as reports hold them."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from bubblemesh.arrays import Floats, quantile
+from bubblemesh.meshes.quality import Measures, edge_ratios
+from bubblemesh.messages import place
+from bubblemesh.spacing.metric.measures import LONGEST, SHORTEST, measures_in
+from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.metric.tensors import axes
+
+if TYPE_CHECKING:
+    from bubblemesh.problem.problem import Problem
+
+SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
+
+
+@dataclass(frozen=True)
+class ShortenedRow:
+    """Where the metric turns so fast that straight edges cannot follow it: there ellipses are shorter along."""
+
+    share: float  # of the nodes
+    ratio: float  # of the lengths, the largest one
+    ratio_at: tuple[float, float]
+    quality_mean: float  # of all triangles in the metric with these shorter ellipses
+    quality_p01: float
+    quality_min: float
+
+
+@dataclass(frozen=True)
+class MetricRow:
+    """How well a mesh keeps to a metric; quality and edge lengths of the report are in the metric as well."""
+
+    aspect: float  # of the longest ellipse at a node
+    edges_within: float  # share of the edges whose length in the metric is from 0.71 to 1.41
+    shortened: ShortenedRow | None
+
+
+def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
+    """Figures of a mesh in the metric of a problem; None if it has none."""
+    asked, packed = problem.spacing, problem.packing_spacing
+    if not (isinstance(asked, MetricSpacing) and isinstance(packed, MetricSpacing)):
+        return None
+    points, edges = measures.points, measures.edges[0]
+    across, along, _ = axes(asked.at(points))
+    lengths = edge_ratios(points, edges, asked.between(points[edges]))
+    within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
+    return MetricRow(float((along / across).max()), within, _shortened(measures, along, packed))
+
+
+def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> ShortenedRow | None:
+    ratio = along / axes(packed.at(measures.points))[1]
+    shorter = ratio > 1 / SHORTER
+    if not shorter.any():
+        return None
+    q = measures_in(packed, measures.points, measures.triangles).radius_ratios
+    x, y = measures.points[ratio.argmax()].tolist()
+    figures = float(q.mean()), quantile(q, 0.01), float(q.min())
+    return ShortenedRow(float(shorter.mean()), float(ratio.max()), (x, y), *figures)
+
+
+def shorter_ellipses(metric: MetricRow | None) -> list[str]:
+    """Warning of a metric that turns so fast that its ellipses are made shorter."""
+    if metric is None or metric.shortened is None:
+        return []
+    row = metric.shortened
+    return [
+        f"the metric turns faster than straight edges can: at {row.share:.1%} of the nodes ellipses are shorter along "
+        f"than it asks for, {row.ratio:.3g} times at {place(row.ratio_at)}"
+    ]

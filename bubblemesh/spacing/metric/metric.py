@@ -1,0 +1,126 @@
+"""The spacing in a metric: a size for each direction, checked wherever it is used."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError, Key, at_key
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.messages import place
+from bubblemesh.spacing.metric.tensors import area_sizes, axes, lengths, mean_lengths, of_axes
+from bubblemesh.spacing.spacing import Spacing
+
+Tensors = Callable[[Floats, Floats], Floats]  # (n, 3) at the coordinates x (n,) and y (n,)
+
+STRAIGHT = 1.5  # in the metric of its ends: the most that an edge along the long axis through its middle may measure
+ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
+CORRECTIONS = 3  # of the length of such an edge
+
+
+@dataclass(frozen=True)
+class MetricSpacing(Spacing):
+    """Desired distance between neighbouring nodes in each direction.
+
+    As a spacing without direction it is the diameter of circles of the same area as its ellipses: of these as many
+    nodes follow. Between the ends of an edge, and along a boundary, it is that in their direction.
+    """
+
+    tensors: Tensors = field(kw_only=True)
+    aspect: float = field(default=1.0, kw_only=True)  # of the longest ellipse in the domain
+    bent: "MetricSpacing | None" = field(default=None, kw_only=True)  # the metric that this one straightens
+
+    @classmethod
+    def of(cls, tensors: Tensors, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
+        """The spacing of a metric; ``aspect`` is that of its longest ellipse in a domain."""
+
+        def size(x: Floats, y: Floats) -> Floats:
+            return area_sizes(tensors(x, y))
+
+        return cls(size, key=_metric, tensors=tensors, aspect=aspect, bent=bent)
+
+    @classmethod
+    def of_circles(cls, spacing: Spacing) -> "MetricSpacing":
+        """The spacing of a metric that has no direction."""
+
+        def tensors(x: Floats, y: Floats) -> Floats:
+            d = spacing.extended(np.column_stack([x, y]))
+            return np.column_stack([d**-2, np.zeros(len(d)), d**-2])
+
+        return cls.of(tensors)
+
+    def __call__(self, points: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) of the domain; CaseError where the metric is not positive and finite."""
+        d = self._values(points)
+        bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
+        if len(bad):
+            m11, m12, m22 = self.at(points[bad[:1]])[0]
+            with at_key("metric"):
+                raise CaseError(
+                    f"has the tensor m11 = {m11:.4g}, m12 = {m12:.4g}, m22 = {m22:.4g} at {place(points[bad[0]])}: it "
+                    "has to be positive definite and finite in the whole domain"
+                )
+        return d
+
+    def at(self, points: Floats) -> Floats:
+        """Tensors (n, 3) at points (n, 2)."""
+        return self.tensors(points[:, 0], points[:, 1])
+
+    def along(self, boundary: Boundary, piece: Integers, s: Floats) -> Floats:
+        points, tangents = boundary.tracks(piece).places(s)
+        self(points)
+        return 1 / lengths(self.at(points), tangents)
+
+    def between(self, corners: Floats) -> Floats:
+        if corners.shape[1] != 2:
+            return super().between(corners)
+        edges = corners[:, 1] - corners[:, 0]
+        first, last = (lengths(self.at(corners[:, end]), edges) for end in (0, 1))
+        return np.hypot(*edges.T) / mean_lengths(first, last)
+
+    def milder(self, aspect: float) -> "MetricSpacing":
+        """The metric with ellipses that are wider where they are more than ``aspect`` times as long as wide."""
+        if self.bent is not None:
+            return self.bent.milder(aspect).straightened()
+
+        def milder(x: Floats, y: Floats) -> Floats:
+            across, along, direction = axes(self.tensors(x, y))
+            return of_axes(np.maximum(across, along / aspect), along, direction)
+
+        return MetricSpacing.of(milder, min(aspect, self.aspect))
+
+    def straightened(self) -> "MetricSpacing":
+        """The metric with the long axes of its ellipses shorter where straight edges cannot follow them.
+
+        An edge along the long axis through its middle leaves a layer that bends: at its ends it is long in the metric
+        there, by what it goes across. It is made shorter until this is at most `STRAIGHT`.
+        """
+
+        def straightened(x: Floats, y: Floats) -> Floats:
+            across, along, direction = axes(self.tensors(x, y))
+            share = self._straight(np.column_stack([x, y]), across, along, direction)
+            return of_axes(across, share * along, direction)
+
+        return MetricSpacing.of(straightened, self.aspect, bent=self)
+
+    def _straight(self, x: Floats, across: Floats, along: Floats, direction: Floats) -> Floats:
+        """Shares (n,) of the long axes that straight edges can follow."""
+        share, looked = np.ones(len(x)), np.flatnonzero(along > ROUND * across)
+        for _ in range(CORRECTIONS):
+            if len(looked) == 0:
+                break
+            edge = (share[looked] * along[looked])[:, None] * direction[looked]
+            squared = [lengths(self.at(x[looked] + half * edge), edge) ** 2 for half in (-0.5, 0.5)]
+            # What it goes across is the rest of its length there, and grows with the square of its own.
+            beyond = np.fmax(*squared) - share[looked] ** 2
+            with np.errstate(divide="ignore", invalid="ignore"):
+                factor = ((STRAIGHT**2 - 1) / np.fmax(beyond, 0.0)) ** 0.25
+            corrected = np.clip(share[looked] * factor, (across / along)[looked], 1.0)
+            share[looked] = np.where(np.isnan(corrected), share[looked], corrected)
+            looked = looked[share[looked] < 1]
+        return share
+
+
+def _metric(point: Floats) -> Key:
+    return Key(["metric"])

@@ -1,0 +1,125 @@
+"""Symmetric tensors in the plane, as rows (m11, m12, m22), and lengths in them."""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+
+
+def lengths(tensors: Floats, vectors: Floats) -> Floats:
+    """Lengths (n,) of vectors (n, 2) in tensors (n, 3)."""
+    (m11, m12, m22), (vx, vy) = tensors.T, vectors.T
+    return np.asarray(np.sqrt(np.maximum(m11 * vx * vx + 2 * (m12 * vx * vy) + m22 * vy * vy, 0.0)))
+
+
+def mean_lengths(first: Floats, last: Floats) -> Floats:
+    """Lengths (n,) of edges that are ``first`` (n,) and ``last`` (n,) long in the metrics of their two ends.
+
+    It is nearly the logarithmic mean, that of an edge whose metric changes geometrically from end to end: two thirds of
+    the geometric mean and a third of the plain one, which is more than that by less than 2 % up to a ratio of 15.
+    """
+    return np.asarray((2 * np.sqrt(first * last) + (first + last) / 2) / 3)
+
+
+def edge_lengths(x: Floats, tensors: Floats, edges: Integers) -> Floats:
+    """Lengths (m,) of edges (m, 2) between nodes x (n, 2) with tensors (n, 3)."""
+    i, j = edges.T
+    along = x[j] - x[i]
+    return mean_lengths(lengths(tensors[i], along), lengths(tensors[j], along))
+
+
+def determinants(tensors: Floats) -> Floats:
+    """Determinants (n,) of tensors (n, 3)."""
+    m11, m12, m22 = tensors.T
+    return np.asarray(m11 * m22 - m12 * m12)
+
+
+def area_sizes(tensors: Floats) -> Floats:
+    """Diameters (n,) of the circles of the same area as the ellipses of tensors (n, 3); NaN for one without."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(tensors[:, 0] > 0, determinants(tensors), np.nan) ** -0.25
+
+
+def roots(tensors: Floats) -> Floats:
+    """Upper triangular matrices R (n, 3), as rows (r11, r12, r22), with R' R equal to tensors (n, 3).
+
+    The length of a vector in a tensor is the usual one of R times the vector.
+    """
+    m11, m12, m22 = tensors.T
+    r11 = np.sqrt(m11)
+    r12 = m12 / r11
+    return np.column_stack([r11, r12, np.sqrt(np.maximum(m22 - r12 * r12, np.finfo(float).tiny))])
+
+
+def mapped(root: Floats, vectors: Floats) -> Floats:
+    """Products (n, 2) of roots (n, 3), as of `roots`, and vectors (n, 2)."""
+    (r11, r12, r22), (vx, vy) = root.T, vectors.T
+    return np.column_stack([r11 * vx + r12 * vy, r22 * vy])
+
+
+def unmapped(root: Floats, vectors: Floats) -> Floats:
+    """Vectors (n, 2) of which roots (n, 3) make the given ones (n, 2)."""
+    (r11, r12, r22), (vx, vy) = root.T, vectors.T
+    y = vy / r22
+    return np.column_stack([(vx - r12 * y) / r11, y])
+
+
+def multiplied(tensors: Floats, vectors: Floats) -> Floats:
+    """Products (n, 2) of tensors (n, 3) and vectors (n, 2)."""
+    (m11, m12, m22), (vx, vy) = tensors.T, vectors.T
+    return np.column_stack([m11 * vx + m12 * vy, m12 * vx + m22 * vy])
+
+
+def solved(tensors: Floats, vectors: Floats) -> Floats:
+    """Vectors (n, 2) of which tensors (n, 3) make the given ones (n, 2)."""
+    (m11, m12, m22), (vx, vy), det = tensors.T, vectors.T, determinants(tensors)
+    return np.column_stack([(m22 * vx - m12 * vy) / det, (m11 * vy - m12 * vx) / det])
+
+
+def axes(tensors: Floats) -> tuple[Floats, Floats, Floats]:
+    """Least and largest spacing (n,) of positive tensors (n, 3), and unit vectors (n, 2) along the largest."""
+    m11, m12, m22 = tensors.T
+    half, apart = (m11 + m22) / 2, np.hypot((m11 - m22) / 2, m12)
+    strong = half + apart
+    weak = determinants(tensors) / strong  # where the difference of both would cancel
+    angle = np.arctan2(m12, (m11 - m22) / 2) / 2  # of the short axis
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 1 / np.sqrt(strong), 1 / np.sqrt(weak), np.column_stack([-np.sin(angle), np.cos(angle)])
+
+
+def of_axes(across: Floats, along: Floats, direction: Floats) -> Floats:
+    """Tensors (n, 3) of spacings (n,) across and along unit vectors (n, 2)."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        (tx, ty), a, b = direction.T, 1 / along**2, 1 / across**2
+        return np.column_stack([a * tx * tx + b * ty * ty, (a - b) * tx * ty, a * ty * ty + b * tx * tx])
+
+
+def intersections(some: Floats, others: Floats) -> Floats:
+    """Tensors (n, 3) whose ellipses are, of those within the ellipses of both tensors (n, 3), the ones that touch them.
+
+    In the basis in which both tensors are diagonal each diagonal entry is the larger one of both.
+
+    References
+    ----------
+    P. J. Frey, F. Alauzet, "Anisotropic mesh adaptation for CFD computations", Comput. Methods Appl. Mech. Engrg. 194
+    (2005), section 2.
+    """
+    r11, r12, r22 = (root := roots(some)).T
+    # In the coordinates in which the first is the unit tensor: R^-T M R^-1.
+    i11, i12, i22 = 1 / r11, -r12 / (r11 * r22), 1 / r22
+    m11, m12, m22 = others.T
+    n11 = i11 * i11 * m11
+    n12 = i11 * (i12 * m11 + i22 * m12)
+    n22 = i12 * i12 * m11 + 2 * i12 * i22 * m12 + i22 * i22 * m22
+    half, apart = (n11 + n22) / 2, np.hypot((n11 - n22) / 2, n12)
+    angle = np.arctan2(n12, (n11 - n22) / 2) / 2
+    c, s = np.cos(angle), np.sin(angle)
+    large, small = np.maximum(half + apart, 1.0), np.maximum(half - apart, 1.0)
+    k11, k12, k22 = large * c * c + small * s * s, (large - small) * c * s, large * s * s + small * c * c
+    r11, r12, r22 = root.T
+    return np.column_stack(
+        [
+            r11 * r11 * k11,
+            r11 * (r12 * k11 + r22 * k12),
+            r12 * r12 * k11 + 2 * r12 * r22 * k12 + r22 * r22 * k22,
+        ]
+    )

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from metrics import random_tensors
+from test_linking import SIDES, scattered
+from twins import needs_compiler
+
+from bubblemesh.kernels import ellipses
+from bubblemesh.kernels.ellipses import flipped, flipped_in_numpy, moved, moved_in_numpy, relaxed, relaxed_in_numpy
+from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshes.triangulation import linked, sorted_triangles
+from bubblemesh.spacing.metric.tensors import mapped, of_axes, roots
+
+
+def smooth_tensors(x, aspect):
+    """Tensors (n, 3) that turn and stretch gently from place to place."""
+    angle = x[:, 0] + 2 * x[:, 1]
+    along = 0.06 * (1 + 0.3 * np.sin(5 * x[:, 1]))
+    direction = np.column_stack([np.cos(angle), np.sin(angle)])
+    return of_axes(along / (1 + (aspect - 1) * x[:, 0] ** 2), along, direction)
+
+
+def start(seed, aspect=8.0):
+    x = scattered(seed)
+    return x, linked(x, SIDES)[0], smooth_tensors(x, aspect)
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("aspect", [1.0, 30.0])
+def test_both_engines_flip_move_and_relax_alike(seed, aspect):
+    x, triangles, m = start(seed, aspect)
+    facets = np.concatenate([SIDES, triangles[:3, :2]])
+    for found, expected in zip(
+        flipped(triangles, x, m, facets), flipped_in_numpy(triangles, x, m, facets), strict=True
+    ):
+        np.testing.assert_array_equal(found, expected)
+    triangles, edges = flipped(triangles, x, m, SIDES)
+    moves = np.random.default_rng(seed).normal(scale=0.03, size=x.shape)
+    moves[:4] = 0
+    for found, expected in zip(moved(x, moves, triangles), moved_in_numpy(x, moves, triangles), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    given = x, m, triangles, edges, 4, 8, 0.5, 1.0
+    for found, expected in zip(relaxed(*given), relaxed_in_numpy(*given), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_one_metric_everywhere_flips_make_the_delaunay_triangulation_of_the_stretched_nodes(seed):
+    x, triangles, _ = start(seed)
+    m = np.repeat(random_tensors(np.random.default_rng(seed), 1, 10), len(x), axis=0)
+    stretched = mapped(roots(m), x)
+    found, edges = flipped(triangles, x, m, SIDES)
+    np.testing.assert_array_equal(sorted_triangles(found), sorted_triangles(linked(stretched, SIDES)[0]))
+    assert len(edges) == 3 * len(x) - 3 - 4
+    assert len({frozenset(edge) for edge in edges.tolist()}) == len(edges)
+
+
+def test_facets_stay_whatever_the_metric_says():
+    x = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    triangles, m = np.array([[0, 1, 2], [0, 2, 3]]), np.tile([1.0, -0.9, 1.0], (4, 1))
+    diagonal = np.array([[2, 0]])
+    kept, _ = flipped(triangles, x, m, np.concatenate([SIDES, diagonal]))
+    turned, _ = flipped(triangles, x, np.tile([1.0, 0.9, 1.0], (4, 1)), SIDES)
+    np.testing.assert_array_equal(kept, triangles)
+    assert sorted(map(sorted, turned.tolist())) == [[0, 1, 3], [1, 2, 3]]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_moves_of_any_length_invert_no_triangle(seed):
+    x, triangles, _ = start(seed)
+    moves = np.random.default_rng(seed).normal(scale=0.5, size=x.shape)
+    moves[:4] = 0
+    places, share = moved(x, moves, triangles)
+    assert (signed_areas(places, triangles) >= ellipses.KEEP * signed_areas(x, triangles) * (1 - 1e-9)).all()
+    np.testing.assert_allclose(places, x + share[:, None] * moves)
+    small, whole = moved(x, 1e-6 * moves, triangles)
+    assert (whole == 1).all()
+    np.testing.assert_array_equal(small, x + 1e-6 * moves)
+
+
+def test_forces_in_a_metric_are_those_between_circles_in_the_stretched_plane():
+    x, triangles, _ = start(1)
+    m = np.repeat([[4.0, 0.0, 1.0]], len(x), axis=0) / 0.06**2
+    triangles, edges = flipped(triangles, x, m, SIDES)
+    round_ones = np.repeat([[1.0, 0.0, 1.0]], len(x), axis=0) / 0.06**2
+    stretched = x * [2, 1]
+    there, _ = relaxed(x, m, triangles, edges, 4, 3, 0.1, 1.0)
+    plain, _ = relaxed(stretched, round_ones, triangles, edges, 4, 3, 0.1, 1.0)
+    np.testing.assert_allclose(there * [2, 1], plain, atol=1e-12)
+    assert np.abs(there - x).max() > 1e-3

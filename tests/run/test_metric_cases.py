@@ -1,0 +1,186 @@
+"""Cases with a metric, from the file to the mesh."""
+
+import numpy as np
+import pytest
+from invariants import check_edges, check_mesh
+from metrics import FRONT, metric_case
+
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.quality import inverted
+from bubblemesh.packing.configure import OptionError
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.pipeline import mesh_case
+
+LONG = {"angle": 0.5, "across": 0.02}
+WALL = {"like": "boundary", "label": "hole", "across": 0.005, "growth": 0.2}
+HOLE = {"circle": {"center": [0.5, 0.5], "radius": 0.2}, "label": "hole"}
+
+
+def meshed(metric, **keys):
+    result = mesh_case(metric_case(metric, **keys))
+    if "domain" not in keys:  # else there are lines inside, whose nodes are among those of the boundary
+        check_mesh(result.mesh)
+    check_edges(result.mesh)
+    assert len(inverted(result.mesh.points, result.mesh.triangles)) == 0
+    return result
+
+
+def test_a_front_is_meshed_by_ellipses_that_fit_the_metric():
+    report = meshed(FRONT).report
+    assert report.method == "ellipses"
+    assert report.nodes == pytest.approx(report.ideal_nodes, rel=0.03)
+    assert report.quality["mean"] > 0.985
+    assert report.quality["p01"] > 0.9
+    assert report.quality["min"] > 0.8
+    assert report.metric.edges_within > 0.998
+    assert report.metric.aspect == pytest.approx(3, rel=0.05)
+    assert report.spacing["mean"] == pytest.approx(1, abs=0.03)
+    assert report.quality["angle_min"] < 40  # those are in space
+
+
+def test_files_have_the_quality_in_the_metric_and_its_tensors():
+    result = meshed(LONG)
+    corners = result.mesh.points[result.mesh.triangles]
+    m11, m12, m22 = (result.fields[f"metric_{entry}"] for entry in ("11", "12", "22"))
+    np.testing.assert_allclose(m11 * m22 - m12**2, (0.02 * 0.06) ** -2, rtol=1e-6)
+    np.testing.assert_allclose(result.fields["target_spacing"], np.sqrt(0.02 * 0.06), rtol=1e-6)
+    assert result.fields["quality"].mean() == pytest.approx(result.report.quality["mean"])
+    sides = corners - np.roll(corners, 1, axis=1)
+    squared = m11[:, None] * sides[..., 0] ** 2 + 2 * m12[:, None] * sides[..., 0] * sides[..., 1]
+    squared += m22[:, None] * sides[..., 1] ** 2
+    a, b, c = np.sqrt(squared).T
+    np.testing.assert_allclose(result.fields["quality"], (b + c - a) * (c + a - b) * (a + b - c) / (a * b * c))
+
+
+def test_sizes_and_tensors_are_two_ways_to_say_the_same():
+    c, s = np.cos(0.5), np.sin(0.5)
+    along, across = 0.06**-2, 0.02**-2
+    m11, m12, m22 = along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c
+    directed = meshed(LONG).mesh
+    given = meshed({"m11": m11, "m12": m12, "m22": m22}).mesh
+    assert abs(len(given.points) / len(directed.points) - 1) < 0.02
+
+
+def test_of_two_metrics_the_smaller_size_counts_in_each_direction():
+    both = meshed([{"angle": 0, "across": 0.02}, {"angle": "pi/2", "across": 0.03}], spacing=0.1).report
+    one = meshed([{"angle": 0, "across": 0.02, "along": 0.03}], spacing=0.1).report
+    assert both.ideal_nodes == pytest.approx(one.ideal_nodes, rel=1e-3)
+    assert both.metric.aspect == pytest.approx(1.5)
+
+
+def test_ellipses_lie_along_walls_and_grow_wider_away_from_them():
+    result = meshed(WALL, holes=[HOLE])
+    x, q = result.mesh.points, result.report.quality
+    beside = np.hypot(*(x - 0.5).T)
+    assert ((beside > 0.2 + 1e-9) & (beside < 0.207)).sum() > 20
+    assert result.report.metric.shortened.ratio > 1.2  # the circle turns
+    assert q["mean"] > 0.85
+
+
+@pytest.mark.parametrize("label", ["missing", ["hole", "missing"]])
+def test_walls_that_are_not_there_are_told_with_the_key(label):
+    with pytest.raises(CaseError, match=r"metric\.label: .*missing"):
+        prepare(metric_case({**WALL, "label": label}, holes=[HOLE]))
+
+
+def test_regions_lines_points_and_periodic_sides_go_with_a_metric():
+    domain = {
+        "outer": {"rectangle": [0, 0, 1, 1], "labels": ["bottom", "right", "top", "left"]},
+        "holes": [{"circle": {"center": [0.3, 0.3], "radius": 0.1}}],
+        "regions": [{"name": "inner", "ring": {"circle": {"center": [0.7, 0.7], "radius": 0.15}}}],
+        "lines": [{"path": [[0.1, 0.6], [0.4, 0.9]], "label": "crack"}],
+        "points": [{"at": [0.6, 0.2], "label": "probe"}],
+        "periodic": [["left", "right"]],
+    }
+    result = meshed({"angle": "x + 2*y", "across": "0.02 + 0.02*x*(1 - x)"}, domain=domain)
+    mesh = result.mesh
+    assert {"inner", "domain"} <= set(mesh.regions)
+    assert "crack" in mesh.labels
+    assert len(mesh.labelled_nodes) == 1
+    (sides,) = mesh.periodic_sides
+    left, right = mesh.points[sides.nodes[:, 0]], mesh.points[sides.nodes[:, 1]]
+    np.testing.assert_allclose(right - left, np.broadcast_to(sides.shift, left.shape), atol=1e-12)
+    assert result.report.quality["mean"] > 0.93
+
+
+def test_a_metric_that_is_not_positive_is_refused_with_its_place():
+    with pytest.raises(CaseError, match=r"metric: has the tensor .* at \(.*\): it has to be positive definite"):
+        prepare(metric_case({"m11": 100, "m12": "200*x", "m22": 100}))
+    with pytest.raises(CaseError, match="metric: "):
+        prepare(metric_case({"angle": 0, "across": "x - 0.5"}))
+
+
+def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
+    problem = prepare(metric_case({"angle": 0.3, "across": "0.00001*(1 + x)", "aspect": 20}))
+    assert problem.spacing.aspect == pytest.approx(20)
+    assert any("6000 times as long as wide" in text and "aspect raises it" in text for text in problem.warnings)
+
+
+@pytest.mark.parametrize(
+    ("keys", "match"),
+    [
+        ({"method": "multilevel"}, "method: multilevel packs no metric"),
+        ({"method": "fnpbs"}, "method: fnpbs packs no metric"),
+        ({"parts": 2}, "parts: ellipses are packed without"),
+        ({"layers": [{"on": "outer", "first": 0.001, "count": 3}]}, "layers: ellipses are packed without"),
+        ({"angle_min": 20}, "angle_min: ellipses are packed without"),
+        ({"largest": 0.01}, "largest: ellipses are packed without"),
+        ({"spacing": {"value": 0.06, "nodes": 500}}, r"spacing.nodes: ellipses are packed without"),
+        ({"packing": {"population": "thresholds"}}, "packing.population: in a metric only defects"),
+        ({"packing": {"motion": "euler"}}, "packing.motion: in a metric only semi-implicit"),
+    ],
+)
+def test_what_does_not_go_with_a_metric_is_refused(keys, match):
+    with pytest.raises((CaseError, OptionError), match=match):
+        prepare(metric_case(LONG, **keys))
+
+
+def test_without_a_metric_the_method_packs_circles():
+    data = {"name": "m", "domain": {"outer": {"rectangle": [0, 0, 1, 1]}}, "spacing": "0.05 + 0.1*x"}
+    from bubblemesh.case.models import Case
+
+    circles = mesh_case(Case.model_validate(data | {"method": "ellipses"}))
+    check_mesh(circles.mesh)
+    usual = mesh_case(Case.model_validate(data))
+    assert abs(circles.report.nodes / usual.report.nodes - 1) < 0.05
+    assert circles.report.quality["mean"] > usual.report.quality["mean"] - 0.01
+    assert circles.report.ideal_nodes == pytest.approx(usual.report.ideal_nodes, rel=1e-3)
+
+
+def random_case(seed):
+    """A random metric, of up to 300 times longer than wide ellipses, on a random domain."""
+    random = np.random.default_rng(seed)
+    corners, angles = int(random.integers(3, 12)), random.uniform(-0.5, 0.5, 12)
+    turns = 2 * np.pi * (np.arange(corners) + angles[:corners]) / corners
+    radii = random.uniform(0.25, 0.6, corners)
+    star = [[float(0.5 + r * np.cos(t)), float(0.5 + r * np.sin(t))] for r, t in zip(radii, turns, strict=True)]
+    outer = [
+        {"rectangle": [0, 0, 1, float(random.uniform(0.3, 1.5))]},
+        {"circle": {"center": [0.5, 0.5], "radius": float(random.uniform(0.3, 0.6))}},
+        {"ellipse": {"center": [0.5, 0.5], "radii": [0.5, float(random.uniform(0.3, 0.5))]}},
+        {"polygon": star},
+    ][random.integers(4)]
+    along = float(random.uniform(0.05, 0.15))
+    across = along / float(np.exp(random.uniform(0, np.log(300))))
+    f, g, p, q = random.uniform(2, 9, 4)
+    metric = [
+        {"angle": float(p), "across": across},
+        {"angle": f"{f}*x + {g}*y", "across": f"{across}*(1.2 + sin({g}*x + {p})*sin({f}*y + {q}))"},
+        {"angle": "atan2(y - 0.4, x - 0.3) + pi/2", "across": f"{across} + 0.2*abs(hypot(x - 0.3, y - 0.4) - 0.3)"},
+        {"angle": 0.3, "across": f"{across} if x > 0.5 else {along}"},
+        {"like": "boundary", "label": "outer", "across": across, "growth": float(random.uniform(0.1, 0.5))},
+    ][random.integers(5)]
+    return metric_case(metric, outer, spacing=along, limits={"max_nodes": 20_000}, packing={"effort": "fast"})
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_metrics_on_random_domains_invert_no_triangle(seed):
+    result = mesh_case(random_case(seed))
+    check_mesh(result.mesh)
+    assert result.report.quality["mean"] > 0.3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(12, 312))
+def test_many_random_metrics_on_random_domains_invert_no_triangle(seed):
+    check_mesh(mesh_case(random_case(seed)).mesh)
