@@ -19,7 +19,7 @@ def uniform_metric(across, along, angle):
         direction = np.broadcast_to([np.cos(angle), np.sin(angle)], (len(x), 2))
         return of_axes(np.full(len(x), across), np.full(len(x), along), direction)
 
-    return MetricSpacing.of(tensors, along / across)
+    return MetricSpacing.of_tensors(tensors, along / across)
 
 
 def random_tensors(random, count, aspect=50.0):

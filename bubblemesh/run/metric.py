@@ -8,7 +8,6 @@ from bubblemesh.meshes.quality import Measures, edge_ratios
 from bubblemesh.messages import place
 from bubblemesh.spacing.metric.measures import LONGEST, SHORTEST, measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import axes
 
 if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
@@ -43,14 +42,14 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     if not (isinstance(asked, MetricSpacing) and isinstance(packed, MetricSpacing)):
         return None
     points, edges = measures.points, measures.edges[0]
-    across, along, _ = axes(asked.at(points))
+    ellipses = asked.axes(points)
     lengths = edge_ratios(points, edges, asked.between(points[edges]))
     within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
-    return MetricRow(float((along / across).max()), within, _shortened(measures, along, packed))
+    return MetricRow(float(ellipses.aspects.max()), within, _shortened(measures, ellipses.along, packed))
 
 
 def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> ShortenedRow | None:
-    ratio = along / axes(packed.at(measures.points))[1]
+    ratio = along / packed.axes(measures.points).along
     shorter = ratio > 1 / SHORTER
     if not shorter.any():
         return None

@@ -9,14 +9,14 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
-from bubblemesh.spacing.metric.tensors import area_sizes, axes, lengths, mean_lengths, of_axes
+from bubblemesh.spacing.metric.tensors import Axes, axes, lengths, mean_lengths
 from bubblemesh.spacing.spacing import Spacing
 
-Tensors = Callable[[Floats, Floats], Floats]  # (n, 3) at the coordinates x (n,) and y (n,)
+Ellipses = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
 
 STRAIGHT = 1.5  # in the metric of its ends: the most that an edge along the long axis through its middle may measure
 ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
-CORRECTIONS = 3  # of the length of such an edge
+CORRECTIONS = 2  # of the length of such an edge
 
 
 @dataclass(frozen=True)
@@ -27,45 +27,45 @@ class MetricSpacing(Spacing):
     nodes follow. Between the ends of an edge, and along a boundary, it is that in their direction.
     """
 
-    tensors: Tensors = field(kw_only=True)
+    ellipses: Ellipses = field(kw_only=True)
     aspect: float = field(default=1.0, kw_only=True)  # of the longest ellipse in the domain
     bent: "MetricSpacing | None" = field(default=None, kw_only=True)  # the metric that this one straightens
 
     @classmethod
-    def of(cls, tensors: Tensors, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
+    def of(cls, ellipses: Ellipses, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
         """The spacing of a metric; ``aspect`` is that of its longest ellipse in a domain."""
 
         def size(x: Floats, y: Floats) -> Floats:
-            return area_sizes(tensors(x, y))
+            across, along, _ = ellipses(x, y)
+            with np.errstate(invalid="ignore"):
+                return np.where(across > 0, np.sqrt(across * along), np.nan)
 
-        return cls(size, key=_metric, tensors=tensors, aspect=aspect, bent=bent)
+        return cls(size, key=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
 
     @classmethod
-    def of_circles(cls, spacing: Spacing) -> "MetricSpacing":
-        """The spacing of a metric that has no direction."""
-
-        def tensors(x: Floats, y: Floats) -> Floats:
-            d = spacing.extended(np.column_stack([x, y]))
-            return np.column_stack([d**-2, np.zeros(len(d)), d**-2])
-
-        return cls.of(tensors)
+    def of_tensors(cls, tensors: Callable[[Floats, Floats], Floats], aspect: float = 1.0) -> "MetricSpacing":
+        """The spacing of tensors (n, 3) at x (n,) and y (n,)."""
+        return cls.of(lambda x, y: axes(tensors(x, y)), aspect)
 
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain; CaseError where the metric is not positive and finite."""
         d = self._values(points)
         bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
         if len(bad):
-            m11, m12, m22 = self.at(points[bad[:1]])[0]
             with at_key("metric"):
                 raise CaseError(
-                    f"has the tensor m11 = {m11:.4g}, m12 = {m12:.4g}, m22 = {m22:.4g} at {place(points[bad[0]])}: it "
-                    "has to be positive definite and finite in the whole domain"
+                    f"is not positive definite and finite at {place(points[bad[0]])}, as it has to be in the whole "
+                    "domain: there a size is zero, negative or no number, or m12 is too large"
                 )
         return d
 
+    def axes(self, points: Floats) -> Axes:
+        """Axes of the ellipses at points (n, 2)."""
+        return self.ellipses(points[:, 0], points[:, 1])
+
     def at(self, points: Floats) -> Floats:
         """Tensors (n, 3) at points (n, 2)."""
-        return self.tensors(points[:, 0], points[:, 1])
+        return self.axes(points).tensors
 
     def along(self, boundary: Boundary, piece: Integers, s: Floats) -> Floats:
         points, tangents = boundary.tracks(piece).places(s)
@@ -83,12 +83,7 @@ class MetricSpacing(Spacing):
         """The metric with ellipses that are wider where they are more than ``aspect`` times as long as wide."""
         if self.bent is not None:
             return self.bent.milder(aspect).straightened()
-
-        def milder(x: Floats, y: Floats) -> Floats:
-            across, along, direction = axes(self.tensors(x, y))
-            return of_axes(np.maximum(across, along / aspect), along, direction)
-
-        return MetricSpacing.of(milder, min(aspect, self.aspect))
+        return MetricSpacing.of(lambda x, y: self.ellipses(x, y).wider(aspect), min(aspect, self.aspect))
 
     def straightened(self) -> "MetricSpacing":
         """The metric with the long axes of its ellipses shorter where straight edges cannot follow them.
@@ -97,21 +92,22 @@ class MetricSpacing(Spacing):
         there, by what it goes across. It is made shorter until this is at most `STRAIGHT`.
         """
 
-        def straightened(x: Floats, y: Floats) -> Floats:
-            across, along, direction = axes(self.tensors(x, y))
-            share = self._straight(np.column_stack([x, y]), across, along, direction)
-            return of_axes(across, share * along, direction)
+        def straightened(x: Floats, y: Floats) -> Axes:
+            whole = self.ellipses(x, y)
+            return whole.shorter(self._straight(np.column_stack([x, y]), whole))
 
         return MetricSpacing.of(straightened, self.aspect, bent=self)
 
-    def _straight(self, x: Floats, across: Floats, along: Floats, direction: Floats) -> Floats:
+    def _straight(self, x: Floats, whole: Axes) -> Floats:
         """Shares (n,) of the long axes that straight edges can follow."""
+        across, along, direction = whole
         share, looked = np.ones(len(x)), np.flatnonzero(along > ROUND * across)
         for _ in range(CORRECTIONS):
             if len(looked) == 0:
                 break
             edge = (share[looked] * along[looked])[:, None] * direction[looked]
-            squared = [lengths(self.at(x[looked] + half * edge), edge) ** 2 for half in (-0.5, 0.5)]
+            ends = self.at(np.concatenate([x[looked] - edge / 2, x[looked] + edge / 2]))
+            squared = np.split(lengths(ends, np.tile(edge, (2, 1))) ** 2, 2)
             # What it goes across is the rest of its length there, and grows with the square of its own.
             beyond = np.fmax(*squared) - share[looked] ** 2
             with np.errstate(divide="ignore", invalid="ignore"):

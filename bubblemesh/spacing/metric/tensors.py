@@ -1,8 +1,40 @@
 """Symmetric tensors in the plane, as rows (m11, m12, m22), and lengths in them."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+
+
+class Axes(NamedTuple):
+    """Axes of ellipses: the least and the largest spacing (n,), and unit vectors (n, 2) along the largest."""
+
+    across: Floats
+    along: Floats
+    direction: Floats
+
+    @property
+    def tensors(self) -> Floats:
+        """Tensors (n, 3) of the ellipses."""
+        return of_axes(*self)
+
+    @property
+    def aspects(self) -> Floats:
+        """Ratios (n,) of the largest to the least spacing."""
+        return self.along / self.across
+
+    def within(self, d: Floats) -> "Axes":
+        """The parts of the ellipses within circles of diameters d (n,): the ellipses that touch both."""
+        return Axes(np.minimum(self.across, d), np.minimum(self.along, d), self.direction)
+
+    def wider(self, aspect: float) -> "Axes":
+        """Ellipses as long, but wide enough to have no larger aspect."""
+        return Axes(np.maximum(self.across, self.along / aspect), self.along, self.direction)
+
+    def shorter(self, share: Floats) -> "Axes":
+        """Ellipses as wide, and of these shares (n,) of the length."""
+        return Axes(self.across, share * self.along, self.direction)
 
 
 def lengths(tensors: Floats, vectors: Floats) -> Floats:
@@ -75,15 +107,15 @@ def solved(tensors: Floats, vectors: Floats) -> Floats:
     return np.column_stack([(m22 * vx - m12 * vy) / det, (m11 * vy - m12 * vx) / det])
 
 
-def axes(tensors: Floats) -> tuple[Floats, Floats, Floats]:
-    """Least and largest spacing (n,) of positive tensors (n, 3), and unit vectors (n, 2) along the largest."""
+def axes(tensors: Floats) -> Axes:
+    """Axes of the ellipses of positive tensors (n, 3); those of others are no numbers."""
     m11, m12, m22 = tensors.T
     half, apart = (m11 + m22) / 2, np.hypot((m11 - m22) / 2, m12)
     strong = half + apart
     weak = determinants(tensors) / strong  # where the difference of both would cancel
     angle = np.arctan2(m12, (m11 - m22) / 2) / 2  # of the short axis
     with np.errstate(divide="ignore", invalid="ignore"):
-        return 1 / np.sqrt(strong), 1 / np.sqrt(weak), np.column_stack([-np.sin(angle), np.cos(angle)])
+        return Axes(1 / np.sqrt(strong), 1 / np.sqrt(weak), np.column_stack([-np.sin(angle), np.cos(angle)]))
 
 
 def of_axes(across: Floats, along: Floats, direction: Floats) -> Floats:

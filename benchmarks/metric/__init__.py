@@ -1,0 +1,1 @@
+"""Packing in a metric beside Mmg2D."""
