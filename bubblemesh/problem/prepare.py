@@ -161,7 +161,7 @@ def check_spacing(
 
 def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
     """Check that method and demands go with a metric, periodic sides, parts and layers; a CaseError if not."""
-    _require_possible_in_metric(request, task)
+    _require_possible_in_metric(domain, request, task)
     with about(Key(["domain", "periodic"])):
         if len(domain.periodic) and not task.method.relaxation.boundary_stays:
             raise CaseError(
@@ -177,7 +177,7 @@ def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> No
             raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
 
 
-def _require_possible_in_metric(request: SpacingRequest, task: Task) -> None:
+def _require_possible_in_metric(domain: Domain, request: SpacingRequest, task: Task) -> None:
     """Check that what a task asks for beside a metric goes with it; a CaseError if not."""
     if request.metrics and task.method_name != IN_METRIC:
         with about(Key(["method"])):
@@ -192,6 +192,7 @@ def _require_possible_in_metric(request: SpacingRequest, task: Task) -> None:
         "layers": bool(task.ladders),
         "angle_min": task.least_angle > 0,
         "largest": task.demanding,
+        "crs": domain.plane is not None,
     }
     for key, given in others.items():
         if given:
