@@ -43,7 +43,7 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
         return None
     points, edges = measures.points, measures.edges[0]
     ellipses = asked.axes(points)
-    lengths = edge_ratios(points, edges, asked.between(points[edges]))
+    lengths = edge_ratios(points, edges, asked.between(points, edges))
     within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
     return MetricRow(float(ellipses.aspects.max()), within, _shortened(measures, ellipses.along, packed))
 

@@ -72,9 +72,9 @@ class MetricSpacing(Spacing):
         self(points)
         return 1 / lengths(self.at(points), tangents)
 
-    def between(self, corners: Floats) -> Floats:
+    def _between(self, corners: Floats) -> Floats:
         if corners.shape[1] != 2:
-            return super().between(corners)
+            return super()._between(corners)
         edges = corners[:, 1] - corners[:, 0]
         first, last = (lengths(self.at(corners[:, end]), edges) for end in (0, 1))
         return np.hypot(*edges.T) / mean_lengths(first, last)

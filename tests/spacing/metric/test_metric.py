@@ -31,8 +31,8 @@ def test_the_spacing_along_a_boundary_is_that_in_its_direction():
 
 
 def test_between_the_ends_of_an_edge_the_spacing_is_that_in_its_direction():
-    ends = np.array([[[0.0, 0.0], [0.3, 0.0]], [[0.0, 0.0], [0.0, 0.3]]])
-    np.testing.assert_allclose(uniform_metric(0.01, 0.1, 0.0).between(ends), [0.1, 0.01])
+    points, edges = np.array([[0.0, 0.0], [0.3, 0.0], [0.0, 0.3]]), np.array([[0, 1], [0, 2]])
+    np.testing.assert_allclose(uniform_metric(0.01, 0.1, 0.0).between(points, edges), [0.1, 0.01])
 
 
 def test_the_ideal_number_is_that_of_the_stretched_domain():
