@@ -10,7 +10,9 @@ from bubblemesh.kernels.ellipses import flipped, moved
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import area_sizes, edge_lengths
+from bubblemesh.spacing.metric.tensors import area_sizes, edge_lengths, lengths
+
+NEAR = 0.03  # in the metric: tensors evaluated so near to a bubble do for it
 
 
 class EllipseNet(NamedTuple):
@@ -21,6 +23,7 @@ class EllipseNet(NamedTuple):
 
     net: Net
     tensors: Floats  # (n, 3)
+    known: Floats  # (n, 2): where these were evaluated, near the bubbles
 
     @property
     def lengths(self) -> Floats:
@@ -39,19 +42,25 @@ class EllipseNet(NamedTuple):
 
     def moved(self, x: Floats, spacing: MetricSpacing) -> "EllipseNet":
         """The net with its bubbles at x (n, 2), where no triangle is inverted, after flips."""
-        return flipped_net(self.net, self.net.bubbles.moved(x), self.net.triangles, spacing)
+        tensors, known, far = self.tensors.copy(), self.known.copy(), lengths(self.tensors, x - self.known) > NEAR
+        if far.any():
+            tensors[far], known[far] = spacing.at(x[far]), x[far]
+        return _flipped(self.net, self.net.bubbles.moved(x), self.net.triangles, tensors, known)
 
     def at(self, x: Floats) -> "EllipseNet":
         """The same triangles and tensors, with the bubbles at x (n, 2)."""
-        return EllipseNet(self.net.of(self.net.bubbles.moved(x)), self.tensors)
+        return EllipseNet(self.net.of(self.net.bubbles.moved(x)), self.tensors, self.known)
 
 
 def flipped_net(net: Net, bubbles: Bubbles, triangles: Integers, spacing: MetricSpacing) -> EllipseNet:
     """Bubbles with the facets of a net, and their triangles (t, 3) after flips."""
-    tensors = spacing.at(bubbles.x)
+    return _flipped(net, bubbles, triangles, spacing.at(bubbles.x), bubbles.x)
+
+
+def _flipped(net: Net, bubbles: Bubbles, triangles: Integers, tensors: Floats, known: Floats) -> EllipseNet:
     triangles, edges = flipped(triangles, bubbles.x, tensors, net.facets)
     there = bubbles.moved(bubbles.x, area_sizes(tensors))
-    return EllipseNet(Net(there, net.facets, net.facet_piece, net.two_sided, triangles, edges), tensors)
+    return EllipseNet(Net(there, net.facets, net.facet_piece, net.two_sided, triangles, edges), tensors, known)
 
 
 def connected(bubbles: Bubbles, domain: Domain, spacing: MetricSpacing) -> EllipseNet:

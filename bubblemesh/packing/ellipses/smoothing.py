@@ -28,10 +28,10 @@ def shaped(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing) -
     Where the metric changes much from node to node the circle test, in a mean metric, does not find these.
     """
     net = with_better_shapes(ellipses.net, spacing)
-    ellipses = EllipseNet(net, ellipses.tensors)
+    ellipses = EllipseNet(net, ellipses.tensors, ellipses.known)
     x = _descended(ellipses, spacing, smoothing)
     tensors = spacing.at(x)
-    return EllipseNet(net.of(net.bubbles.moved(x, area_sizes(tensors))), tensors)
+    return EllipseNet(net.of(net.bubbles.moved(x, area_sizes(tensors))), tensors, x)
 
 
 def _descended(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
