@@ -11,6 +11,7 @@ from bubblemesh import load_case, mesh_case
 from bubblemesh.cli import app
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.pictures.colouring import MeshData
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions, View
 
@@ -42,10 +43,10 @@ ROW = (
 )
 
 
-def picture(mesh: Mesh, view: View | None) -> bytes:
+def picture(mesh: Mesh, view: View | None, data: MeshData) -> bytes:
     """Picture of a mesh as PNG, as sharp as its largest size in bytes allows."""
     for dpi in DPI:
-        content = small_png(mesh, PlotOptions(dpi=dpi, view=view))
+        content = small_png(mesh, PlotOptions(dpi=dpi, view=view), data)
         if len(content) <= MOST_BYTES:
             return content
     raise SystemExit(f"the picture has {len(content)} bytes, more than {MOST_BYTES}")
@@ -60,7 +61,9 @@ def sample(case: Path, folder: Path) -> str:
     """Draw the mesh of a case into a folder, and return its row of the page."""
     result = mesh_case(load_case(case))
     report: Any = result.report
-    (folder / f"{report['case']}.png").write_bytes(picture(result.mesh, VIEWS.get(report["case"])))
+    (folder / f"{report['case']}.png").write_bytes(
+        picture(result.mesh, VIEWS.get(report["case"]), MeshData(result.fields))
+    )
     return ROW.format(
         path=case.relative_to(HERE.parent).as_posix(),
         name=report["case"],

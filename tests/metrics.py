@@ -3,8 +3,8 @@
 import numpy as np
 
 from bubblemesh.case.models import Case
+from bubblemesh.meshes.tensors import of_axes
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import of_axes
 
 FRONT = {
     "angle": "atan2(0.4*pi*cos(2*pi*x), 1)",

@@ -27,6 +27,9 @@ def quality(
     spacing: Annotated[
         str | None, typer.Option("--spacing", metavar="EXPR", help="Wanted spacing in x and y, to compare edges with.")
     ] = None,
+    metric: Annotated[
+        bool, typer.Option("--metric", help="Quality and edges in the metric that the file holds, as runs write it.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Report the quality of a triangle mesh, or compare two."""
@@ -39,6 +42,11 @@ def quality(
 
     with located("--spacing"):
         wanted = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
+    if metric:
+        if other is not None or spacing is not None:
+            raise CaseError("--metric: it goes with one mesh, and without --spacing")
+        in_metric(mesh, as_json)
+        return
     if other is not None:
         compare(mesh, other, wanted, as_json)
         return
@@ -47,6 +55,27 @@ def quality(
     console.warn([*chosen(mesh, file.source.notes, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
         figures = mesh_figures(Measures(points, triangles), wanted)
+    if as_json:
+        write_json(figures)
+    else:
+        show_quality(figures)
+
+
+def in_metric(mesh: Path, as_json: bool) -> None:
+    """Report the quality of a mesh in the metric of its triangles, which its file holds."""
+    from bubblemesh import console
+    from bubblemesh.console.report import show_quality
+    from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric, measures_of, spacing_along_edges
+    from bubblemesh.meshes.quality import mesh_figures
+    from bubblemesh.meshfiles.read import read_mesh
+
+    read = read_mesh(mesh)
+    points, triangles = read.mesh.points, read.mesh.triangles[:, :3]
+    console.warn([*chosen(mesh, read.notes, read.left_out), *turned(mesh, points, triangles)])
+    measures = measures_of(points, triangles, read.cell_data)
+    if not isinstance(measures, MeasuresInMetric):
+        raise CaseError(f"--metric: {mesh} holds no metric: its triangles need the data {', '.join(ENTRIES)}")
+    figures = mesh_figures(measures, lambda points, edges: spacing_along_edges(measures))
     if as_json:
         write_json(figures)
     else:
@@ -105,6 +134,9 @@ def plot(
     ] = None,
     edges: Annotated[bool | None, typer.Option("--edges/--no-edges", help="Draw the triangles' edges.")] = None,
     nodes: Annotated[bool, typer.Option("--nodes", help="Draw the nodes.")] = False,
+    ellipses: Annotated[
+        bool, typer.Option("--ellipses", help="Draw the ellipses of the metric that the file holds.")
+    ] = False,
     labels: Annotated[bool | None, typer.Option("--labels/--no-labels", help="Colour the boundary by label.")] = None,
     view: Annotated[View | None, typer.Option("--view", help="Part to show: X0 Y0 X1 Y1.")] = None,
     zoom: Annotated[
@@ -137,6 +169,7 @@ def plot(
         limits=limits,
         edges=edges,
         nodes=nodes,
+        ellipses=ellipses,
         labels=labels,
         axes=axes,
         view=part_of(view, zoom),

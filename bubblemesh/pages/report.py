@@ -11,6 +11,7 @@ from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.messages import counted, duration, run_seconds
 from bubblemesh.pages.layers import layers_section
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, page, tag, whole
+from bubblemesh.pages.metric import metric_section
 from bubblemesh.pages.scene import Scene
 from bubblemesh.pages.sections import (
     colourings,
@@ -22,6 +23,7 @@ from bubblemesh.pages.sections import (
     scales,
     worst_triangles,
 )
+from bubblemesh.pictures.colouring import MeshData
 from bubblemesh.pictures.plots import png_of, small_png
 from bubblemesh.pictures.spacing_plots import Extreme, spacing_figure
 from bubblemesh.pictures.styles import PlotOptions
@@ -70,9 +72,9 @@ def report_page(
         colourings=colourings(mesh),
         scales=scales(scene),
         labels=labels(mesh),
-        still=base64.b64encode(small_png(mesh, STILL)).decode(),
-        layers=layers_section(mesh, report.get("layers", ())),
-        histograms=histograms(scene, fields["target_spacing"]),
+        still=base64.b64encode(small_png(mesh, STILL, MeshData(fields))).decode(),
+        layers=html(layers_section(mesh, report.get("layers", ())), metric_section(mesh, fields, report.get("metric"))),
+        histograms=histograms(scene, fields),
         worst=worst_triangles(scene),
         stopped=report["stop_reason"],
         charts=rounds_charts(report, speeds),
@@ -105,12 +107,13 @@ def _named(labels: Sequence[str]) -> str:
 def _figures(report: Mapping[str, Any]) -> Markup:
     quality, spacing = report["quality"], report["spacing"]
     ideal = f"{report['nodes'] / report['ideal_nodes']:.3f} of the ideal number"  # of a domain without layers
+    angles_note = "in space" if "metric" in report else "60° is ideal"
     rows = [
         ("Nodes", whole(report["nodes"]), "layers included" if "layers" in report else ideal),
         ("Triangles", whole(report["triangles"]), f"area {report['area']:.6g}"),
         ("Mean quality q", f"{quality['mean']:.4f}", f"1 % below {quality['p01']:.3f}"),
         ("Least quality q", f"{quality['min']:.3f}", "1 is equilateral"),
-        ("Angles", f"{quality['angle_min']:.0f}° to {quality['angle_max']:.0f}°", "60° is ideal"),
+        ("Angles", f"{quality['angle_min']:.0f}° to {quality['angle_max']:.0f}°", angles_note),
         ("Edge length l/d", f"{spacing['mean']:.3f}", f"± {spacing['std']:.3f} of wanted spacing"),
         ("Time", duration(run_seconds(report["seconds"])), counted(len(report["rounds"]), "round")),
     ]

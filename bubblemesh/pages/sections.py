@@ -10,7 +10,16 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import angles, edge_means, edge_ratios, histogram, lowest_shown, quality_histogram
+from bubblemesh.meshes.metric import MeasuresInMetric, measures_of, spacing_along_edges
+from bubblemesh.meshes.quality import (
+    TARGET_SPACING,
+    angles,
+    edge_means,
+    edge_ratios,
+    histogram,
+    lowest_shown,
+    quality_histogram,
+)
 from bubblemesh.messages import counted, duration, place
 from bubblemesh.pages.charts import Line, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole
@@ -81,12 +90,17 @@ FEW = 0.002  # share of the edges that a histogram may leave out at either end
 LARGEST = 3.0  # edge length over spacing that a histogram shows
 
 
-def histograms(scene: Scene, target: Floats) -> Markup:
-    """Histograms of quality, angles, and edge length over the spacing (t,) wanted in the triangles; without layers."""
+def histograms(scene: Scene, fields: Mapping[str, Floats]) -> Markup:
+    """Histograms of quality, angles, and edge length over the spacing wanted in the triangles; without layers."""
     points, corners = scene.mesh.points, scene.corners[scene.packed]
     q, corner_angles = scene.quality.values[scene.packed], angles(points, corners)
     sides, _ = unique_edges(corners)
-    ratios = edge_ratios(points, sides, edge_means(corners, target[scene.packed]))
+    measures = measures_of(points, corners, {name: values[scene.packed] for name, values in fields.items()})
+    if isinstance(measures, MeasuresInMetric):
+        wanted = spacing_along_edges(measures)
+    else:
+        wanted = edge_means(corners, fields[TARGET_SPACING][scene.packed])
+    ratios = edge_ratios(points, sides, wanted)
     low = lowest_shown(q)
     least = min(10 * math.floor(float(np.nanmin(corner_angles)) / 10), 50)
     most = max(10 * math.ceil(float(np.nanmax(corner_angles)) / 10), 70)

@@ -13,7 +13,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, radius_ratios, signed_areas, spacing_ratios
+from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
+from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, signed_areas, spacing_ratios
 from bubblemesh.messages import meant
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 
@@ -73,8 +74,11 @@ def colouring_of(
     if color == "material":
         return _by_region(mesh)
     if color == "quality":
-        ratios = radius_ratios(mesh.points, mesh.triangles[:, :3])
-        return Colouring(ratios, "radius ratio", _map(colormap or QUALITY.name), limits or (lowest_shown(ratios), 1.0))
+        measures = measures_of(mesh.points, mesh.triangles[:, :3], data.cells)
+        ratios, title = measures.radius_ratios, "radius ratio"
+        if isinstance(measures, MeasuresInMetric):
+            title = "radius ratio in the metric"
+        return Colouring(ratios, title, _map(colormap or QUALITY.name), limits or (lowest_shown(ratios), 1.0))
     if color == "size":
         return _by_size(mesh, _map(colormap or FIELD), limits)
     if color == "spacing":
@@ -121,6 +125,9 @@ def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
         )
     if not (wanted > 0).all():
         raise PlotOptionError("color", f"{TARGET_SPACING} is not positive at some triangle")
+    measures = measures_of(mesh.points, mesh.triangles[:, :3], data.cells)
+    if isinstance(measures, MeasuresInMetric):
+        return measures.mean_sides
     return spacing_ratios(mesh.points, mesh.triangles[:, :3], wanted)
 
 

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, MaxNLocator
@@ -21,6 +21,8 @@ from PIL import Image
 from bubblemesh.arrays import Booleans
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.metric import ENTRIES, node_tensors, tensors_in
+from bubblemesh.meshes.tensors import axes as axes_of
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.messages import coordinate
 from bubblemesh.pictures.colouring import MANY, Colouring, MeshData, add_colour_bar, colouring_of, standard_color
@@ -39,6 +41,7 @@ COLOURS = 256
 TICKS = 5  # numbers along the longer side, at most
 FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
+ELLIPSE = "#d1495b"
 STANDARD = PlotOptions()
 
 
@@ -96,6 +99,8 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
     colouring = colouring_of(mesh, data, color, options.colormap, options.limits)
     edge = inches_per_unit * _typical_edge(mesh, shown)
     triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)
+    if options.ellipses:
+        _add_ellipses(axes, mesh, shown, data, edge)
     labels = style.labels if options.labels is None else options.labels
     outlines = add_outlines(
         axes,
@@ -111,9 +116,9 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
         add_colour_bar(axes, triangles, colouring, style, aside=aside)
 
 
-def small_png(mesh: Mesh, options: PlotOptions) -> bytes:
+def small_png(mesh: Mesh, options: PlotOptions, data: MeshData = NO_DATA) -> bytes:
     """Picture of a mesh, as of `png_of`; errors as `mesh_figure`."""
-    return png_of(mesh_figure(mesh, options), options)
+    return png_of(mesh_figure(mesh, options, data), options)
 
 
 def png_of(figure: Figure, options: PlotOptions) -> bytes:
@@ -236,6 +241,22 @@ def _add_triangles(
         size = float(np.clip(NODE_SHARE * points, 0.4, 4))
         axes.plot(x, y, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=len(x) > style.most_vectors)
     return triangles
+
+
+def _add_ellipses(axes: Axes, mesh: Mesh, shown: Booleans, data: MeshData, edge: float) -> None:
+    """Draw the ellipse of each node, as wide as its neighbours should be apart; PlotOptionError without a metric."""
+    tensors = tensors_in(data.cells)
+    if tensors is None:
+        raise PlotOptionError("ellipses", f"the mesh has no metric: its triangles need the data {', '.join(ENTRIES)}")
+    nodes = np.unique(mesh.triangles[shown, :3])
+    across, along, direction = axes_of(node_tensors(mesh.triangles, tensors, len(mesh.points))[nodes])
+    angle = np.degrees(np.arctan2(direction[:, 1], direction[:, 0]))
+    width = float(np.clip(EDGE_SHARE * edge * POINTS_PER_INCH, 0.2, 0.8))
+    ellipses = EllipseCollection(
+        along, across, angle, units="xy", offsets=mesh.points[nodes], offset_transform=axes.transData
+    )
+    ellipses.set(facecolor="none", edgecolor=ELLIPSE, linewidth=width)
+    axes.add_collection(ellipses)
 
 
 def _add_cell_edges(axes: Axes, mesh: Mesh, shown: Booleans, width: float, *, rasterized: bool) -> None:

@@ -65,6 +65,7 @@ class PlotOptions:
     limits: tuple[float, float] | None = None  # values at the ends of the colour map
     edges: bool | None = None  # whether those of the triangles are drawn
     nodes: bool = False
+    ellipses: bool = False  # of the metric in which the mesh was made, at its nodes
     labels: bool | None = None  # whether the boundary is coloured by label
     axes: bool | None = None  # whether coordinates stand beside the mesh
     view: View | None = None  # the whole mesh if None

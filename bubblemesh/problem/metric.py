@@ -13,10 +13,10 @@ from bubblemesh.case.metric import AnyMetric, DirectedMetric, TensorMetric, Wall
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.tensors import Axes, axes, intersections
 from bubblemesh.messages import place
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
-from bubblemesh.spacing.metric.tensors import Axes, axes, intersections
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Cover, Survey, ideal_nodes, surveyed
 

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats, quantile
+from bubblemesh.meshes.metric import LONGEST, SHORTEST
 from bubblemesh.meshes.quality import Measures, edge_ratios
 from bubblemesh.messages import place
-from bubblemesh.spacing.metric.measures import LONGEST, SHORTEST, measures_in
+from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 if TYPE_CHECKING:

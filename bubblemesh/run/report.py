@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.followed import Deviation
 from bubblemesh.geometry.geography import Plane
+from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
@@ -17,7 +18,7 @@ from bubblemesh.packing.rounds import Round
 from bubblemesh.parts.work import Figures, Record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
-from bubblemesh.spacing.metric.measures import ENTRIES, MeasuresInMetric, measures_in
+from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:

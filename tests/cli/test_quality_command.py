@@ -249,3 +249,29 @@ def test_a_mesh_is_measured_as_its_file_has_it(files):
     found = comparison.measured(a, read_mesh(a).mesh, read_mesh(a).cell_data, None)
     assert np.array_equal(np.sort(found.quality), np.sort(radius_ratios(first.points, first.triangles)))
     assert len(found.spacing) == len(unique_edges(first.triangles)[0])
+
+
+def test_quality_in_the_metric_of_a_file(tmp_path):
+    mesh = holed_square()
+    count = len(mesh.triangles)
+    tensors = {"metric_11": np.full(count, 36.0), "metric_12": np.zeros(count), "metric_22": np.full(count, 9.0)}
+    write_file(mesh, tensors, {}, tmp_path / "long.vtu")
+    code, out, _ = run(tmp_path / "long.vtu", "--metric", "--json")
+    assert code == 0
+    figures = json.loads(out)
+    stretched = radius_ratios(mesh.points * [6, 3], mesh.triangles)
+    assert figures["quality"]["mean"] == pytest.approx(stretched.mean())
+    assert figures["quality"]["angle_min"] == pytest.approx(45)
+    along = mesh.points[unique_edges(mesh.triangles)[0]] * [6, 3]
+    assert figures["spacing"]["mean"] == pytest.approx(np.hypot(*(along[:, 1] - along[:, 0]).T).mean())
+    assert run(tmp_path / "long.vtu", "--metric")[0] == 0
+
+
+def test_a_metric_that_is_not_there_is_told(tmp_path):
+    write_file(holed_square(), {}, {}, tmp_path / "plain.vtu")
+    code, _, error = run(tmp_path / "plain.vtu", "--metric")
+    assert code == 2
+    assert "holds no metric" in " ".join(error.split())
+    code, _, error = run(tmp_path / "plain.vtu", tmp_path / "plain.vtu", "--metric")
+    assert code == 2
+    assert "it goes with one mesh" in " ".join(error.split())

@@ -7,8 +7,8 @@ from twins import needs_compiler
 from bubblemesh.kernels import ellipses
 from bubblemesh.kernels.ellipses import flipped, flipped_in_numpy, moved, moved_in_numpy, relaxed, relaxed_in_numpy
 from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshes.tensors import mapped, of_axes, roots
 from bubblemesh.meshes.triangulation import linked, sorted_triangles
-from bubblemesh.spacing.metric.tensors import mapped, of_axes, roots
 
 
 def smooth_tensors(x, aspect):

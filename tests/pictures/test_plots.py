@@ -9,7 +9,7 @@ import matplotlib as mpl
 import meshio
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
 from quadrilaterals import mixed
@@ -591,3 +591,18 @@ def test_a_file_that_is_no_mesh_is_not_drawn(tmp_path):
     assert run("plot", tmp_path / "a.vtu", "-o", tmp_path / "a.png")[0] == 5
     assert run("plot", tmp_path / "b.vtu")[0] == 5
     assert not (tmp_path / "a.png").exists()
+
+
+def test_ellipses_of_the_metric_are_drawn_at_the_nodes(mesh):
+    count = len(mesh.triangles)
+    tensors = {"metric_11": np.full(count, 25.0), "metric_12": np.zeros(count), "metric_22": np.full(count, 4.0)}
+    figure = mesh_figure(mesh, PlotOptions(ellipses=True), MeshData(tensors))
+    (ellipses,) = (part for part in figure.axes[0].collections if isinstance(part, EllipseCollection))
+    np.testing.assert_allclose(ellipses.get_offsets(), mesh.points)
+    np.testing.assert_allclose(ellipses._widths * 2, 0.5)
+    np.testing.assert_allclose(ellipses._heights * 2, 0.2)
+    np.testing.assert_allclose(np.abs(np.sin(ellipses._angles)), 1)
+    assert any("in the metric" in axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
+    with pytest.raises(PlotOptionError, match="the mesh has no metric") as caught:
+        mesh_figure(mesh, PlotOptions(ellipses=True))
+    assert caught.value.option == "ellipses"

@@ -163,9 +163,10 @@ def random_case(seed):
     along = float(random.uniform(0.05, 0.15))
     across = along / float(np.exp(random.uniform(0, np.log(300))))
     f, g, p, q = random.uniform(2, 9, 4)
+    less = max(across, along / 30)  # where the metric turns, very long ellipses are made so short that they are many
     metric = [
         {"angle": float(p), "across": across},
-        {"angle": f"{f}*x + {g}*y", "across": f"{across}*(1.2 + sin({g}*x + {p})*sin({f}*y + {q}))"},
+        {"angle": f"{f}*x + {g}*y", "across": f"{less}*(1.2 + sin({g}*x + {p})*sin({f}*y + {q}))"},
         {"angle": "atan2(y - 0.4, x - 0.3) + pi/2", "across": f"{across} + 0.2*abs(hypot(x - 0.3, y - 0.4) - 0.3)"},
         {"angle": 0.3, "across": f"{across} if x > 0.5 else {along}"},
         {"like": "boundary", "label": "outer", "across": across, "growth": float(random.uniform(0.1, 0.5))},

@@ -6,12 +6,12 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.kernels import ellipses as kernels
+from bubblemesh.meshes.tensors import roots, unmapped
 from bubblemesh.packing.annealing import Annealing, NoAnnealing, disorder_marked_in_numpy
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import roots, unmapped
 
 ON_MILDER_LEVELS = 0.2  # of the cycles: there the next level moves all bubbles anyhow
 

@@ -7,10 +7,10 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipses import flipped, moved
+from bubblemesh.meshes.tensors import area_sizes, edge_lengths, lengths
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import area_sizes, edge_lengths, lengths
 
 NEAR = 0.03  # in the metric: tensors evaluated so near to a bubble do for it
 

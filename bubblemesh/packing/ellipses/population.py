@@ -6,6 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.meshes.tensors import mapped, roots
 from bubblemesh.packing.ellipses.net import EllipseNet, flipped_net
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.population import (
@@ -18,7 +19,6 @@ from bubblemesh.packing.population import (
 )
 from bubblemesh.packing.splicing import removed, with_middles
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import mapped, roots
 
 AREA_OF_TRIANGLE = np.sqrt(3) / 4
 SHORT, LONG = 0.85, 1.2  # edges that make a bubble go or come only where there are too many or too few

@@ -6,11 +6,11 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.ellipses import moved
 from bubblemesh.kernels.shapes import WORST, eta
 from bubblemesh.meshes.edges import SideTable, edge_keys
+from bubblemesh.meshes.tensors import area_sizes, lengths, mapped, mean_lengths, multiplied, roots, solved
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.smoothing import MOMENTUM, MOST_MOVE, Smoothing
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.metric.tensors import area_sizes, lengths, mapped, mean_lengths, multiplied, roots, solved
 
 FLATTEST = 0.05  # area in the metric: what is flatter is pushed like that
 MOST_PASSES = 10  # of flips

@@ -8,8 +8,8 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.meshes.tensors import Axes, axes, lengths, mean_lengths
 from bubblemesh.messages import place
-from bubblemesh.spacing.metric.tensors import Axes, axes, lengths, mean_lengths
 from bubblemesh.spacing.spacing import Spacing
 
 Ellipses = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)

@@ -7,6 +7,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.shapes import WORST
 from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshes.tensors import edge_lengths, roots
 from bubblemesh.packing.ellipses.net import connected
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.rounds import rounds_in_metric
@@ -15,7 +16,6 @@ from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.spacing.metric.measures import measures_in
-from bubblemesh.spacing.metric.tensors import edge_lengths, roots
 
 METHOD = METHODS["ellipses"]
 SQUARE = Domain.of(rings.polygon([[0, 0], [1, 0], [1, 1], [0, 1]]))

@@ -5,9 +5,9 @@ from metrics import uniform_metric
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.tensors import axes, lengths, of_axes
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import STRAIGHT, MetricSpacing
-from bubblemesh.spacing.metric.tensors import axes, lengths, of_axes
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import surveyed
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from metrics import matrices, random_tensors
 
-from bubblemesh.spacing.metric.tensors import (
+from bubblemesh.meshes.tensors import (
     area_sizes,
     axes,
     edge_lengths,

@@ -1,0 +1,76 @@
+"""Measures of triangles in a metric, which mesh files may hold, and its ellipses."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.edges import numbered_edges
+from bubblemesh.meshes.quality import Measures
+from bubblemesh.meshes.tensors import determinants, lengths, mapped, roots
+
+SHORTEST, LONGEST = 0.5**0.5, 2.0**0.5  # edges between are as long as they should be: none is better halved or joined
+ENTRIES = ("metric_11", "metric_12", "metric_22")  # names of the tensors of triangles in mesh files
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuresInMetric(Measures):
+    """Measures of triangles whose shape is that in the tensors at their centroids; lengths and angles are in space."""
+
+    tensors: Floats  # (t, 3)
+
+    @cached_property
+    def radius_ratios(self) -> Floats:
+        """Twice the ratio (t,) of the inscribed to the circumscribed circle's radius, in the metric."""
+        return self._stretched.radius_ratios
+
+    @property
+    def mean_sides(self) -> Floats:
+        """Mean lengths (t,) of the sides in the metric."""
+        return sum(self._stretched.sides, np.zeros(len(self.triangles))) / 3
+
+    @cached_property
+    def _stretched(self) -> Measures:
+        """The triangles one by one, as the metric stretches them."""
+        apart = mapped(np.repeat(roots(self.tensors), 3, axis=0), self.points[self.triangles].reshape(-1, 2))
+        return Measures(apart, np.arange(len(apart)).reshape(-1, 3))
+
+
+def tensors_in(fields: Mapping[str, Floats]) -> Floats | None:
+    """Tensors (t, 3) among the data of triangles, if these are all positive."""
+    if not all(name in fields and fields[name].ndim == 1 for name in ENTRIES):
+        return None
+    tensors = np.column_stack([fields[name] for name in ENTRIES])
+    positive = (tensors[:, 0] > 0) & (determinants(tensors) > 0) & np.isfinite(tensors).all(axis=1)
+    return tensors if positive.all() else None
+
+
+def node_tensors(triangles: Integers, tensors: Floats, n: int) -> Floats:
+    """Tensors (n, 3) of nodes: the mean of those (t, 3) of the triangles around; those of unused nodes are no numbers.
+
+    It is the mean of their inverses, whose ellipses' squared axes are the means: small ones do not hide the others.
+    """
+    m11, m12, m22 = tensors.T
+    inverse = np.column_stack([m22, -m12, m11]) / determinants(tensors)[:, None]
+    nodes, count = triangles[:, :3].T.ravel(), np.bincount(triangles[:, :3].ravel(), minlength=n)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        i11, i12, i22 = (np.bincount(nodes, np.tile(part, 3), n) / count for part in inverse.T)
+        return np.column_stack([i22, -i12, i11]) / (i11 * i22 - i12 * i12)[:, None]
+
+
+def spacing_along_edges(measures: MeasuresInMetric) -> Floats:
+    """Spacing (e,) in the direction of each edge, as of `unique_edges`, in the metric of the triangles there."""
+    points, triangles = measures.points, measures.triangles
+    edges, number = numbered_edges(triangles)
+    along = points[edges[:, 1]] - points[edges[:, 0]]
+    in_triangles = [lengths(measures.tensors, along[number[:, side]]) for side in range(3)]
+    total = np.bincount(number.T.ravel(), np.concatenate(in_triangles), len(edges))
+    return np.hypot(*along.T) * np.bincount(number.ravel(), minlength=len(edges)) / total
+
+
+def measures_of(points: Floats, triangles: Integers, fields: Mapping[str, Floats]) -> Measures:
+    """Measures of triangles (t, 3) between points (n, 2), in the metric that is among their data (t,), if one is."""
+    tensors = tensors_in(fields)
+    return Measures(points, triangles) if tensors is None else MeasuresInMetric(points, triangles, tensors)
