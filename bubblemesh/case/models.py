@@ -134,6 +134,7 @@ class Requirements(Strict):
     angle_min: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=60)] | None = Field(
         default=None, description="Least angle of any triangle, in degrees."
     )
+    valence_max: Count | None = Field(default=None, description="Largest number of edges at any node.")
 
 
 class RangeKeys(Strict):
@@ -181,6 +182,10 @@ class Case(Strict):
     )
     largest: PositiveArea | None = Field(
         default=None, description="Largest area of a triangle: the spacing is finer, and nodes are added, if need be."
+    )
+    overconstrained: Literal["split"] | None = Field(
+        default=None,
+        description="What becomes of triangles with all their nodes on the boundary: split gives each a node inside.",
     )
     parts: Literal["auto"] | Count | None = Field(
         default=None,

@@ -163,12 +163,14 @@ def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _refinement(figures: Mapping[str, Any]) -> str:
-    """Line on the nodes that a least angle and largest areas took, and what was reached."""
+    """Line on the nodes that demands on triangles took, and what was reached."""
     corners = len(figures["excused"])
     but = f", but for {counted(corners, 'sharper corner')}" if corners else ""
     least = f", least angle {figures['least_angle']:.1f} degrees{but}" if figures["angle_min"] else ""
     area = f", largest area {figures['largest_excess']:.2f} of the one allowed" if figures["largest_excess"] else ""
-    return f"{counted(figures['nodes_added'], 'node')} added{least}{area}"
+    left = figures["overconstrained"]
+    inside = "" if left is None else f", {counted(left, 'triangle')} with all nodes on the boundary"
+    return f"{counted(figures['nodes_added'], 'node')} added{least}{area}{inside}"
 
 
 def _partition(figures: Mapping[str, Any]) -> str:

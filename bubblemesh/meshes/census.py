@@ -70,6 +70,7 @@ class Census(NamedTuple):
     spacing: Tally  # of edge length over wanted spacing, by the logarithm
     inner: int  # nodes of its own within the domain
     irregular: int  # those of them whose valence is not six
+    valence_max: int  # most edges at a node
 
     @classmethod
     def of(
@@ -103,6 +104,7 @@ class Census(NamedTuple):
             spacing=Tally.of(ratios, np.log2(ratios) / (2 * OCTAVES) + 0.5, 2 * OCTAVES * PER_OCTAVE),
             inner=int(own_inner.sum()),
             irregular=int((valence[own_inner] != REGULAR_VALENCE).sum()),
+            valence_max=int(valence.max()),
         )
 
     @classmethod
@@ -123,6 +125,7 @@ class Census(NamedTuple):
             spacing=Tally.together([part.spacing for part in parts]),
             inner=sum(part.inner for part in parts),
             irregular=sum(part.irregular for part in parts),
+            valence_max=max(part.valence_max for part in parts),
         )
 
     def figures(self, nodes: int, boundary_nodes: int) -> dict[str, Any]:
@@ -141,6 +144,7 @@ class Census(NamedTuple):
                 "p01": self.quality.quantile(0.01),
                 "histogram": tuple(shown.tolist()),
                 "irregular_fraction": self.irregular / self.inner if self.inner else None,
+                "valence_max": self.valence_max,
                 "angle_min": self.angle_min,
                 "angle_max": self.angle_max,
                 "worst": [{"quality": q, "at": at} for q, at in worst],

@@ -33,6 +33,7 @@ class Shape:
     p01: float
     histogram: tuple[int, ...]  # number of triangles in ten equal bins of radius ratio, from 0 to 1
     irregular_fraction: float | None  # of the inner nodes, whose valence is not six; None if there are no inner nodes
+    valence_max: int  # most edges at a node
     angle_min: float  # in degrees
     angle_max: float
 
@@ -147,13 +148,16 @@ def shape_quality(measures: Measures) -> Shape:
     """Summarize the shape of the triangles of a mesh, at least one."""
     ratios, (least, largest) = measures.radius_ratios, measures.angle_range
     # An equilateral triangle's ratio may exceed 1 by rounding, and still belongs to the last bin.
+    edges, triangles_at = measures.edges
+    valence = np.bincount(edges.ravel(), minlength=len(measures.points))
     histogram, _ = np.histogram(np.clip(ratios, 0, 1), bins=_BINS, range=(0, 1))
     return Shape(
         mean=float(ratios.mean()),
         min=float(ratios.min()),
         p01=quantile(ratios, 0.01),
         histogram=tuple(int(count) for count in histogram),
-        irregular_fraction=_irregular_fraction(len(measures.points), *measures.edges),
+        irregular_fraction=_irregular_fraction(valence, edges[triangles_at == 1]),
+        valence_max=int(valence.max()),
         angle_min=least,
         angle_max=largest,
     )
@@ -225,11 +229,10 @@ def _lengths(vectors: Floats) -> Floats:
     return np.hypot(vectors[:, 0], vectors[:, 1])
 
 
-def _irregular_fraction(nodes: int, pairs: Integers, counts: Integers) -> float | None:
-    """Share of the inner nodes whose valence is not six, for edges (e, 2) with so many triangles (e,) at each."""
-    valence = np.bincount(pairs.ravel(), minlength=nodes)
+def _irregular_fraction(valence: Integers, rim: Integers) -> float | None:
+    """Share of the inner nodes whose valence (n,) is not six, for edges (e, 2) at the rim."""
     inner = valence > 0
-    inner[pairs[counts == 1].ravel()] = False
+    inner[rim.ravel()] = False
     return float(np.mean(valence[inner] != REGULAR_VALENCE)) if inner.any() else None
 
 

@@ -1,4 +1,4 @@
-"""Refinement: nodes are added until no angle is smaller, and no triangle larger, than asked for.
+"""Refinement: nodes are added until no angle is smaller, no triangle larger, and none less free than asked for.
 
 References
 ----------
@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
+from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.quality import angles, signed_areas
 from bubblemesh.meshes.triangulation import circumcircles, regions
 from bubblemesh.messages import node_limit
@@ -53,6 +54,7 @@ class Refined:
     added: int  # nodes more than before
     angle: float  # degrees: the least one of the triangles that no sharp corner excuses
     excess: float  # largest area of a triangle in terms of the one allowed, 0 if any is
+    overconstrained: int  # triangles that need a node inside and have none
     excused: tuple[Excused, ...]
     stopped: str | None = None  # when or where, if demands are not met
     out_of_nodes: bool = False  # whether that was by the limit on these
@@ -87,8 +89,8 @@ class Refinement:
         stopped: str | None = f"after {ROUNDS} rounds"
         out_of_nodes = False
         for _ in range(ROUNDS):
-            faults = self._faults(net)
-            if len(faults.triangles) == 0:
+            overconstrained, faults = self._overconstrained(net), self._faults(net)
+            if len(overconstrained) + len(faults.triangles) == 0:
                 stopped = None
                 break
             try:
@@ -96,7 +98,9 @@ class Refinement:
             except TimeUp as reason:
                 stopped = f"by {reason}"
                 break
-            grown = self._grown(net, self._additions(net, faults))
+            freeing = len(overconstrained) > 0
+            additions = self._freeing(net, overconstrained) if freeing else self._additions(net, faults)
+            grown = self._grown(net, additions)
             if grown is None:
                 stopped = "where edges are too short or too near to each other to be split"
                 break
@@ -138,6 +142,35 @@ class Refinement:
         which = np.flatnonzero(sharp | (self._excess(net) > 1 + ROUNDING))
         which = which[np.argsort(least[which], kind="stable")]
         return Faults(which, sharp[which])
+
+    def _overconstrained(self, net: Net) -> Integers:
+        """Triangles (k,) that need a node which is not on the rings of the domain, and have none."""
+        if not self.demands.inner_node:
+            return np.zeros(0, np.int64)
+        on_rings = np.zeros(len(net.bubbles), bool)
+        on_rings[net.facets[~net.two_sided]] = True
+        return np.flatnonzero(all_of_rows(on_rings[net.triangles]))
+
+    def _freeing(self, net: Net, triangles: Integers) -> Additions:
+        """Nodes that give triangles (k,) a node inside: in the middle of their longest side that is on no ring.
+
+        What is new beside it has that node, so that no other triangle comes to need one.
+        """
+        x, corners, n = net.bubbles.x, net.triangles[triangles], len(net.bubbles)
+        facets = edge_keys(np.sort(net.facets, axis=1), n)
+        order = np.argsort(facets)
+        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+        place = find_keys(facets[order], edge_keys(np.sort(sides.reshape(-1, 2), axis=1), n)).reshape(-1, 3)
+        facet = np.where(place < 0, -1, order[place])
+        length = np.hypot(*np.moveaxis(x[sides[:, :, 1]] - x[sides[:, :, 0]], 2, 0))
+        length = np.where((facet < 0) | net.two_sided[facet], length, 0)
+        rows, longest = np.arange(len(corners)), length.argmax(axis=1)
+        facet, length = facet[rows, longest], length[rows, longest]
+        points = np.where(length[:, None] > 0, x[sides[rows, longest]].mean(axis=1), x[corners].mean(axis=1))
+        order = np.argsort(-length, kind="stable")
+        chosen = order[_apart(points[order], length[order] / 2)]
+        on_line = (facet[chosen] >= 0) & (length[chosen] > 0)
+        return Additions(np.unique(facet[chosen[on_line]]), points[chosen[~on_line]])
 
     def _additions(self, net: Net, faults: Faults) -> Additions:
         """Nodes that mend the triangles: near their circumcentres, or in facets that these are too near to.
@@ -281,18 +314,22 @@ class Refinement:
         """The net with bubbles around new ones moved to better shapes, as far as no demand is broken anew."""
         free = net.within(np.flatnonzero(net.bubbles.touched), AROUND)
         free[: net.bubbles.boundary_count] = False
-        smoothing, allowed = Smoothing(), len(self._faults(net).triangles)
+        smoothing, allowed = Smoothing(), len(self._broken(net))
         for _ in range(ATTEMPTS if free.any() else 0):
             trial = net
             for _ in range(SMOOTHINGS):
                 moved = smoothing.moved(_locally_spaced(trial), self.domain, free)
                 trial = reconnect(trial, replace(trial.bubbles, x=moved.x))
-            faults = self._faults(trial).triangles
+            faults = self._broken(trial)
             if len(faults) <= allowed and (trial.valence > 0).all():
                 return trial
             held = np.union1d(trial.triangles[faults].ravel(), np.flatnonzero(trial.valence == 0))
             free &= ~trial.within(held, 1) & ~net.within(held, 1)
         return net
+
+    def _broken(self, net: Net) -> Integers:
+        """Triangles (k,) that break any demand."""
+        return np.union1d(self._faults(net).triangles, self._overconstrained(net))
 
     def _result(self, net: Net, added: int, stopped: str | None, out_of_nodes: bool) -> Refined:
         least, excusing = self._least_angles(net)
@@ -302,7 +339,7 @@ class Refinement:
             for corner, (x, y) in zip(corners, net.bubbles.x[corners], strict=True)
         )
         angle, excess = float(least[excusing < 0].min(initial=60.0)), float(self._excess(net).max())
-        return Refined(net, added, angle, excess, excused, stopped, out_of_nodes)
+        return Refined(net, added, angle, excess, len(self._overconstrained(net)), excused, stopped, out_of_nodes)
 
 
 def _cross(a: Floats, b: Floats) -> Floats:

@@ -172,7 +172,9 @@ def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> No
             raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
     with about(Key(["layers"])):
         if task.demanding and {*task.layered} & {label for pair in domain.parts.periodic for label in pair}:
-            raise CaseError("layers: on periodic sides they go without angle_min and largest, whose nodes do not match")
+            raise CaseError(
+                "layers: on periodic sides they go without angle_min, largest and overconstrained, whose nodes do not match"
+            )
         if task.ladders and not task.method.relaxation.boundary_stays:
             raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
 
@@ -191,6 +193,7 @@ def _require_possible_in_metric(domain: Domain, request: SpacingRequest, task: T
         "parts": task.parts != 1,
         "layers": bool(task.ladders),
         "angle_min": task.least_angle > 0,
+        "overconstrained": task.inner_node,
         "largest": task.demanding,
         "crs": domain.plane is not None,
     }
@@ -219,6 +222,7 @@ def task_of(case: Case, domain: Domain) -> Task:
         partition=case.output.partition,
         requirements=case.require.model_dump(exclude_none=True),
         least_angle=case.angle_min or 0.0,
+        inner_node=case.overconstrained is not None,
         largest=inf if case.largest is None else case.largest,
         largest_in=largest_areas(case, domain),
         file_length=_file_length(case),

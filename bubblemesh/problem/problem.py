@@ -34,10 +34,11 @@ class Task:
     order: int = 1  # of the triangles, 1 or 2
     parts: int | None = 1  # that are packed side by side; as many as are worth it if None
     partition: int | None = None  # number of parts for a parallel solver
-    requirements: Mapping[str, float] = field(default_factory=dict)  # quality_min, quality_mean, angle_min if required
+    requirements: Mapping[str, float] = field(default_factory=dict)  # by the names of their keys, if required
     least_angle: float = 0.0  # degrees, for which nodes are added
     largest: float = np.inf  # area of a triangle
     largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
+    inner_node: bool = False  # whether each triangle needs a node that is not on the rings of the domain
     ladders: "tuple[Ladder, ...]" = ()  # of boundary layers
     previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
     open_labels: tuple[str, ...] = ()  # of the boundary, for formats of coasts
@@ -55,7 +56,8 @@ class Task:
     @property
     def demanding(self) -> bool:
         """Whether nodes may be added for demands on each triangle."""
-        return self.least_angle > 0 or bool(np.isfinite([self.largest, *self.largest_in.values()]).any())
+        finite = np.isfinite([self.largest, *self.largest_in.values()]).any()
+        return self.least_angle > 0 or self.inner_node or bool(finite)
 
     @property
     def layered(self) -> tuple[str, ...]:
@@ -108,7 +110,7 @@ class Problem:
         task, parts = self.task, self.domain.parts
         by_name = [min(task.largest, task.largest_in.get(name, np.inf)) for name in parts.names]
         areas = tuple(by_name[k] for k in parts.name_indices.tolist()) if task.largest_in else (task.largest,)
-        return Demands(task.least_angle, areas, task.max_nodes)
+        return Demands(task.least_angle, areas, task.inner_node, task.max_nodes)
 
     @property
     def may_stay_in_parts(self) -> bool:

@@ -13,6 +13,7 @@ from bubblemesh.kernels.library import engine
 from bubblemesh.limits import time_left, timed
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.messages import counted
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.parts.store import IN_MEMORY, Keeping
@@ -214,12 +215,13 @@ def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | 
     if packing.refined is not None and packing.refined.stopped is not None:
         return _unrefined(packing.refined, packing.problem.demands)
     quality = figures["quality"]
-    reached = {"quality_min": quality["min"], "quality_mean": quality["mean"], "angle_min": quality["angle_min"]}
-    missed = [
-        f"{key} is {reached[key]:.4g}, below {bound:.4g}"
-        for key, bound in packing.problem.task.requirements.items()
-        if reached[key] < bound
-    ]
+    required = packing.problem.task.requirements
+    least = {"quality_min": quality["min"], "quality_mean": quality["mean"], "angle_min": quality["angle_min"]}
+    largest = {"valence_max": quality["valence_max"]}
+    low = {key: value for key, value in least.items() if value < required.get(key, value)}
+    high = {key: value for key, value in largest.items() if value > required.get(key, value)}
+    missed = [f"{key} is {value:.4g}, below {required[key]:.4g}" for key, value in low.items()]
+    missed += [f"{key} is {value:.4g}, above {required[key]:.4g}" for key, value in high.items()]
     if missed:
         return RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
     return None
@@ -227,10 +229,15 @@ def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | 
 
 def _unrefined(refined: Refined, demands: Demands) -> BubblemeshError:
     """Why a refinement ended before its demands were met."""
-    told = f"the least angle is {refined.angle:.4g} degrees" if demands.angle > refined.angle else ""
+    told = list[str]()
+    if demands.angle > refined.angle:
+        told.append(f"the least angle is {refined.angle:.4g} degrees")
     if refined.excess > 1:
-        told += f"{' and ' if told else ''}a triangle has {refined.excess:.3g} times the largest area"
+        told.append(f"a triangle has {refined.excess:.3g} times the largest area")
+    if refined.overconstrained:
+        told.append(f"{counted(refined.overconstrained, 'triangle')} with all nodes on the boundary are left")
     kind = LimitError if refined.out_of_nodes else RequirementError
     return kind(
-        f"the refinement for angle_min or largest was stopped {refined.stopped}: the mesh is written, but {told}"
+        f"the refinement for angle_min, largest or overconstrained was stopped {refined.stopped}: the mesh is written, "
+        f"but {' and '.join(told)}"
     )

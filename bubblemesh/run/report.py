@@ -99,12 +99,13 @@ class NodeTargetRow:
 
 @dataclass(frozen=True)
 class RefinementRow:
-    """Nodes that a least angle or largest areas took, what was reached, and the sharper corners that are excused."""
+    """Nodes that demands on triangles took, what was reached, and the sharper corners that are excused."""
 
     angle_min: float
     nodes_added: int
     least_angle: float  # of the triangles that no corner excuses
     largest_excess: float  # of an area in terms of the largest one allowed; 0 if any is
+    overconstrained: int | None  # triangles without a node inside, if none is allowed
     excused: tuple[Mapping[str, Any], ...]  # places of corners, and the least angle of triangles due to each
     stopped: str | None
 
@@ -112,7 +113,8 @@ class RefinementRow:
     def of(cls, refined: Refined, demands: Demands) -> Self:
         """Figures of a refinement."""
         excused = tuple(corner._asdict() for corner in refined.excused)
-        return cls(demands.angle, refined.added, refined.angle, refined.excess, excused, refined.stopped)
+        left = refined.overconstrained if demands.inner_node else None
+        return cls(demands.angle, refined.added, refined.angle, refined.excess, left, excused, refined.stopped)
 
 
 @dataclass(frozen=True)

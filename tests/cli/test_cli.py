@@ -267,9 +267,10 @@ def test_the_case_file_is_never_overwritten(tmp_path):
     assert (tmp_path / "a.vtk").read_text() == SQUARE
 
 
-def test_a_missed_requirement_is_told_after_the_mesh_is_written(square, tmp_path):
-    process = bubblemesh("run", square, "-q", "--set", "require.quality_mean=1", "-o", "out", folder=tmp_path)
-    assert "quality_mean" in failed(process, 4)
+@pytest.mark.parametrize(("key", "value"), [("quality_mean", 1), ("valence_max", 5)])
+def test_a_missed_requirement_is_told_after_the_mesh_is_written(key, value, square, tmp_path):
+    process = bubblemesh("run", square, "-q", "--set", f"require.{key}={value}", "-o", "out", folder=tmp_path)
+    assert key in failed(process, 4)
     assert "square.msh" in names(tmp_path / "out")
 
 

@@ -350,7 +350,9 @@ def test_what_cannot_be_is_told_with_its_key(entries, keys, kind, message):
 
 
 def test_layers_on_periodic_sides_go_without_demands():
-    with pytest.raises(CaseError, match="layers: on periodic sides they go without angle_min and largest"):
+    with pytest.raises(
+        CaseError, match="layers: on periodic sides they go without angle_min, largest and overconstrained"
+    ):
         run({**CHANNEL, "periodic": [["left", "right"]]}, {"on": ["left", "right"], **FIVE}, angle_min=20)
 
 

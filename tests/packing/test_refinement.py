@@ -236,3 +236,59 @@ def test_python_programs_have_the_same_keys():
     assert areas(mesh).max() <= 0.01 * (1 + 1e-8)
     with pytest.raises(CaseError, match="angle_min: must be from 0 to 30"):
         bubblemesh.mesh(shapely.box(0, 0, 2, 1), 0.3, angle_min=40)
+
+
+def on_rings_only(mesh):
+    """Number of triangles all of whose nodes are on the rings, one by one."""
+    on_rings = set(mesh.facets[mesh.outer].ravel().tolist())
+    return sum(on_rings.issuperset(triangle) for triangle in mesh.triangles.tolist())
+
+
+OVERCONSTRAINED = {
+    "corner": ({"outer": {"polygon": [[0, 0], [1, 0], [0.5, 0.8]]}}, 0.4),
+    "one triangle": ({"outer": {"polygon": [[0, 0], [1, 0], [0.5, 0.8]]}}, 2),
+    "sharp corner": ({"outer": {"polygon": [[0, 0], [1, 0], [0.97, 0.2]]}}, 0.1),
+    "channel": ({"outer": {"rectangle": [0, 0, 4, 0.1]}}, 0.12),
+    "line from wall to wall": (
+        {"outer": {"rectangle": [0, 0, 1, 0.4]}, "lines": [{"path": [[0, 0.2], [1, 0.2]], "label": "crack"}]},
+        0.5,
+    ),
+    "periodic channel": (
+        {"outer": {"rectangle": [0, 0, 2, 0.1], "labels": ["a", "b", "c", "d"]}, "periodic": [["b", "d"]]},
+        0.12,
+    ),
+}
+
+
+@pytest.mark.parametrize("angle", [0, 20])
+@pytest.mark.parametrize(("domain", "size"), OVERCONSTRAINED.values(), ids=OVERCONSTRAINED)
+def test_each_triangle_has_a_node_inside_if_that_is_asked_for(domain, size, angle):
+    keys = {"spacing": {"value": size, "across": 0}, "angle_min": angle}
+    plain, split = meshed(domain, **keys), meshed(domain, overconstrained="split", **keys)
+    assert on_rings_only(plain.mesh) > 0
+    assert on_rings_only(split.mesh) == 0
+    check_mesh(split.mesh)
+    check_area(split.mesh)
+    refinement = split.report.refinement
+    assert (refinement.overconstrained, refinement.stopped) == (0, None)
+    assert refinement.nodes_added == len(split.mesh.points) - len(meshed(domain, **keys | {"angle_min": 0}).mesh.points)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_each_triangle_of_a_random_polygon_has_a_node_inside(seed):
+    split = meshed(random_polygon(seed), overconstrained="split", angle_min=0)
+    assert on_rings_only(split.mesh) == 0
+    check_mesh(split.mesh)
+    assert split.verdict is None
+
+
+def test_triangles_that_may_not_be_split_are_told():
+    domain, size = OVERCONSTRAINED["channel"]
+    keys = {"spacing": {"value": size, "across": 0}, "overconstrained": "split"}
+    nodes = len(meshed(domain, **keys | {"overconstrained": None}, angle_min=0).mesh.points)
+    stopped = meshed(domain, **keys, angle_min=0, limits={"max_nodes": nodes + 3})
+    assert isinstance(stopped.verdict, LimitError)
+    left = on_rings_only(stopped.mesh)
+    assert left > 0
+    assert stopped.report.refinement.overconstrained == left
+    assert f"{left} triangles with all nodes on the boundary are left" in str(stopped.verdict)

@@ -46,7 +46,7 @@ ROUND = [
     "quality_min",
     "seconds",
 ]
-QUALITY = ["mean", "min", "p01", "histogram", "irregular_fraction", "angle_min"]
+QUALITY = ["mean", "min", "p01", "histogram", "irregular_fraction", "valence_max", "angle_min"]
 SPACING = ["mean", "std", "p01", "p99"]
 IDEAL_NODES = {"1": 985, "2": 530, "3": 655, "4": 291, "dense": 1524}
 LEAST_MEAN_QUALITY = {"1": 0.9532, "2": 0.9564, "3": 0.945, "4": 0.9362}
@@ -163,6 +163,7 @@ def test_figures_agree_with_a_recomputation_by_loops(example):
     inner = [node for node in range(len(points)) if node not in on_boundary]
     irregular = sum(valence[node] != 6 for node in inner) / len(inner)
     assert quality["irregular_fraction"] == pytest.approx(irregular, rel=1e-9)
+    assert quality["valence_max"] == max(valence.values())
 
     d = SPACINGS[name]
     fit = []
