@@ -76,6 +76,7 @@ LIBRARIES = {
     "pythoncdt": {"meshes"},
     "pymetis": {"meshes"},
     "pyproj": {"geometry"},
+    "rasterio": {"readers"},
     "PIL": {"pictures", "readers"},
     "ezdxf": {"readers"},
     "pyogrio": {"readers"},

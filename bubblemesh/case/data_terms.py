@@ -74,13 +74,20 @@ class FieldTerm(DataFile):
 class RasterTerm(DataFile):
     """An array over a rectangle."""
 
-    name: Text | None = Field(default=None, description="Name of the array in an .npz file; needed if it has more.")
+    name: Text | None = Field(
+        default=None, description="Name of the array in an .npz or NetCDF file; needed if it has more."
+    )
     bounds: Bounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels fill; else the file's arrays x and y."
     )
     origin: Literal["lower", "upper"] = Field(
         default="lower", description="Whether the first row is the lowest or the highest one within the bounds."
     )
+
+    @property
+    def known_as(self) -> str:
+        """Its name in expressions, which make it a variable: that given, else the file's without its ending."""
+        return self.name or Path(self.file).stem
 
 
 class ImageTerm(DataTerm):

@@ -137,8 +137,11 @@ def _parameters(info: ValidationInfo) -> Mapping[str, float]:
     return {} if info.context is None else info.context
 
 
-def _evaluated(value: Any, info: ValidationInfo, dimension: Dimension = "length") -> Any:
-    """The number that a text stands for, with the parameters that are the validation's context."""
+def evaluated(value: Any, info: ValidationInfo, dimension: Dimension = "length") -> Any:
+    """The number that a text stands for, with the parameters that are the validation's context.
+
+    A number with a unit has to be of the dimension.
+    """
     if not isinstance(value, str) or is_number(value):  # a number in quotes is a mistake that has a message of its own
         return value
     try:
@@ -148,8 +151,12 @@ def _evaluated(value: Any, info: ValidationInfo, dimension: Dimension = "length"
         raise fault_of(error, "expression", message, found=described(value)) from None
 
 
+def _length(value: Any, info: ValidationInfo) -> Any:
+    return evaluated(value, info)
+
+
 def _evaluated_area(value: Any, info: ValidationInfo) -> Any:
-    return _evaluated(value, info, "area")
+    return evaluated(value, info, "area")
 
 
 def _with_parameters(value: Any, info: ValidationInfo) -> Any:
@@ -193,11 +200,11 @@ AS_GIVEN = PlainSerializer(lambda expression: expression.given, return_type=str)
 
 Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 # These may be expressions of the case's parameters, which are the context of the validation.
-Number = Annotated[Constant, BeforeValidator(_evaluated, json_schema_input_type=Constant | str), Once()]
+Number = Annotated[Constant, BeforeValidator(_length, json_schema_input_type=Constant | str), Once()]
 _Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_NUMBER)]
-Positive = Annotated[_Positive, BeforeValidator(_evaluated, json_schema_input_type=_Positive | str), Once()]
+Positive = Annotated[_Positive, BeforeValidator(_length, json_schema_input_type=_Positive | str), Once()]
 PositiveArea = Annotated[_Positive, BeforeValidator(_evaluated_area, json_schema_input_type=_Positive | str), Once()]
-Growth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=2), BeforeValidator(_evaluated)]
+Growth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=2), BeforeValidator(_length)]
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
@@ -205,7 +212,7 @@ Layers = Annotated[int, Field(strict=True, gt=0, le=500), BeforeValidator(_whole
 MOST_COPIES = 100_000
 _Copies = Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)]
 Copies = Annotated[
-    _Copies, BeforeValidator(_whole), BeforeValidator(_evaluated, json_schema_input_type=_Copies | str), Once()
+    _Copies, BeforeValidator(_whole), BeforeValidator(_length, json_schema_input_type=_Copies | str), Once()
 ]
 Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]"), Once()]
 

@@ -21,6 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.data_terms import OneOrMore
+from bubblemesh.case.depth import Depth
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import (
@@ -85,6 +86,11 @@ class Output(Strict):
     open: OneOrMore[Label] | None = Field(
         default=None,
         description="Labels of open water, for formats of coasts; else those named open, or open_, open- and more.",
+    )
+    depth: Depth | None = Field(
+        default=None,
+        description="Depth that the mesh is written with, in formats that hold it: the name of a raster, or an "
+        "expression; by default that of waves, slope or courant.",
     )
     partition: Count | None = Field(
         default=None, description="Number of parts for a parallel solver, whose files tell the part of each triangle."

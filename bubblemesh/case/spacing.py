@@ -17,6 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
+from bubblemesh.case.depth import CourantKeys, SlopeKeys, WaveKeys
 from bubblemesh.case.faults import problems
 from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Number, Once, Point, Positive, Strict, as_expression
 from bubblemesh.errors import CaseError
@@ -127,6 +128,9 @@ class SpacingTerms(DataTerms, PlaceTerms):
         description="Spacings that fit across the narrowest parts of the domain at least: by default 1, where that "
         "does not take many times the nodes; 0 for none.",
     )
+    waves: WaveKeys | None = Field(default=None, description="Nodes in the length of long waves: sqrt(g h) T / n.")
+    slope: SlopeKeys | None = Field(default=None, description="Nodes on slopes of the bed: 2 pi h / (n |grad h|).")
+    courant: CourantKeys | None = Field(default=None, description="Bound on the Courant number of long waves.")
     scale: Positive = Field(default=1.0, description="Factor of the smallest term.")
     minimum: Positive | None = Field(default=None, description="The spacing is nowhere finer, but where it has to be.")
     maximum: Positive | None = Field(default=None, description="The spacing is nowhere coarser.")
@@ -146,7 +150,7 @@ class SpacingTerms(DataTerms, PlaceTerms):
     def _consistent(self) -> "SpacingTerms":
         if self.minimum is not None and self.maximum is not None and self.minimum > self.maximum:
             raise PydanticCustomError("spacing_range", "minimum must not be above maximum")
-        everywhere = self.value, self.maximum, self.near
+        everywhere = self.value, self.maximum, self.near, self.waves
         if all(term is None for term in everywhere) and not (self.data or self.labels or self.regions):
             raise PydanticCustomError("spacing_open", "must have a value or a maximum, for where no other term counts")
         return self

@@ -53,6 +53,11 @@ def known_system(name: str) -> Any:
     return system
 
 
+def same_system(first: str, second: str) -> bool:
+    """Whether two names are those of one system, whichever of its axes comes first."""
+    return bool(known_system(first).equals(known_system(second), ignore_axis_order=True))
+
+
 @cache
 def _transformer(source: str, target: str) -> Any:
     return library().Transformer.from_crs(known_system(source), known_system(target), always_xy=True)

@@ -16,7 +16,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.problem.files import named_files
-from bubblemesh.spacing.expression import Expression, names_in
+from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names_in
 from bubblemesh.spacing.spacing import Spacing
 
 AUTO = "auto"
@@ -80,17 +80,25 @@ class GivenPlaces:
         return self.function(*points.T).reshape(x.shape)
 
 
-def bound_in(plane: Plane, expression: Expression) -> Callable[[Floats, Floats], Floats]:
-    """An expression whose x and y are coordinates as they were given, as a function of places in the plane.
+def bound_in(
+    plane: Plane | None, expression: Expression, distance_to: DistanceTo, rasters: Rasters
+) -> tuple[Callable[[Floats, Floats], Floats], Expression]:
+    """An expression as a function of places in the domain, and with its values of distances and rasters.
 
-    CaseError for one that measures distances too, which are in metres.
+    Where coordinates have been taken to a plane, its x and y and its rasters are those that were given. CaseError for
+    one that has x or y and measures distances too, which are in metres.
     """
+    if plane is None:
+        term = expression.measuring(distance_to, rasters)
+        return term, term
     used = names_in(expression.text)
     if not {"x", "y"} & used:
-        return expression
+        term = expression.measuring(distance_to, {name: GivenPlaces(f, plane) for name, f in rasters.items()})
+        return term, term
     if "distance" in used:
         raise CaseError("x and y, in the system of crs.from, and distance, in metres, do not go together: use near")
-    return GivenPlaces(expression, plane)
+    term = expression.measuring(distance_to, rasters)
+    return GivenPlaces(term, plane), term
 
 
 def given_bounds(domain: Domain) -> tuple[float, float, float, float]:

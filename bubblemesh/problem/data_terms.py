@@ -1,6 +1,6 @@
 """Data terms of a spacing: their values read, and made functions of the place."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Protocol
@@ -11,7 +11,10 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
+from bubblemesh.files import local_copy
+from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.read import read_field
+from bubblemesh.readers.grids import Box, completed, is_grid, read_grid
 from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
@@ -33,15 +36,43 @@ class DataFunction(Protocol):
         """Values (m,) at x (m,) and y (m,)."""
 
 
-def data_functions(terms: SpacingTerms) -> dict[Key, DataFunction]:
-    """Functions of the data terms, by their keys; errors have the key, the file and the place in it."""
-    found = {}
+def data_functions(terms: SpacingTerms, box: Box, others: Container[str] = ()) -> dict[Key, DataFunction]:
+    """Functions of the data terms around a box (x0, y0, x1, y1), by their keys, but for rasters by ``others`` names.
+
+    Errors have the key, the file and the place in it.
+    """
+    found: dict[Key, DataFunction] = {}
+    for key, model in _models(terms):
+        if not (isinstance(model, RasterTerm) and model.known_as in others):
+            with at_key(*key):
+                found[key] = FUNCTIONS[type(model)](model, box)
+    return found
+
+
+def raster_variables(
+    terms: SpacingTerms, box: Box, names: Container[str], system: str | None
+) -> tuple[dict[str, Raster], tuple[str, ...]]:
+    """The rasters by some names, around a box in a system, and notes on them; errors as of `data_functions`.
+
+    CaseError if two have one name.
+    """
+    functions: dict[str, Raster] = {}
+    notes: list[str] = []
+    for key, model in _models(terms):
+        if isinstance(model, RasterTerm) and model.known_as in names:
+            with at_key(*key):
+                if model.known_as in functions:
+                    raise CaseError(f"{model.known_as!r} is the name of another raster too: give one of them by name")
+                grid, told = _grid(model, box, system)
+                functions[model.known_as], notes = grid, [*notes, *told]
+    return functions, tuple(notes)
+
+
+def _models(terms: SpacingTerms) -> Iterator[tuple[Key, DataTerm]]:
+    """The data terms with their keys."""
     for name, models in terms.data.items():
         for number, model in enumerate(models):
-            key = Key(["spacing", name, *([number] if len(models) > 1 else [])])
-            with at_key(*key):
-                found[key] = FUNCTIONS[type(model)](model)
-    return found
+            yield Key(["spacing", name, *([number] if len(models) > 1 else [])]), model
 
 
 def elsewhere(key: Key, data: DataFunction, bounds: Sequence[float]) -> str | None:
@@ -60,7 +91,7 @@ def _box(bounds: Sequence[float]) -> str:
     return f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}]"
 
 
-def _field(term: FieldTerm) -> DataFunction:
+def _field(term: FieldTerm, box: Box) -> DataFunction:
     data = read_field(Path(term.file), term.name)
     with prefixed(f"{term.file}: {data.name}"):
         if data.at_points:
@@ -68,32 +99,60 @@ def _field(term: FieldTerm) -> DataFunction:
         return MeshField.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
 
 
-def _raster(term: RasterTerm) -> DataFunction:
+def _raster(term: RasterTerm, box: Box) -> DataFunction:
+    if is_grid(Path(term.file)):
+        return _grid(term, box, None, signed=False)[0]
+    return _array(term, signed=False)
+
+
+def _array(term: RasterTerm, *, signed: bool) -> Raster:
+    """A raster of NumPy's files."""
     with prefixed(term.file):
         data = read_gridded(Path(term.file), term.name)
         with prefixed(data.name):
             if term.bounds is not None:
-                return Raster.within(term.bounds, data.values, upper=term.origin == "upper").scaled(term.scale)
+                upper = term.origin == "upper"
+                return Raster.within(term.bounds, data.values, upper=upper, signed=signed).scaled(term.scale)
             if data.x is None or data.y is None:
                 raise CaseError("has no arrays x and y with it: give bounds, the rectangle that its pixels fill")
             if term.origin == "upper":
                 raise CaseError("has an array y with it, which says where its rows are: leave origin out")
-            return Raster.of(data.x, data.y, data.values).scaled(term.scale)
+            return Raster.of(data.x, data.y, data.values, signed=signed).scaled(term.scale)
 
 
-def _image(term: ImageTerm) -> DataFunction:
+def _grid(term: RasterTerm, box: Box, system: str | None, *, signed: bool = True) -> tuple[Raster, list[str]]:
+    """A raster that may have places of its own, around a box, and notes on what is missing or left out of it."""
+    if not is_grid(Path(term.file)):
+        return _array(term, signed=signed), []
+    with prefixed(term.file):
+        if term.bounds is not None or term.origin == "upper":
+            raise CaseError("says itself where its pixels are: leave bounds and origin out")
+        grid = read_grid(local_copy(Path(term.file)), term.name, box)
+        if system is not None and grid.system is not None and not same_system(system, grid.system):
+            raise CaseError(f"is in another system than crs.from: take it there by gdalwarp -t_srs {system}")
+        values, missing = completed(grid.values)
+        notes = []
+        if missing:
+            notes.append(f"{term.file}: {missing:.1%} of the values around the domain are missing: nearest ones count")
+        if grid.step > 1:
+            notes.append(f"{term.file}: of {grid.step} pixels in each direction one is read: it has very many")
+        with prefixed(grid.name):
+            return Raster.of(grid.x, grid.y, values, signed=signed).scaled(term.scale), notes
+
+
+def _image(term: ImageTerm, box: Box) -> DataFunction:
     with prefixed(term.file):
         grey = read_grey(Path(term.file))
         return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
 
 
-def _scattered(term: ScatteredTerm) -> DataFunction:
+def _scattered(term: ScatteredTerm, box: Box) -> DataFunction:
     with nullcontext() if term.file is None else prefixed(term.file):
         given = np.array(term.points, float) if term.file is None else read_columns(Path(term.file), ("x", "y", "d"))
         return scattered(given[:, :2], given[:, 2]).scaled(term.scale)
 
 
-FUNCTIONS: dict[type[DataTerm], Callable[[Any], DataFunction]] = {
+FUNCTIONS: dict[type[DataTerm], Callable[[Any, Box], DataFunction]] = {
     FieldTerm: _field,
     RasterTerm: _raster,
     ImageTerm: _image,

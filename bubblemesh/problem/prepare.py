@@ -45,7 +45,7 @@ def prepare(case: Case) -> Problem:
     request = case_spacing(case, domain)
     if request.nodes is None:  # else the spacing is not known yet
         request = replace(request, warnings=(*request.warnings, *open_gaps(case, domain, request.at(None))))
-    problem = prepare_in(domain, request, task_of(case, domain), seconds)
+    problem = prepare_in(domain, request, replace(task_of(case, domain), depth=request.depth), seconds)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
     return problem

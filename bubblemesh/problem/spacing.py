@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
+from bubblemesh.case.depth import DepthKeys
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.distances import (
@@ -24,10 +26,11 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, terms_in
 from bubblemesh.problem.files import own_files
-from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly, nothing
+from bubblemesh.spacing.terms.depth import Deep, NotBelow, Slope, Waves
 from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
 from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
 
@@ -40,6 +43,7 @@ USUAL = 0.75  # of the largest area: mean one of triangles few of which are larg
 NO_RULES = Rules()
 OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
 MOST_TERMS = 64  # near something: of more of them, only those in question are evaluated
+SLOPE_ACROSS = 1 / 200  # of the domain's size: length over which depths are compared
 APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 
@@ -52,6 +56,7 @@ class SpacingRequest:
     nodes: int | None = None  # that it is to be scaled for
     warnings: tuple[str, ...] = ()
     metrics: "tuple[MetricRequest, ...]" = ()  # below the spacing
+    depth: Term | None = None  # that the mesh is written with
 
 
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
@@ -62,7 +67,7 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
         if (value := case.domain.regions[int(region.key[2])].spacing) is not None
     }
     with own_files(case.spacing_terms, case.root):
-        request = spacing_request(case.spacing, domain, own)
+        request = spacing_request(case.spacing, domain, own, case.output.depth)
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     if domain.plane is not None:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
@@ -117,34 +122,103 @@ def _side(area: float) -> float:
     return float(np.sqrt(4 / np.sqrt(3) * USUAL * area))
 
 
-def spacing_request(spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None) -> SpacingRequest:
-    """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key."""
+def spacing_request(
+    spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None, depth: Expression | None = None
+) -> SpacingRequest:
+    """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key.
+
+    ``depth`` is that which the mesh is written with, if a case says so.
+    """
     given, plane = as_terms(spacing), domain.plane
+    rasters, told = _variables(given, domain, [depth, *(value for value, _ in (own or {}).values())])
     terms = given if plane is None else terms_in(plane, given)
     key, value = terms.basis
     path = ("spacing", key) if spacing is given else ("spacing",)
-    rest = Spacing(nothing) if value is None else _bound(value, domain, *path)
-    functions, astray = _data(terms, domain)
+    rest = Spacing(nothing) if value is None else _bound(value, domain, *path, rasters=rasters)
+    functions, astray = _data(terms, domain, rasters)
     found = (
-        _by_region(rest, domain, own or {}),
-        *_limits_within(terms.regions, domain),
+        _by_region(rest, domain, own or {}, rasters),
+        *_limits_within(terms.regions, domain, rasters),
+        *_of_depth(terms, domain, rasters),
         *_near(terms, domain),
         *(Spacing(_in_plane(data, domain), key=_Always(key)) for key, data in functions.items()),
     )
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
-    return SpacingRequest(within_limits(terms, found, spots, terms.scale), rules_of(terms), terms.nodes, astray)
+    at = _not_below_courant(within_limits(terms, found, spots, terms.scale), terms, domain, rasters)
+    return SpacingRequest(
+        at, rules_of(terms), terms.nodes, (*told, *astray), _depth_of_nodes(terms, domain, rasters, depth)
+    )
 
 
-def _data(terms: SpacingTerms, domain: Domain) -> "tuple[Mapping[Key, DataFunction], tuple[str, ...]]":
+def _variables(terms: SpacingTerms, domain: Domain, others: Sequence[Value | None]) -> tuple[Rasters, tuple[str, ...]]:
+    """The rasters that expressions name, and notes on them."""
+    keys = [each.depth for each in (terms.waves, terms.slope, terms.courant) if each is not None]
+    values = [terms.value, *terms.regions.values(), *keys, *others]
+    names = {name for value in values if isinstance(value, Expression) for name in value.rasters}
+    if not names:
+        return {}, ()
+    from bubblemesh.problem.data_terms import raster_variables
+
+    system = None if domain.plane is None else domain.plane.source
+    return raster_variables(terms, given_bounds(domain), names, system)
+
+
+def _deep(keys: DepthKeys, domain: Domain, rasters: Rasters, name: str) -> Deep:
+    """The depth that some keys of the spacing tell."""
+    return Deep(_bound(keys.depth, domain, "spacing", name, "depth", rasters=rasters).function, keys.shallowest)
+
+
+def _of_depth(terms: SpacingTerms, domain: Domain, rasters: Rasters) -> Iterator[Spacing]:
+    """Spacings by the length of waves and by the slope of the bed."""
+    if terms.waves is not None:
+        deep = _deep(terms.waves, domain, rasters, "waves")
+        waves = Waves(deep, terms.waves.period, terms.waves.per_length)
+        yield Spacing(waves, key=_Always(Key(["spacing", "waves"])))
+    if terms.slope is not None:
+        across = terms.slope.filter or domain.size * SLOPE_ACROSS
+        slope = Slope(_deep(terms.slope, domain, rasters, "slope"), terms.slope.per_slope, across)
+        yield Spacing(slope, key=_Always(Key(["spacing", "slope"])))
+
+
+def _not_below_courant(
+    at: Callable[[float | None], Spacing], terms: SpacingTerms, domain: Domain, rasters: Rasters
+) -> Callable[[float | None], Spacing]:
+    """A spacing that is nowhere finer than its time step allows."""
+    keys = terms.courant
+    if keys is None:
+        return at
+    deep = _deep(keys, domain, rasters, "courant")
+
+    def bounded(scale: float | None) -> Spacing:
+        given = at(scale)
+        return replace(given, function=NotBelow(given.function, deep, keys.dt, keys.largest))
+
+    return bounded
+
+
+def _depth_of_nodes(terms: SpacingTerms, domain: Domain, rasters: Rasters, depth: Expression | None) -> Term | None:
+    """The depth that the mesh is written with: that given, or that of a term of the spacing."""
+    if depth is not None:
+        return _bound(depth, domain, "output", "depth", rasters=rasters).function
+    for keys, name in ((terms.waves, "waves"), (terms.slope, "slope"), (terms.courant, "courant")):
+        if keys is not None:
+            return _bound(keys.depth, domain, "spacing", name, "depth", rasters=rasters).function
+    return None
+
+
+def _data(
+    terms: SpacingTerms, domain: Domain, variables: Rasters
+) -> "tuple[Mapping[Key, DataFunction], tuple[str, ...]]":
     """Functions of the data terms, by their keys, and warnings of those whose data lies outside of the domain."""
     if not terms.data:
         return {}, ()
     # Imported here since few cases have data, and all that reads it takes long to load.
     from bubblemesh.problem.data_terms import data_functions, elsewhere
 
-    found = data_functions(terms)
-    astray = (elsewhere(key, data, given_bounds(domain)) for key, data in found.items())
+    box = given_bounds(domain)
+    found = data_functions(terms, box, variables)
+    astray = (elsewhere(key, data, box) for key, data in found.items())
     return found, tuple(filter(None, astray))
 
 
@@ -169,12 +243,12 @@ def rules_of(terms: SpacingTerms) -> Rules:
     return Rules(terms.growth, terms.per_circle, terms.across, terms.minimum or 0.0)
 
 
-def _by_region(rest: Spacing, domain: Domain, own: OwnValues) -> Spacing:
+def _by_region(rest: Spacing, domain: Domain, own: OwnValues, rasters: Rasters) -> Spacing:
     """A spacing, with those of the regions that have one of their own in its place."""
     made: dict[Value, Spacing] = {}
     for value, key in own.values():
         if value not in made:
-            made[value] = _bound(value, domain, *key)
+            made[value] = _bound(value, domain, *key, rasters=rasters)
     finer = [region for region in domain.parts.regions if region.name in own]
     return by_region(rest, [RegionSpacing(region, made[own[region.name][0]], own[region.name][1]) for region in finer])
 
@@ -247,12 +321,14 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
     yield np.array([point.at for point in domain.parts.points if point.label in labels]).reshape(-1, 2)
 
 
-def _limits_within(largest: Mapping[str, Value], domain: Domain) -> Iterator[Spacing]:
+def _limits_within(
+    largest: Mapping[str, Value], domain: Domain, rasters: Rasters = MappingProxyType({})
+) -> Iterator[Spacing]:
     """The largest spacings within regions, by name."""
     regions, rest = domain.parts.regions, domain.parts.rest
     for name, value in largest.items():
         key = Key(["spacing", "regions", name])
-        term = _bound(value, domain, *key)
+        term = _bound(value, domain, *key, rasters=rasters)
         mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
         if name != rest:
             if not mine:
@@ -266,12 +342,12 @@ def _limits_within(largest: Mapping[str, Value], domain: Domain) -> Iterator[Spa
         yield replace(term, function=within)
 
 
-def _bound(value: Value, domain: Domain, *path: str | int) -> Spacing:
-    """The value of a key: a number, or an expression that may measure distances in the domain."""
+def _bound(value: Value, domain: Domain, *path: str | int, rasters: Rasters = MappingProxyType({})) -> Spacing:
+    """The value of a key: a number, or an expression that may measure distances in the domain, and name rasters."""
     with at_key(*path):
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
-        term = bound.measuring(partial(distance_to_labels, domain))
-        function = term if domain.plane is None else bound_in(domain.plane, term)
+        distance_to = partial(distance_to_labels, domain)
+        function, term = bound_in(domain.plane, bound, distance_to, rasters)
     return Spacing(function, key=_Always(Key(path)), costly=costly(term))
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
@@ -141,6 +143,8 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         mesh, figures, straight = found.mesh, found.figures, 0
         if isinstance(mesh, Mesh) and task.order == 2:
             mesh, straight = mesh.second_order()
+    if isinstance(mesh, Mesh) and task.depth is not None:
+        mesh = replace(mesh, depth=np.asarray(task.depth(*mesh.points.T), float))
     plane = problem.domain.plane
     if isinstance(mesh, Mesh) and plane is not None:
         mesh = mesh.mapped(plane.written)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 MAX_DEPTH = 200
 
 Evaluate = Callable[[Floats, Floats], Any]
+Rasters = Mapping[str, Evaluate]
 DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has some labels
 
 CONSTANTS = {"pi": math.pi, "e": math.e}
@@ -59,6 +60,7 @@ class Expression:
     _evaluate: Evaluate = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
     names: tuple[str, str] = ("x", "y")  # of the two numbers
+    _rasters: Rasters | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def parse(
@@ -89,15 +91,21 @@ class Expression:
         tree: ast.expr,
         distance_to: DistanceTo | None,
         names: tuple[str, str],
+        rasters: Rasters | None = None,
     ) -> "Expression":
         coordinates = dict(zip(names, COORDINATES.values(), strict=True))
-        builder = _Builder(given.strip(), coordinates, parameters, distance_to)
+        builder = _Builder(given.strip(), coordinates, parameters, distance_to, rasters=rasters)
         evaluate = builder.built(tree, 0)
-        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names)
+        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names, rasters)
 
-    def measuring(self, distance_to: DistanceTo) -> "Expression":
-        """Expression with values for its calls of the distance; CaseError as of `parse`."""
-        return self._of(self.given, self.parameters, self._tree, distance_to, self.names)
+    def measuring(self, distance_to: DistanceTo, rasters: Rasters | None = None) -> "Expression":
+        """Expression with values for its calls of the distance, and for rasters by names; CaseError as of `parse`."""
+        return self._of(self.given, self.parameters, self._tree, distance_to, self.names, rasters)
+
+    @property
+    def rasters(self) -> set[str]:
+        """Names of the rasters in it."""
+        return {node.attr for node in ast.walk(self._tree) if isinstance(node, ast.Attribute)}
 
     def __str__(self) -> str:
         return self.text
@@ -113,7 +121,24 @@ class Expression:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.
-        return Expression.parse, (self.given, self.parameters, self._distance_to, self.names)
+        return _again, (self.given, self.parameters, self._distance_to, self.names, self._rasters)
+
+
+def _again(
+    given: str,
+    parameters: "Parameters",
+    distance_to: DistanceTo | None,
+    names: tuple[str, str],
+    rasters: Rasters | None,
+) -> Expression:
+    """An expression in another process."""
+    parsed_again = Expression.parse(given, parameters, distance_to, names)
+    return parsed_again if distance_to is None else parsed_again.measuring(distance_to, rasters)
+
+
+def is_raster_name(text: str, parameters: Mapping[str, float]) -> bool:
+    """Whether a text is a name that can only be that of a raster."""
+    return text.isidentifier() and text not in parameters and text not in CONSTANTS and text not in COORDINATES
 
 
 def constant(text: str, parameters: Mapping[str, float], dimension: Dimension | None = "length") -> float:
@@ -177,12 +202,14 @@ class _Builder:
         parameters: Parameters,
         distance_to: DistanceTo | None,
         dimension: Dimension | None = "length",
+        rasters: Rasters | None = None,
     ) -> None:
         self.text = text
         self.coordinates = coordinates
         self.constants = ChainMap(parameters, CONSTANTS)
         self.without_value = parameters.without_value
         self.units, self.dimension = parameters.units, dimension
+        self.rasters = rasters
         self.distance_to = distance_to
         self.costly = False
 
@@ -191,7 +218,7 @@ class _Builder:
             raise CaseError(f"the expression is nested more than {MAX_DEPTH} deep: {shown(self.text)}")
         parts: Sequence[ast.expr]
         match node:
-            case ast.Constant() | ast.Name():
+            case ast.Constant() | ast.Name() | ast.Attribute(value=ast.Name(id="raster")):
                 return self._leaf(node)
             case ast.Call(func=ast.Name(id=name)) if name == DISTANCE:
                 return self._measured(node)
@@ -212,7 +239,9 @@ class _Builder:
         values = [self.built(part, depth + 1) for part in parts]
         return lambda x, y: call(*[value(x, y) for value in values])
 
-    def _leaf(self, node: ast.Constant | ast.Name) -> Evaluate:
+    def _leaf(self, node: ast.Constant | ast.Name | ast.Attribute) -> Evaluate:
+        if isinstance(node, ast.Attribute):
+            return self._of_raster(node)
         return self._named(node, node.id) if isinstance(node, ast.Name) else self._number(node, node.value)
 
     def _number(self, node: ast.expr, value: object) -> Evaluate:
@@ -251,6 +280,15 @@ class _Builder:
             raise self._error(node, f"{name} takes {function.arity()}, found {len(node.args)}")
         return function
 
+    def _of_raster(self, node: ast.Attribute) -> Evaluate:
+        """Values of a raster of the spacing, by its name."""
+        if self.rasters is None:
+            return _unknown_raster
+        if node.attr not in self.rasters:
+            advice = meant(node.attr, list(self.rasters)) if self.rasters else "give one under spacing.raster"
+            raise self._error(node, f"there is no raster {node.attr!r}: {advice}")
+        return self.rasters[node.attr]
+
     def _measured(self, node: ast.Call) -> Evaluate:
         """A call of the distance, whose arguments are labels."""
         if node.keywords:
@@ -288,6 +326,10 @@ def _constant(number: float) -> Evaluate:
 
 def _unmeasured(x: Floats, y: Floats) -> Floats:
     raise CaseError(f"{DISTANCE}(...) is measured from the boundary of a domain, and there is none here")
+
+
+def _unknown_raster(x: Floats, y: Floats) -> Floats:
+    raise CaseError("rasters have values in the spacing of a domain only")
 
 
 def _of_points(distance: "Distance") -> Evaluate:

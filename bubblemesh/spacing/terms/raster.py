@@ -25,11 +25,12 @@ class Raster:
     values: Floats  # (r, c): positive and finite
 
     @classmethod
-    def of(cls, x: Floats, y: Floats, values: Floats) -> Self:
+    def of(cls, x: Floats, y: Floats, values: Floats, *, signed: bool = False) -> Self:
         """Raster of ``values`` (r, c) with columns at ``x`` (c,) and rows at ``y`` (r,), in either direction each.
 
-        CaseError if the shapes do not fit, coordinates do not go one way, or a value is not positive and finite; the
-        text names its row and column, from 0, and its place.
+        Values may be negative if they are ``signed``, and are no spacings then. CaseError if the shapes do not fit,
+        coordinates do not go one way, or a value is not positive and finite; the text names its row and column, from 0,
+        and its place.
         """
         _require_grid(values)
         for name, coordinates, count, what in (("x", x, values.shape[1], "column"), ("y", y, values.shape[0], "row")):
@@ -45,12 +46,15 @@ class Raster:
             row, column = np.unravel_index(k, values.shape)
             return f"in row {row}, column {column} (from 0), {place((x[column], y[row]))}"
 
-        require_positive(values.ravel(), where)
+        if not signed:
+            require_positive(values.ravel(), where)
         across, along = (slice(None, None, -1 if len(c) > 1 and c[1] < c[0] else 1) for c in (x, y))
         return cls(x[across], y[along], values[along, across])
 
     @classmethod
-    def within(cls, bounds: tuple[float, float, float, float], values: Floats, upper: bool = False) -> Self:
+    def within(
+        cls, bounds: tuple[float, float, float, float], values: Floats, upper: bool = False, *, signed: bool = False
+    ) -> Self:
         """Raster of ``values`` (r, c) whose pixels fill the rectangle ``bounds`` (x0, y0, x1, y1).
 
         The first row is the lowest one, or the highest with ``upper``. CaseError as `of`.
@@ -60,7 +64,7 @@ class Raster:
         rows, columns = values.shape
         x = x0 + (np.arange(columns) + 0.5) * ((x1 - x0) / columns)
         y = y0 + (np.arange(rows) + 0.5) * ((y1 - y0) / rows)
-        return cls.of(x, y[::-1] if upper else y, values)
+        return cls.of(x, y[::-1] if upper else y, values, signed=signed)
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:

@@ -1,0 +1,321 @@
+"""Grids of numbers with places: NetCDF, GeoTIFF, ESRI's ASCII grids (.asc), and regular lists of x, y, z (.xyz).
+
+Only the part around a domain is read, and of more pixels than are needed each second, third or so in each direction.
+"""
+
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.files import opened, read_bytes
+from bubblemesh.messages import meant, shown
+from bubblemesh.readers.netcdf import Variable, netcdf
+from bubblemesh.readers.tables import read_columns
+
+MOST_PIXELS = 4_000_000  # that are kept of a grid
+AROUND = 2  # pixels beyond the box
+ACROSS = ("x", "lon", "easting")  # beginnings of names of the dimension from west to east
+TURN = 360.0  # degrees
+ROUNDING = 1e-6  # of a step
+
+Box = tuple[float, float, float, float]
+
+
+class Grid(NamedTuple):
+    """Values with the coordinates of their columns and rows; NaN where there is none."""
+
+    name: str
+    x: Floats  # (c,)
+    y: Floats  # (r,)
+    values: Floats  # (r, c)
+    system: str | None = None  # of the coordinates, if the file tells
+    step: int = 1  # of so many pixels in each direction one was read
+
+
+def read_grid(path: Path, name: str | None, box: Box | None) -> Grid:
+    """The grid ``name`` of a file, or the only one, around a box (x0, y0, x1, y1), or all of it.
+
+    FileError if the file cannot be read; CaseError if the name is needed or unknown, if it is no grid, or if nothing of
+    it is in the box.
+    """
+    found = GRIDS[path.suffix.lower()](path, name, box)
+    if found.values.size == 0 or found.values.shape != (len(found.y), len(found.x)):
+        raise CaseError(f"{found.name} is no grid with rows and columns")
+    return found
+
+
+def is_grid(path: Path) -> bool:
+    """Whether a file, by its ending, is one of grids with places."""
+    return path.suffix.lower() in GRIDS
+
+
+def completed(values: Floats) -> tuple[Floats, float]:
+    """The values (r, c), where there is none that of the nearest pixel, and the share of those.
+
+    CaseError if there is none at all.
+    """
+    missing = ~np.isfinite(values)
+    share = float(missing.mean())
+    if share == 0:
+        return values, 0.0
+    if share == 1:
+        raise CaseError("has no values around the domain: all of them are missing")
+    from scipy.ndimage import distance_transform_edt
+
+    rows, columns = distance_transform_edt(missing, return_distances=False, return_indices=True)
+    return values[rows, columns], share
+
+
+class _Window(NamedTuple):
+    """Rows or columns of a grid: runs of them, and the coordinates of all."""
+
+    runs: list[slice]
+    at: Floats
+
+
+def _window(at: Floats, low: float, high: float, step: int, what: str) -> _Window:
+    """Those of some coordinates (n,) that are between two, with some more on both sides.
+
+    CaseError if there is none of them.
+    """
+    steps = np.diff(at)
+    if not ((steps > 0).all() or (steps < 0).all()):
+        raise CaseError(f"its {what} coordinates do not go one way")
+    at = _turned(at, low, high) if what == "x" else at
+    order = np.argsort(at, kind="stable")
+    first, last = np.searchsorted(at[order], [low, high]).tolist()
+    if first == len(at) or last == 0:
+        has, wants = f"{at.min():.6g} to {at.max():.6g}", f"{low:.6g} to {high:.6g}"
+        raise CaseError(f"its {what} coordinates are {has}, those of the domain {wants}: they do not meet")
+    chosen = order[max(first - AROUND * step, 0) : last + AROUND * step : step]
+    return _Window(_runs(chosen), at[chosen])
+
+
+def _turned(at: Floats, low: float, high: float) -> Floats:
+    """Longitudes (n,) with as many turns as bring them next to the domain, if more of them are in it then."""
+    if not np.isfinite([low, high]).all() or np.abs([at.min(), at.max(), low, high]).max() > TURN:
+        return at
+    turned = at + TURN * np.round(((low + high) / 2 - at) / TURN)
+    inside, other = (np.count_nonzero((each >= low) & (each <= high)) for each in (at, turned))
+    return turned if other > inside and len(np.unique(turned)) == len(at) else at
+
+
+def _runs(chosen: Integers) -> list[slice]:
+    """Slices that give numbers in their order, where these go on by equal steps."""
+    steps = np.diff(chosen)
+    usual = int(np.bincount(steps - steps.min()).argmax() + steps.min()) if len(steps) else 1
+    parts = np.split(chosen, np.flatnonzero(steps != usual) + 1)
+    return [_slice(int(part[0]), int(part[-1]), usual) for part in parts]
+
+
+def _slice(first: int, last: int, step: int) -> slice:
+    end = last + (1 if step > 0 else -1)
+    return slice(first, None if end < 0 else end, step)
+
+
+def _step(rows: Floats, columns: Floats, box: Box) -> int:
+    """Of how many pixels in each direction one is read."""
+    x0, y0, x1, y1 = box
+    high, wide = int(((rows >= y0) & (rows <= y1)).sum()), int(((columns >= x0) & (columns <= x1)).sum())
+    return max(math.ceil(math.sqrt(high * wide / MOST_PIXELS)), 1)
+
+
+def _box(box: Box | None) -> Box:
+    return (-np.inf, -np.inf, np.inf, np.inf) if box is None else box
+
+
+def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
+    with netcdf(path) as variables:
+        known = [key for key, each in variables.items() if len(each.shape) >= 2 and each.kind in "iuf"]
+        chosen = _one_of(known, name)
+        variable = variables[chosen]
+        places = [_coordinates(variables, chosen, each) for each in variable.dimensions[-2:]]
+        turned = variable.dimensions[-2].lower().startswith(ACROSS)
+        (x, y) = places if turned else places[::-1]
+        bounds = _box(box)
+        step = _step(y, x, bounds)
+        columns = _window(x, bounds[0], bounds[2], step, "x")
+        rows = _window(y, bounds[1], bounds[3], step, "y")
+        before = [slice(-1, None)] * (len(variable.shape) - 2)  # the last time, and the first levels
+
+        def part(row: slice, column: slice) -> Floats:
+            # Steps are taken of what is read, since backward ones are not read so.
+            window = [column, row] if turned else [row, column]
+            ahead = [_ahead(each, n) for each, n in zip(window, variable.shape[-2:], strict=True)]
+            found = variable.numbers(*before, *(each for each, _ in ahead)).reshape(
+                [len(range(*each.indices(n))) for (each, _), n in zip(ahead, variable.shape[-2:], strict=True)]
+            )[tuple(slice(None, None, sign) for _, sign in ahead)]
+            return found.T if turned else found
+
+        values = np.vstack([np.hstack([part(row, column) for column in columns.runs]) for row in rows.runs])
+    return Grid(chosen, columns.at, rows.at, values, step=step)
+
+
+def _ahead(run: slice, size: int) -> tuple[slice, int]:
+    """The same numbers ascending, and whether they have to be turned."""
+    numbers = range(*run.indices(size))
+    if numbers.step > 0:
+        return run, 1
+    return slice(numbers[-1], numbers[0] + 1, -numbers.step), -1
+
+
+def _coordinates(variables: Mapping[str, Variable], name: str, dimension: str) -> Floats:
+    found = variables.get(dimension)
+    if found is None or len(found.shape) != 1 or found.kind not in "iuf":
+        raise CaseError(
+            f"{name} has no coordinates for its dimension {dimension!r}: write them as a variable of that name"
+        )
+    return found.numbers()
+
+
+def _one_of(known: list[str], name: str | None) -> str:
+    """The grid that is asked for, or the only one."""
+    if name is None and len(known) != 1:
+        raise CaseError(f"has {len(known)} grids ({', '.join(known) or 'none'}): give the name of one")
+    if name is not None and name not in known:
+        raise CaseError(f"has no grid {name!r}: {meant(name, known) if known else 'it has none'}")
+    return known[0] if name is None else name
+
+
+def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
+    try:
+        import rasterio
+        from rasterio.enums import Resampling
+        from rasterio.windows import Window
+    except ModuleNotFoundError:
+        raise FileError('rasterio is needed to read it: pip install "bubblemesh[geo]"') from None
+    safe = {"GDAL_PAM_ENABLED": "NO", "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR", "PROJ_NETWORK": "OFF"}
+    try:
+        with ExitStack() as stack:
+            stack.enter_context(warnings.catch_warnings())
+            warnings.simplefilter("ignore")
+            stream = stack.enter_context(opened(path, limited=False))
+            if stream.peek(4)[:4] not in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
+                raise FileError("is no TIFF")
+            stack.enter_context(rasterio.Env(**safe))
+            data = stack.enter_context(rasterio.open(path, driver="GTiff"))
+            across = data.transform
+            if across.b or across.d or across.is_identity:
+                raise CaseError("has no place, or is turned: give it one, as by gdalwarp")
+            x = across.c + across.a * (np.arange(data.width) + 0.5)
+            y = across.f + across.e * (np.arange(data.height) + 0.5)
+            bounds = _box(box)
+            step = _step(y, x, bounds)
+            columns, rows = _window(x, bounds[0], bounds[2], 1, "x"), _window(y, bounds[1], bounds[3], 1, "y")
+            if len(columns.runs) > 1:
+                raise CaseError("the domain crosses its eastern edge: turn it there, as by gdalwarp -te")
+            (left, width), (low, height) = (
+                _extent(part.runs[0], n) for part, n in ((columns, data.width), (rows, data.height))
+            )
+            shape = max(height // step, 1), max(width // step, 1)
+            window = Window(left, low, width, height)
+            found = data.read(1, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
+            values = np.ma.filled(found.astype(float), np.nan)
+            # Of several pixels the mean is in their middle.
+            x = np.interp(_middles(width, shape[1]), np.arange(width), np.sort(columns.at))
+            y = np.interp(_middles(height, shape[0]), np.arange(height), np.sort(rows.at))
+            x, y = (each if positive else each[::-1] for each, positive in ((x, across.a > 0), (y, across.e > 0)))
+            system = data.crs.to_wkt() if data.crs else None
+    except (BubblemeshError, MemoryError):
+        raise
+    except Exception as error:  # damaged files fail in any way
+        raise FileError(f"is no GeoTIFF that can be read: {shown(error, 200)}") from error
+    return Grid(path.stem if name is None else name, x, y, values, system, step)
+
+
+def _extent(run: slice, size: int) -> tuple[int, int]:
+    """The first of a run of pixels, and their number."""
+    numbers = range(*run.indices(size))
+    return min(numbers), len(numbers)
+
+
+def _middles(size: int, count: int) -> Floats:
+    """Middles (count,) of as many equal parts of so many pixels, as numbers of pixels."""
+    return (np.arange(count) + 0.5) * size / count - 0.5
+
+
+HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "nodata_value")
+
+
+def _read_ascii(path: Path, name: str | None, box: Box | None) -> Grid:
+    content = read_bytes(path)
+    head: dict[str, float] = {}
+    place = 0
+    for _ in range(len(HEADER)):
+        line, end, _ = content[place : place + 200].partition(b"\n")
+        words = line.split()
+        if len(words) != 2 or words[0].lower().decode("latin-1") not in HEADER:
+            break
+        head[words[0].lower().decode("latin-1")] = _number(words[1])
+        place += len(line) + len(end)
+    if not {"ncols", "nrows", "cellsize"} <= head.keys():
+        raise FileError("does not begin with ncols, nrows and cellsize: it is no ASCII grid")
+    columns, rows, size = int(head["ncols"]), int(head["nrows"]), head["cellsize"]
+    values = _numbers(content[place:])
+    if min(columns, rows) < 1 or len(values) != columns * rows:
+        raise FileError(f"has {len(values):,} values where {rows} rows of {columns} are told")
+    values = values.reshape(rows, columns)
+    if "nodata_value" in head:
+        values[values == head["nodata_value"]] = np.nan
+    x0 = head["xllcenter"] if "xllcenter" in head else head.get("xllcorner", 0.0) + size / 2
+    y0 = head["yllcenter"] if "yllcenter" in head else head.get("yllcorner", 0.0) + size / 2
+    x: Floats = x0 + size * np.arange(columns, dtype=float)
+    y: Floats = y0 + size * np.arange(rows, dtype=float)[::-1]
+    return _cut(Grid(path.stem if name is None else name, x, y, values), box)
+
+
+def _number(word: bytes) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise FileError(f"has {shown(word.decode('latin-1'), 40)!r} where a number is to be") from None
+
+
+def _numbers(content: bytes) -> Floats:
+    """All numbers (n,) of a text."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return np.fromstring(content, sep=" ")
+    except (ValueError, DeprecationWarning):
+        raise FileError("has words where numbers are to be") from None
+
+
+def _read_xyz(path: Path, name: str | None, box: Box | None) -> Grid:
+    points = read_columns(path, ("x", "y", "z"))
+    x, column = np.unique(points[:, 0], return_inverse=True)
+    y, row = np.unique(points[:, 1], return_inverse=True)
+    if len(x) * len(y) > 4 * len(points):
+        raise CaseError("is no grid: its points are not in rows and columns: make one of them, as by gdal_grid")
+    values = np.full((len(y), len(x)), np.nan)
+    values[row, column] = points[:, 2]
+    return _cut(Grid(path.stem if name is None else name, x, y, values), box)
+
+
+def _cut(grid: Grid, box: Box | None) -> Grid:
+    """The part of a grid around a box."""
+    bounds = _box(box)
+    step = _step(grid.y, grid.x, bounds)
+    columns = _window(grid.x, bounds[0], bounds[2], step, "x")
+    rows = _window(grid.y, bounds[1], bounds[3], step, "y")
+    chosen: NDArray[Any] = np.vstack(
+        [np.hstack([grid.values[row, column] for column in columns.runs]) for row in rows.runs]
+    )
+    return grid._replace(x=columns.at, y=rows.at, values=chosen, step=step)
+
+
+GRIDS: Mapping[str, Callable[[Path, str | None, Box | None], Grid]] = {
+    ".nc": _read_netcdf,
+    ".tif": _read_geotiff,
+    ".tiff": _read_geotiff,
+    ".asc": _read_ascii,
+    ".xyz": _read_xyz,
+}

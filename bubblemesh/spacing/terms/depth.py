@@ -1,0 +1,79 @@
+"""Spacings that follow the depth of water: the length of waves, the slope of the bed, and the Courant number.
+
+References
+----------
+M. E. Hagen, J. J. Westerink, R. L. Kolar and O. Horstmann, "Two-dimensional, unstructured mesh generation for tidal
+models", International Journal for Numerical Methods in Fluids 35 (2001). K. J. Roberts, W. J. Pringle and
+J. J. Westerink, "OceanMesh2D 1.0", Geoscientific Model Development 12 (2019).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.spacing.terms.combination import Term
+
+GRAVITY = 9.81  # m/s2
+
+
+def wave_speed(depth: Floats) -> Floats:
+    """Speed of long waves in water of some depth, in metres per second."""
+    return np.sqrt(GRAVITY * depth)
+
+
+@dataclass(frozen=True)
+class Deep:
+    """Depth of water, that of the shallowest where it is less or none."""
+
+    depth: Term
+    shallowest: float  # metres
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Depths (n,) at x (n,) and y (n,), in metres."""
+        return np.fmax(self.depth(x, y), self.shallowest)
+
+
+@dataclass(frozen=True)
+class Waves:
+    """So many nodes in the length of a long wave: sqrt(g h) T / n."""
+
+    depth: Deep
+    period: float  # seconds
+    per_length: float
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Spacing (n,) at x (n,) and y (n,)."""
+        return wave_speed(self.depth(x, y)) * (self.period / self.per_length)
+
+
+@dataclass(frozen=True)
+class Slope:
+    """So many nodes while the depth changes by 2 pi times itself: 2 pi h / (n |grad h|)."""
+
+    depth: Deep
+    per_slope: float
+    across: float  # length over which the depth is compared
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Spacing (n,) at x (n,) and y (n,), infinite where the bed is level."""
+        half = self.across / 2
+        steep = np.hypot(
+            self.depth(x + half, y) - self.depth(x - half, y), self.depth(x, y + half) - self.depth(x, y - half)
+        )
+        with np.errstate(divide="ignore"):
+            return 2 * np.pi * self.across * self.depth(x, y) / (self.per_slope * steep)
+
+
+@dataclass(frozen=True)
+class NotBelow:
+    """A spacing that is nowhere so fine that a wave passes more than a share of it in a time step."""
+
+    spacing: Term
+    depth: Deep
+    dt: float  # seconds
+    largest: float  # Courant number sqrt(g h) dt / d
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Spacing (n,) at x (n,) and y (n,)."""
+        return np.maximum(self.spacing(x, y), wave_speed(self.depth(x, y)) * (self.dt / self.largest))

@@ -1,0 +1,196 @@
+"""Depth of water: rasters as variables, sizes by waves, slope and Courant number, depth at nodes of the files."""
+
+import json
+
+import numpy as np
+import pytest
+from commands import command
+from scipy.io import netcdf_file
+
+from bubblemesh.api import Mesh
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.pipeline import mesh_case
+
+BASIN = {"outer": {"rectangle": [0, 0, 100e3, 50e3], "labels": ["land", "open", "land", "land"]}}
+AT = np.array([[20e3, 10e3], [50e3, 25e3], [90e3, 40e3]])
+GRAVITY = 9.81
+
+
+def depth_at(x, y):
+    return 10 + x / 1000
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    x, y = np.linspace(-1e3, 101e3, 103), np.linspace(-1e3, 51e3, 53)
+    depth = depth_at(x[None], y[:, None]) + 0 * y[:, None]
+    np.savez(tmp_path / "bed.npz", x=x, y=y, depth=depth, height=-depth)
+    with netcdf_file(tmp_path / "bed.nc", "w") as file:
+        for name, values in (("x", x), ("y", y)):
+            file.createDimension(name, len(values))
+            file.createVariable(name, "f8", (name,))[:] = values
+        file.createVariable("depth", "f8", ("y", "x"))[:] = depth
+    return tmp_path
+
+
+def case(spacing, **keys):
+    return load_case("bay.yaml", text=json.dumps({"domain": BASIN, "spacing": spacing} | keys))
+
+
+def spacing_of(**terms):
+    file = {"raster": {"file": "bed.nc", "name": "depth"}}
+    return prepare(case(file | terms)).spacing(AT)
+
+
+def test_waves_have_so_many_nodes_in_their_length():
+    found = spacing_of(waves={"depth": "depth", "period": 3600, "per_length": 20})
+    np.testing.assert_allclose(found, np.sqrt(GRAVITY * depth_at(*AT.T)) * 3600 / 20, rtol=1e-9)
+
+
+def test_slopes_have_so_many_nodes():
+    found = spacing_of(maximum=1e9, slope={"depth": "depth", "per_slope": 20, "filter": 4000})
+    np.testing.assert_allclose(found, 2 * np.pi * depth_at(*AT.T) / (20 * 1e-3), rtol=1e-6)
+    level = prepare(case({"maximum": 1e4, "slope": {"depth": "0 * x + 5", "per_slope": 20}})).spacing(AT)
+    np.testing.assert_array_equal(level, 1e4)
+
+
+def test_no_spacing_is_so_fine_that_the_courant_number_is_above_its_bound():
+    found = spacing_of(value=500, courant={"depth": "depth", "dt": 30, "largest": 0.7})
+    np.testing.assert_allclose(found, np.maximum(500, np.sqrt(GRAVITY * depth_at(*AT.T)) * 30 / 0.7))
+
+
+def test_what_is_shallow_counts_as_the_shallowest():
+    keys = {"depth": "-raster.depth", "period": 3600, "per_length": 20}
+    np.testing.assert_allclose(spacing_of(waves=keys), np.sqrt(GRAVITY) * 180)
+    np.testing.assert_allclose(spacing_of(waves=keys | {"shallowest": 4}), 2 * np.sqrt(GRAVITY) * 180)
+
+
+@pytest.mark.parametrize("file", ["bed.nc", "bed.npz"])
+def test_rasters_are_variables_of_expressions(file):
+    terms = {"value": "1000 + 10 * raster.depth", "raster": {"file": file, "name": "depth"}}
+    found = prepare(case(terms)).spacing(AT)
+    np.testing.assert_allclose(found, 1000 + 10 * depth_at(*AT.T))
+
+
+def test_a_raster_without_a_name_has_that_of_its_file():
+    terms = {"value": "1000 + 10 * raster.bed", "raster": {"file": "bed.nc"}}
+    np.testing.assert_allclose(prepare(case(terms)).spacing(AT), 1000 + 10 * depth_at(*AT.T))
+
+
+def test_a_raster_that_nothing_names_is_a_spacing():
+    terms = {"raster": {"file": "bed.nc", "name": "depth", "scale": 100}}
+    np.testing.assert_allclose(prepare(case(terms)).spacing(AT), 100 * depth_at(*AT.T))
+
+
+@pytest.mark.parametrize(
+    ("terms", "message"),
+    [
+        ({"value": "raster.depth"}, r"spacing.value: .*there is no raster 'depth': give one under spacing.raster"),
+        (
+            {"value": "raster.deep", "raster": {"file": "bed.nc", "name": "depth"}},
+            r"there is no raster 'deep': give one under",
+        ),
+        ({"value": "raster.depth.x", "raster": {"file": "bed.nc", "name": "depth"}}, "a dot between names"),
+        ({"waves": {"depth": "depth", "period": 1, "per_length": 1}}, r"spacing.waves.depth: .*no raster 'depth'"),
+        (
+            {"value": "raster.depth", "raster": 2 * [{"file": "bed.nc", "name": "depth"}]},
+            "'depth' is the name of another raster too",
+        ),
+        (
+            {"value": "raster.depth", "raster": {"file": "bed.nc", "name": "depth", "bounds": [0, 0, 1, 1]}},
+            "says itself where its pixels are: leave bounds and origin out",
+        ),
+        ({"value": "raster.other", "raster": {"file": "bed.nc", "name": "other"}}, "has no grid 'other'"),
+    ],
+)
+def test_what_is_no_variable_is_refused(terms, message):
+    with pytest.raises(CaseError, match=message):
+        prepare(case(terms))
+
+
+def test_missing_values_are_told():
+    with netcdf_file("holes.nc", "w") as file:
+        for name, values in (("x", np.linspace(0, 100e3, 11)), ("y", np.linspace(0, 50e3, 6))):
+            file.createDimension(name, len(values))
+            file.createVariable(name, "f8", (name,))[:] = values
+        depth = file.createVariable("depth", "f8", ("y", "x"))
+        depth[:] = 5.0
+        depth[0, :3] = 1e37
+    terms = {"value": "1000 * raster.depth", "raster": {"file": "holes.nc", "name": "depth"}}
+    problem = prepare(case(terms))
+    (told,) = [text for text in problem.warnings if "missing" in text]
+    assert told == "holes.nc: 4.5% of the values around the domain are missing: nearest ones count"
+    np.testing.assert_allclose(problem.spacing(AT), 5000)
+
+
+# Depth at nodes
+
+TIDE = {"depth": "depth", "period": "1 h", "per_length": 20}
+
+
+@pytest.mark.parametrize("form", ["fort.14", "gr3", "2dm", "slf", "ugrid"])
+def test_the_mesh_is_written_with_the_depth(form, folder):
+    text = {"domain": BASIN, "spacing": {"value": 10e3, "raster": {"file": "bed.nc", "name": "depth"}}}
+    (folder / "bay.yaml").write_text(json.dumps(text | {"output": {"formats": [form], "depth": "depth"}}))
+    assert command("run", "bay.yaml", "-o", "out", "-q")[0] == 0
+    (path,) = [path for path in (folder / "out").iterdir() if path.suffix in (".14", ".gr3", ".2dm", ".slf", ".nc")]
+    mesh = Mesh.read(path)
+    np.testing.assert_allclose(mesh.depth, depth_at(*mesh.points.T), rtol=1e-6)
+
+
+def test_without_a_key_the_depth_is_that_of_the_terms():
+    terms = {"raster": {"file": "bed.npz", "name": "height"}, "maximum": 10e3}
+    waves = {"depth": "-raster.height", "period": 600, "per_length": 1}
+    mesh = mesh_case(case(terms | {"waves": waves})).mesh
+    np.testing.assert_allclose(mesh.depth, depth_at(*mesh.points.T))
+    assert len(mesh_case(case(10e3)).mesh.depth) == 0
+    given = mesh_case(case(10e3, output={"depth": "5 + 0.001 * y", "order": 2})).mesh
+    np.testing.assert_allclose(given.depth, 5 + 0.001 * given.points[:, 1])
+
+
+def test_depth_is_at_given_places(folder):
+    pytest.importorskip("pyproj")
+    x, y = np.linspace(-7, -4, 31), np.linspace(49, 51, 21)
+    np.savez(folder / "sea.npz", x=x, y=y, depth=50 + 10 * (x[None] + 6) + 0 * y[:, None])
+    keys = {
+        "domain": {"outer": {"rectangle": [-6.5, 49.2, -4.5, 50.8], "label": "open"}},
+        "crs": {"from": "EPSG:4326", "to": "EPSG:4326"},
+        "spacing": {
+            "waves": TIDE | {"per_length": 4},
+            "maximum": "20 km",
+            "raster": {"file": "sea.npz", "name": "depth"},
+        },
+    }
+    result = mesh_case(load_case("sea.yaml", text=json.dumps(keys)))
+    mesh = result.mesh
+    np.testing.assert_allclose(mesh.depth, 50 + 10 * (mesh.points[:, 0] + 6), atol=1e-6)
+    at = result.mesh.points[result.mesh.triangles].mean(axis=1)
+    wanted = np.minimum(np.sqrt(GRAVITY * (50 + 10 * (at[:, 0] + 6))) * 3600 / 4, 20e3)
+    plane_scale = result.fields["target_spacing"] / wanted
+    assert np.abs(plane_scale - 1).max() < 2e-3
+
+
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
+def test_a_grid_of_another_system_is_refused(folder):
+    rasterio, _ = pytest.importorskip("rasterio"), pytest.importorskip("pyproj")
+    across = rasterio.transform.from_origin(-7, 51, 0.1, 0.1)
+    shape = {"height": 20, "width": 30, "count": 1, "dtype": "float32", "transform": across}
+    for system, fits in (("EPSG:4326", True), ("EPSG:4258", False)):
+        with rasterio.open(folder / "sea.tif", "w", driver="GTiff", crs=system, **shape) as file:
+            file.write(np.full((20, 30), 40, np.float32), 1)
+        keys = {
+            "domain": {"outer": {"rectangle": [-6.5, 49.2, -4.5, 50.8]}},
+            "crs": {"from": "EPSG:4326"},
+            "spacing": {"waves": TIDE | {"depth": "sea"}, "maximum": "20 km", "raster": {"file": "sea.tif"}},
+        }
+        case_of = load_case("sea.yaml", text=json.dumps(keys))
+        if fits:
+            assert prepare(case_of).survey.extremes.minimum > 3000
+        else:
+            with pytest.raises(
+                CaseError, match=r"sea.tif: is in another system than crs.from: take it there by gdalwarp"
+            ):
+                prepare(case_of)

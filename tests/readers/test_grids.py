@@ -1,0 +1,190 @@
+"""Grids with places: NetCDF, GeoTIFF, .asc and .xyz, the part around a box, missing values, damage."""
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import netcdf_file
+
+from bubblemesh.errors import BubblemeshError, CaseError, FileError
+from bubblemesh.readers import grids
+from bubblemesh.readers.grids import completed, read_grid
+
+pytestmark = pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of rasterio's own
+X, Y = np.linspace(-7, 2, 91), np.linspace(49, 57, 81)
+BOX = (-3.05, 50.02, -1.96, 51.07)
+
+
+def heights(x, y):
+    return 100 * x + 7 * y
+
+
+Z = heights(X[None], Y[:, None])
+
+
+def classic(path, x=X, y=Y, z=Z, kind="f8", **attributes):
+    with netcdf_file(path, "w") as file:
+        for name, values in (("lon", x), ("lat", y)):
+            file.createDimension(name, len(values))
+            file.createVariable(name, "f8", (name,))[:] = values
+        depth = file.createVariable("depth", kind, ("lat", "lon"))
+        depth[:] = z
+        for name, value in attributes.items():
+            setattr(depth, name, value)
+
+
+def records(path):
+    with netcdf_file(path, "w") as file:
+        for name, values in (("time", None), ("y", Y), ("x", X)):
+            file.createDimension(name, None if values is None else len(values))
+            file.createVariable(name, "f4", (name,))[:] = [0.0, 1.0] if values is None else values
+        depth = file.createVariable("depth", "i2", ("time", "y", "x"))
+        depth[0], depth[1] = 0 * Z, np.rint(Z - 0.5)
+        depth.scale_factor, depth.add_offset = 1.0, 0.5
+
+
+def version_4(path):
+    with h5py.File(path, "w") as file:
+        for name, values in (("lon", X), ("lat", Y)):
+            file[name] = values
+            file[name].make_scale(name)
+        file["depth"] = Z.T
+        for number, name in enumerate(("lon", "lat")):
+            file["depth"].dims[number].attach_scale(file[name])
+
+
+def ascii_grid(path):
+    rows = "\n".join(" ".join(map(repr, row)) for row in Z[::-1].tolist())
+    path.write_text(
+        f"ncols 91\nnrows 81\nxllcorner {-7 - 0.05}\nyllcenter 49\ncellsize 0.1\nNODATA_value -9999\n{rows}\n"
+    )
+
+
+def triples(path):
+    x, y = np.meshgrid(X, Y)
+    np.savetxt(path, np.column_stack([x.ravel(), y.ravel(), Z.ravel()])[::-1], fmt="%.12g")
+
+
+def geotiff(path, z=Z[::-1], **options):
+    rasterio = pytest.importorskip("rasterio")
+    across = rasterio.transform.from_origin(-7.05, 57.05, 0.1, 0.1)
+    shape = {"height": 81, "width": 91, "count": 1, "dtype": "float64", "crs": "EPSG:4326", "transform": across}
+    with rasterio.open(path, "w", driver="GTiff", **shape, **options) as file:
+        file.write(z, 1)
+
+
+MAKERS = {"a.nc": classic, "b.nc": records, "c.nc": version_4, "d.asc": ascii_grid, "e.xyz": triples, "f.tif": geotiff}
+
+
+def right(grid):
+    """Whether the values are those of the places, to half a unit."""
+    np.testing.assert_allclose(grid.values, heights(grid.x[None], grid.y[:, None]), atol=0.51)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_the_part_around_a_box_is_read(name, tmp_path):
+    MAKERS[name](tmp_path / name)
+    whole = read_grid(tmp_path / name, None, None)
+    assert whole.values.shape == (81, 91)
+    right(whole)
+    part = read_grid(tmp_path / name, None, BOX)
+    right(part)
+    assert part.values.size < 400
+    assert part.x.min() <= BOX[0] <= BOX[2] <= part.x.max()
+    assert part.y.min() <= BOX[1] <= BOX[3] <= part.y.max()
+    with pytest.raises(
+        CaseError, match="its y coordinates are 49 to 57, those of the domain 70 to 71: they do not meet"
+    ):
+        read_grid(tmp_path / name, None, (0, 70, 1, 71))
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_of_very_many_pixels_some_are_read(name, tmp_path, monkeypatch):
+    MAKERS[name](tmp_path / name)
+    monkeypatch.setattr(grids, "MOST_PIXELS", 500)
+    grid = read_grid(tmp_path / name, None, (-6, 50, 1, 56))
+    assert grid.step == 3
+    assert 300 < grid.values.size < 900
+    right(grid)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-7, -5), (-3, 1.5), (3, 5)])
+def test_longitudes_from_0_to_360_are_turned(low, high, tmp_path):
+    x = np.arange(0, 360, 0.5)
+    classic(tmp_path / "a.nc", x, Y, heights((x[None] + 180) % 360 - 180, Y[:, None]))
+    grid = read_grid(tmp_path / "a.nc", None, (low, 50, high, 51))
+    right(grid)
+    assert grid.x.min() <= low <= high <= grid.x.max()
+    assert (np.diff(grid.x) > 0).all()
+
+
+def test_rows_from_north_to_south_are_read(tmp_path):
+    classic(tmp_path / "a.nc", X, Y[::-1], Z[::-1])
+    right(read_grid(tmp_path / "a.nc", None, BOX))
+
+
+def test_packed_values_are_unpacked_and_missing_ones_are_told(tmp_path):
+    packed = np.rint(Z * 2).astype("i2")
+    packed[:, 45:] = -32768
+    classic(tmp_path / "a.nc", z=packed, kind="i2", scale_factor=0.5, _FillValue=np.int16(-32768))
+    grid = read_grid(tmp_path / "a.nc", "depth", BOX)
+    assert np.isnan(grid.values[:, grid.x > -2.45]).all()
+    values, share = completed(grid.values)
+    assert 0.3 < share < 0.7
+    east = np.flatnonzero(grid.x < -2.55).max()
+    np.testing.assert_array_equal(values[:, -1], grid.values[:, east])
+    with pytest.raises(CaseError, match="has no values around the domain"):
+        completed(np.full((3, 3), np.nan))
+
+
+def test_missing_values_of_geotiff_are_none(tmp_path):
+    z = Z[::-1].copy()
+    z[:, :30] = -9999
+    geotiff(tmp_path / "a.tif", z, nodata=-9999, compress="deflate", tiled=True, blockxsize=16, blockysize=16)
+    grid = read_grid(tmp_path / "a.tif", None, None)
+    assert np.isnan(grid.values).mean() == pytest.approx(30 / 91)
+    assert "WGS 84" in grid.system
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.asc", "hello", "does not begin with ncols, nrows and cellsize"),
+        ("a.asc", "ncols 2\nnrows 2\ncellsize 1\n1 2 3\n", "has 3 values where 2 rows of 2 are told"),
+        ("a.asc", "ncols 2\nnrows 1\ncellsize 1\n1 x\n", "has words where numbers are to be"),
+        ("a.asc", "ncols two\n", "has 'two' where a number is to be"),
+        ("a.xyz", "".join(f"{k} {k * k} 1\n" for k in range(9)), "is no grid: its points are not in rows and columns"),
+        ("a.nc", "hello", "is no NetCDF file"),
+        ("a.tif", "hello", "is no TIFF"),
+    ],
+)
+def test_what_is_no_grid_is_told(name, content, message, tmp_path):
+    if name.endswith("tif"):
+        pytest.importorskip("rasterio")
+    (tmp_path / name).write_text(content)
+    with pytest.raises(BubblemeshError, match=message):
+        read_grid(tmp_path / name, None, None)
+
+
+def test_one_of_several_grids_is_named(tmp_path):
+    classic(tmp_path / "a.nc")
+    with pytest.raises(CaseError, match="has no grid 'height'"):
+        read_grid(tmp_path / "a.nc", "height", None)
+    with h5py.File(tmp_path / "b.nc", "w") as file:
+        file["depth"] = Z
+    with pytest.raises(CaseError, match="depth has no coordinates for its dimension"):
+        read_grid(tmp_path / "b.nc", None, None)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_damage_is_told(name, tmp_path):
+    MAKERS[name](tmp_path / name)
+    whole, random = (tmp_path / name).read_bytes(), np.random.default_rng(0)
+    for count in range(100):
+        content = bytearray(whole)
+        for place in random.integers(500 if count % 2 else len(whole), size=1 + count % 3).tolist():
+            content[place] = int(random.integers(256))
+        (tmp_path / name).write_bytes(content[: int(random.integers(len(whole)))] if count % 5 == 0 else content)
+        try:
+            read_grid(tmp_path / name, None, BOX)
+        except (FileError, CaseError):
+            continue
