@@ -147,7 +147,7 @@ def spacing_request(
     spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
     at = _not_below_courant(within_limits(terms, found, spots, terms.scale), terms, domain, rasters)
     return SpacingRequest(
-        at, rules_of(terms), terms.nodes, (*told, *astray), _depth_of_nodes(terms, domain, rasters, depth)
+        at, rules_of(terms), terms.nodes, (*told, *astray), depth=_depth_of_nodes(terms, domain, rasters, depth)
     )
 
 
