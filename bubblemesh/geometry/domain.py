@@ -16,7 +16,7 @@ from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
-from bubblemesh.geometry.distance.projection import Nearest, Projection, projection_onto
+from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.paths import Area, Change, Ring, outlines
 from bubblemesh.geometry.periodic import matching_pieces
@@ -209,17 +209,15 @@ class Domain(Uncached):
         """
         return self._projection_onto(labels).distances(points)
 
-    def nearest_with(self, points: Floats, *labels: str) -> Nearest:
-        """Nearest points to points (m, 2) on sides, lines and points that have one of the ``labels``.
-
-        Mere points have the piece -1.
+    def feet(self, points: Floats, *labels: str) -> Feet:
+        """Nearest points to points (m, 2) on sides, lines and points that have one of the ``labels``, with tangents.
 
         Raises
         ------
         GeometryError
             If there is no such label, or none is given.
         """
-        return self._projection_onto(labels)(points)
+        return self._projection_onto(labels).feet(points)
 
     def _projection_onto(self, labels: tuple[str, ...]) -> Projection:
         """The projection onto what has one of some labels; GeometryError for one that is not there."""

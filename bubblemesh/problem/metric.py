@@ -23,7 +23,7 @@ from bubblemesh.spacing.survey import ESTIMATE, Cover, Survey, ideal_nodes, surv
 Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 
-CLOSE = 1e-9  # of the domain's size: at a wall the direction is that of its tangent
+CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 TOLD = 1.001  # of the largest aspect: what is more of it is told
 INFINITE = 1e100  # size that asks for nothing
 
@@ -124,14 +124,15 @@ class AlongWalls:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        nearest = self.domain.nearest_with(np.column_stack([x, y]), *self.labels)
-        ax, ay = x - nearest.foot[:, 0], y - nearest.foot[:, 1]
-        at_wall = nearest.distance <= CLOSE * self.domain.size
-        direction = np.column_stack([-ay, ax]) / np.where(at_wall, 1.0, np.hypot(ax, ay))[:, None]
-        on = at_wall & (nearest.piece >= 0)
-        direction[on] = self.domain.boundary.tangents(nearest.piece[on], nearest.s[on])
+        foot, tangent = self.domain.feet(np.column_stack([x, y]), *self.labels)
+        ax, ay = x - foot[:, 0], y - foot[:, 1]
+        distance = np.hypot(ax, ay)
+        at_wall = distance <= CLOSE * self.domain.size
+        # Around corners and ends they turn; what is all but on a wall has too short a way to it to tell the direction.
+        around = np.column_stack([-ay, ax]) / np.where(at_wall, 1.0, distance)[:, None]
+        direction = np.where(at_wall[:, None], tangent, around)
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
-        across = np.where(along > 0, np.minimum(self.across + self.growth * nearest.distance, along), np.nan)
+        across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
         return Axes(across, along, direction)
 
 

@@ -39,20 +39,47 @@ class Bulges(NamedTuple):
         return cls(start, direction, length, slope(before), slope(after), low, high)
 
     def distances(self, points: Floats, of: Integers) -> Floats:
-        """Distances (k,) of points (k, 2) from some of the curves (k,), which they are nearest to.
+        """Distances (k,) of points (k, 2) from some of the curves (k,), which they are nearest to."""
+        mine = select(self, of)
+        along, above = mine._seen(points)
+        at = mine._feet(along, above)
+        return np.sqrt((at - along) ** 2 + (mine._heights(at) - above) ** 2)
 
-        Newton's method for the foot, where the way to the point is square to the cubic.
-        """
-        start, (dx, dy), length, first, last, low, high = (column.T for column in select(self, of))
-        x, y = points.T - start
-        along, above = x * dx + y * dy, dx * y - dy * x
-        # The cubic is u (1 - u) (first (1 - u) - last u) at u lengths along.
-        linear, square, cubic = first, -(2 * first + last) / length, (first + last) / length**2
-        at = np.clip(along, 0, length)
+    def feet(self, points: Floats, of: Integers) -> tuple[Floats, Floats]:
+        """Nearest points (k, 2) to points (k, 2) on some of the curves (k,), and unit tangents (k, 2) there."""
+        mine = select(self, of)
+        at = mine._feet(*mine._seen(points))
+        (dx, dy), height, slope = mine.direction.T, mine._heights(at), mine._slopes(at)
+        foot = mine.start + np.column_stack([at * dx - height * dy, at * dy + height * dx])
+        tangent = np.column_stack([dx - slope * dy, dy + slope * dx])
+        return foot, tangent / np.sqrt(1 + slope * slope)[:, None]
+
+    def _seen(self, points: Floats) -> tuple[Floats, Floats]:
+        """Where points (c, 2) are along the chords, and how far to their left."""
+        (x, y), (dx, dy) = (points - self.start).T, self.direction.T
+        return x * dx + y * dy, dx * y - dy * x
+
+    @property
+    def _powers(self) -> tuple[Floats, Floats, Floats]:
+        """Factors of the cubic u (1 - u) (first (1 - u) - last u), at u lengths along, in powers of the length."""
+        first, last, length = self.first, self.last, self.length
+        return first, -(2 * first + last) / length, (first + last) / length**2
+
+    def _heights(self, at: Floats) -> Floats:
+        linear, square, cubic = self._powers
+        return at * (linear + at * (square + at * cubic))
+
+    def _slopes(self, at: Floats) -> Floats:
+        linear, square, cubic = self._powers
+        return linear + at * (2 * square + 3 * cubic * at)
+
+    def _feet(self, along: Floats, above: Floats) -> Floats:
+        """Places (c,) along the chords where the way to points seen there is square to the cubic: Newton's method."""
+        linear, square, cubic = self._powers
+        at = np.clip(along, 0, self.length)
         for _ in range(STEPS):
             height = at * (linear + at * (square + at * cubic)) - above
             slope = linear + at * (2 * square + 3 * cubic * at)
             steepness = 1 + slope * slope + height * (2 * square + 6 * cubic * at)
-            at = np.clip(at - (at - along + height * slope) / np.maximum(steepness, FLATTEST), low, high)
-        height = at * (linear + at * (square + at * cubic)) - above
-        return np.sqrt((at - along) ** 2 + height * height)
+            at = np.clip(at - (at - along + height * slope) / np.maximum(steepness, FLATTEST), self.low, self.high)
+        return at

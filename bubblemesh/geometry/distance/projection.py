@@ -20,6 +20,13 @@ AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
 FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
 
 
+class Feet(NamedTuple):
+    """Nearest points (m, 2) on curves, to about 1e-7 of their radius, and unit tangents (m, 2) there, 0 at points."""
+
+    foot: Floats
+    tangent: Floats
+
+
 class Nearest(NamedTuple):
     """Nearest boundary points of m points: piece (m,), arc length (m,), the point (m, 2) and its distance (m,)."""
 
@@ -57,6 +64,18 @@ class Projection:
         if len(curved):
             distance[curved] = self._bulges.distances(points[curved], self._bulge[chord[curved]])
         return distance
+
+    def feet(self, points: Floats) -> Feet:
+        """Nearest points of ``points`` (k, 2), and how the curves run there: much quicker than with arc lengths."""
+        chord = nearest_chord(self._runs, points)
+        _, foot = self._runs.feet(points, chord)
+        way = self.chords.end[chord] - self.chords.start[chord]
+        length = np.hypot(*way.T)[:, None]
+        tangent = way / np.where(length > 0, length, 1)
+        curved = np.flatnonzero(self._approximated[chord])
+        if len(curved):
+            foot[curved], tangent[curved] = self._bulges.feet(points[curved], self._bulge[chord[curved]])
+        return Feet(foot, tangent)
 
     def at_least(self, points: Floats) -> Floats:
         """Lower bounds (k,) of the distances of ``points`` (k, 2), much quicker than these; 0 next to the curves."""

@@ -42,3 +42,17 @@ def test_straight_sides_have_exactly_the_distances_of_their_nearest_points():
     domain = Domain.of(path((0, 0), [LineTo((3, 1)), LineTo((2, 2.5)), LineTo((0, 0))]))
     points = places_about(domain)
     np.testing.assert_array_equal(domain.distances(points), domain.nearest(points).distance)
+
+
+@pytest.mark.parametrize(("ring", "radius"), SHAPES.values(), ids=SHAPES)
+def test_feet_are_the_nearest_points_with_the_tangents_there(ring, radius):
+    domain = Domain.of(ring)
+    points = places_about(domain)[:6000]
+    points = points[domain.distances(points) < 0.05 * radius]  # farther away two feet may be as near
+    foot, tangent = domain.feet(points, *domain.labels)
+    nearest = domain.nearest(points)
+    np.testing.assert_allclose(foot, nearest.foot, atol=1e-5 * radius)
+    np.testing.assert_allclose(np.hypot(*tangent.T), 1)
+    along = domain.boundary.tangents(nearest.piece, nearest.s)
+    inside = (nearest.s > 0) & (nearest.s < domain.boundary.lengths[nearest.piece])
+    np.testing.assert_allclose(tangent[inside], along[inside], atol=1e-3)
