@@ -132,6 +132,7 @@ def adapt(
     *,
     error: float | None = None,
     nodes: int | None = None,
+    anisotropic: bool = False,
     exact: str | None = None,
     on_round: Callable[[RoundRow], None] = lambda row: None,
 ) -> Result:
@@ -150,6 +151,8 @@ def adapt(
     nodes : int, optional
         Wanted number of nodes. Without it and an error it is that of the case's spacing, or else that of the present
         mesh.
+    anisotropic : bool
+        Whether sizes depend on the direction: long triangles where the solution changes fast across only.
     exact : str, optional
         The exact solution as an expression in x and y: then the report tells how good the estimate is.
     on_round : callable
@@ -177,4 +180,4 @@ def adapt(
         solution = Solution.of(read.points, read.triangles, read.values, read.name)
     elif field is not None:
         raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")
-    return adapting.adapted(case, solution, adapting.Target(error, nodes), exact, on_round)
+    return adapting.adapted(case, solution, adapting.Target(error, nodes, anisotropic), exact, on_round)

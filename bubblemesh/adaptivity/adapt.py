@@ -1,12 +1,14 @@
 """From a case and a solution on its mesh to the next mesh: sizes by the estimated error, the present nodes as start."""
 
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import shapely
 
-from bubblemesh.adaptivity.estimate import Estimate, estimated, true_error
+from bubblemesh.adaptivity.estimate import Estimate, estimated, split_nodes, true_error
+from bubblemesh.adaptivity.metric import best_metric, graded, scaled_for
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
     predicted_error,
@@ -15,25 +17,32 @@ from bubblemesh.adaptivity.sizes import (
     smooth_sizes,
 )
 from bubblemesh.adaptivity.solution import Solution, require_coverage
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
+from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import timed
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
 from bubblemesh.run.packings import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import MeshField
 
 DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
+ATTEMPTS, CLOSE = 4, 0.02  # at a metric that needs so many nodes as are wanted, to that part of them
+MOST_ASPECT = 1000.0
+MOST_TIMES = 16.0  # the nodes of the mesh before
+FINEST, COARSEST = 1e-6, 0.2  # sizes, of the domain's size, if the case does not say
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
 TINY = np.finfo(float).tiny
 
@@ -44,6 +53,7 @@ class Target:
 
     error: float | None = None
     nodes: int | None = None
+    anisotropic: bool = False  # whether sizes depend on the direction
 
     def __post_init__(self) -> None:
         if self.error is not None and self.nodes is not None:
@@ -90,9 +100,13 @@ def _adapted(
         values = solution.values / solution.unit
         estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
         figures = _figures(solution, estimate, exact)
-    problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
-    wanted = problem.spacing.between(solution.points, solution.triangles)
-    expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
+    if target.anisotropic:
+        problem, start = _next_in_metric(case, domain, solution, estimate, target, seconds)
+        expected = estimate.error * float(np.sqrt(len(solution.points) / problem.expected_nodes))
+    else:
+        problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
+        wanted = problem.spacing.between(solution.points, solution.triangles)
+        expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
     adaptation = figures | {
         "wanted": asdict(target),
         "expected_error": solution.unit * expected,
@@ -129,6 +143,50 @@ def _next_problem(
         SpacingRequest(at, rules, nodes, case.warnings), domain, case.largest, largest_areas(case, domain)
     )
     return prepare_in(domain, request, task, seconds, Key(["nodes"])), start
+
+
+def _next_in_metric(
+    case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, seconds: dict[str, float]
+) -> tuple[Problem, dict[str, Any]]:
+    """The next mesh as a problem whose metric follows from the solution's second derivatives, and how it starts.
+
+    The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one.
+    """
+    terms, points, triangles = case.spacing_terms, solution.points, solution.triangles
+    nodes = float(target.nodes or terms.nodes or len(points))
+    if target.error is not None:
+        nodes = len(points) * min((estimate.relative / target.error) ** 2, MOST_TIMES)
+    sizes = terms.minimum or FINEST * domain.size, terms.maximum or COARSEST * domain.size
+    part = _parts(domain, solution)
+    mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
+    values = solution.values if part is None else _split_values(solution, mesh[1])
+    best = best_metric(*mesh, values / solution.unit)
+    case = case.model_copy(update={"method": IN_METRIC})
+    task, rules = task_of(case, domain), replace(rules_of(terms), growth=None)
+    coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes
+    for _ in range(ATTEMPTS):
+        tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
+        field = TensorField.of(*mesh, graded(*mesh, tensors, terms.growth or DEFAULT_GROWTH))
+        metrics = (MetricRequest(field, MOST_ASPECT, Key(["nodes"])),)
+        problem = prepare_in(
+            domain, SpacingRequest(lambda scale: coarse, rules, None, case.warnings, metrics), task, seconds
+        )
+        if abs(problem.expected_nodes / nodes - 1) < CLOSE:
+            break
+        wanted *= nodes / problem.expected_nodes
+    return problem, {"unchanged": 0.0, "start": "method", "anisotropic": True}
+
+
+def _everywhere(size: float, x: Floats, y: Floats) -> Floats:
+    """The same size at all places."""
+    return np.full(np.shape(x), size)
+
+
+def _split_values(solution: Solution, split: Integers) -> Floats:
+    """Values (m, k) of a solution at the points of a mesh that is split into triangles (t, 3) of several parts."""
+    values = np.empty((int(split.max()) + 1, solution.values.shape[1]))
+    values[split] = solution.values[solution.triangles]
+    return values
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

@@ -95,6 +95,10 @@ def adapt(
     nodes: Annotated[
         int | None, typer.Option("--nodes", metavar="N", help="Wanted number of nodes; by default as many as now.")
     ] = None,
+    anisotropic: Annotated[
+        bool,
+        typer.Option("--anisotropic", help="Sizes that depend on the direction, by the solution's second derivatives."),
+    ] = False,
     exact: Annotated[
         str | None, typer.Option("--exact", metavar="EXPR", help="Exact solution in x and y, to check the estimate.")
     ] = None,
@@ -114,7 +118,7 @@ def adapt(
     from bubblemesh.run.destination import OutputOptions
 
     loaded = case_at(case, overrides, untrusted)
-    target = adapting.Target(error, nodes)
+    target = adapting.Target(error, nodes, anisotropic)
     place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or ()), as_json, solution)
     read = read_nodal_field(solution, field)
     console.warn([f"{solution}: {note}" for note in read.notes])

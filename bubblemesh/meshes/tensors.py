@@ -121,8 +121,13 @@ def axes(tensors: Floats) -> Axes:
 def of_axes(across: Floats, along: Floats, direction: Floats) -> Floats:
     """Tensors (n, 3) of spacings (n,) across and along unit vectors (n, 2)."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        (tx, ty), a, b = direction.T, 1 / along**2, 1 / across**2
-        return np.column_stack([a * tx * tx + b * ty * ty, (a - b) * tx * ty, a * ty * ty + b * tx * tx])
+        return symmetric(1 / across**2, 1 / along**2, direction)
+
+
+def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
+    """Symmetric tensors (n, 3) with eigenvalues (n,) across and along unit vectors (n, 2)."""
+    (tx, ty), a, b = direction.T, along, across
+    return np.column_stack([a * tx * tx + b * ty * ty, (a - b) * tx * ty, a * ty * ty + b * tx * tx])
 
 
 def intersections(some: Floats, others: Floats) -> Floats:

@@ -1,0 +1,59 @@
+"""A metric given by tensors at the nodes of a mesh."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.meshes.tensors import Axes, axes, symmetric
+from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
+
+
+@dataclass(frozen=True)
+class TensorField:
+    """Interpolation of tensors in the triangles of a mesh; outside, the tensor at its nearest point.
+
+    The logarithms of the tensors are linear: sizes change geometrically from node to node, and stay positive.
+
+    References
+    ----------
+    V. Arsigny, P. Fillard, X. Pennec, N. Ayache, "Log-Euclidean metrics for fast and simple calculus on diffusion
+    tensors", Magn. Reson. Med. 56 (2006).
+    """
+
+    points: Floats  # (n, 2)
+    triangles: Integers  # (t, 3): each has an area
+    logarithms: Floats  # (n, 3): entries 11, 12 and 22 of the tensors' logarithms
+
+    @classmethod
+    def of(cls, points: Floats, triangles: Integers, tensors: Floats) -> Self:
+        """Field of positive tensors (n, 3) at the points (n, 2) of triangles (t, 3)."""
+        across, along, direction = axes(tensors)
+        return cls(points, triangles, symmetric(-2 * np.log(across), -2 * np.log(along), direction))
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        points = np.column_stack([x, y])
+        triangle, (second, third) = self._locator.located(points)
+        a, b, c = (self.logarithms[self.triangles[triangle, k]] for k in range(3))
+        found = a + second[:, None] * (b - a) + third[:, None] * (c - a)
+        outside = np.flatnonzero(triangle < 0)
+        if len(outside):
+            nodes, share = self._rim.nearest(points[outside])
+            first, last = self.logarithms[nodes[:, 0]], self.logarithms[nodes[:, 1]]
+            found[outside] = first + share[:, None] * (last - first)
+        l11, l12, l22 = found.T
+        half, apart = (l11 + l22) / 2, np.hypot((l11 - l22) / 2, l12)
+        angle = np.arctan2(l12, (l11 - l22) / 2) / 2  # of the short axis
+        direction = np.column_stack([-np.sin(angle), np.cos(angle)])
+        return Axes(np.exp(-(half + apart) / 2), np.exp(-(half - apart) / 2), direction)
+
+    @cached_property
+    def _locator(self) -> TriangleLocator:
+        return TriangleLocator.of(self.points[self.triangles])
+
+    @cached_property
+    def _rim(self) -> MeshRim:
+        return MeshRim.of(self.points, self.triangles)

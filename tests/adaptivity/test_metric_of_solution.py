@@ -1,0 +1,138 @@
+"""The metric of a solution, and meshes adapted by it."""
+
+import meshio
+import numpy as np
+import pytest
+from invariants import check_mesh
+from typer.testing import CliRunner
+
+import bubblemesh
+from bubblemesh.adaptivity.metric import area_in, best_metric, graded, hessians, scaled_for
+from bubblemesh.cli import app
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.tensors import axes, lengths, of_axes
+
+CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return bubblemesh.mesh_case(bubblemesh.load_case("-", text=CASE)).mesh
+
+
+@pytest.fixture(scope="module")
+def case():
+    return bubblemesh.load_case("-", text=CASE)
+
+
+def layer(x, y):
+    return np.tanh((y - 0.5 - 0.2 * np.sin(2 * np.pi * x)) / 0.05)
+
+
+def test_the_recovered_hessian_of_a_quadratic_function_is_exact_inside(mesh):
+    x, y = mesh.points.T
+    found = hessians(mesh.points, mesh.triangles, np.column_stack([x * x - 3 * x * y, 2 * y * y + x]))
+    inside = (np.abs(mesh.points - 0.5) < 0.3).all(axis=1)
+    assert inside.sum() > 50
+    np.testing.assert_allclose(found[inside, 0], np.tile([2, -3, 0], (inside.sum(), 1)), atol=0.3)
+    np.testing.assert_allclose(found[inside, 1], np.tile([0, 0, 4], (inside.sum(), 1)), atol=0.3)
+    assert np.abs(np.median(found[inside, 0], axis=0) - [2, -3, 0]).max() < 0.05
+
+
+def test_ellipses_are_as_long_as_the_root_of_the_second_derivatives_says(mesh):
+    x, y = mesh.points.T
+    inside = (np.abs(mesh.points - 0.5) < 0.3).all(axis=1)
+    tensors = best_metric(mesh.points, mesh.triangles, (x * x + 100 * y * y)[:, None])
+    found = axes(tensors[inside])
+    assert np.median(found.aspects) == pytest.approx(10, rel=0.1)
+    assert np.median(np.abs(found.direction[:, 0])) > 0.99
+    both = best_metric(mesh.points, mesh.triangles, np.column_stack([x * x + 100 * y * y, 100 * x * x + y * y]))
+    assert np.median(axes(both[inside]).aspects) < 1.2
+
+
+def test_a_metric_is_scaled_for_a_number_of_nodes_within_limits(mesh):
+    x, y = mesh.points.T
+    best = best_metric(mesh.points, mesh.triangles, layer(x, y)[:, None])
+    tensors = scaled_for(mesh.points, mesh.triangles, best, 1000, (0.004, 0.1), 12.0)
+    assert area_in(mesh.points, mesh.triangles, tensors) == pytest.approx(1000 * np.sqrt(3) / 2, rel=1e-3)
+    found = axes(tensors)
+    assert found.across.min() > 0.004 * (1 - 1e-6)
+    assert found.along.max() < 0.1 * (1 + 1e-6)
+    assert found.aspects.max() < 12 * (1 + 1e-6)
+
+
+def test_a_graded_metric_grows_by_no_more_than_asked_for_from_node_to_node(mesh):
+    narrow = np.where(mesh.points[:, 0] < 0.5, 0.01, 0.1)
+    jump = of_axes(narrow, np.full(len(narrow), 0.1), np.tile([1.0, 0.0], (len(narrow), 1)))
+    soft = graded(mesh.points, mesh.triangles, jump.copy(), 0.3)
+    np.testing.assert_allclose(soft[narrow < 0.1], jump[narrow < 0.1], rtol=1e-6, atol=1e-6)
+    edges, _ = unique_edges(mesh.triangles)
+    pairs = np.concatenate([edges, edges[:, ::-1]])
+    beside = pairs[(narrow[pairs[:, 0]] < 0.1) & (narrow[pairs[:, 1]] == 0.1)]
+    assert len(beside) > 10
+    for first, second in beside.tolist():
+        edge = mesh.points[second] - mesh.points[first]
+        most = 0.01 * np.exp(0.3 * lengths(jump[first : first + 1], edge[None])[0])
+        assert axes(soft[second : second + 1]).across[0] <= max(most, 0.01) * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("wanted", [{"nodes": 500}, {"error": 0.3}])
+def test_a_mesh_adapted_by_a_metric_follows_the_layer(mesh, case, wanted):
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
+    result = bubblemesh.adapt(case, solution, anisotropic=True, **wanted)
+    check_mesh(result.mesh)
+    report = result.report
+    assert report.method == "ellipses"
+    assert report["adaptation"]["anisotropic"]
+    assert report.metric.aspect > 3
+    assert report.quality["mean"] > 0.95
+    if "nodes" in wanted:
+        assert report.nodes == pytest.approx(500, rel=0.05)
+    middles = result.mesh.points[unique_edges(result.mesh.triangles)[0]].mean(axis=1)
+    near = np.abs(middles[:, 1] - 0.5 - 0.2 * np.sin(2 * np.pi * middles[:, 0])) < 0.1
+    assert near.mean() > 0.4  # of 0.2 of the area
+
+
+def test_the_loop_lowers_the_interpolation_error_more_than_without_direction(mesh, case):
+    error = {}
+    for anisotropic in (False, True):
+        now = mesh
+        for _ in range(3):
+            solution = bubblemesh.Solution.of(now.points, now.triangles, layer(*now.points.T))
+            now = bubblemesh.adapt(case, solution, nodes=600, anisotropic=anisotropic).mesh
+        corners = now.points[now.triangles]
+        u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        areas = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+        shares = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+        places = np.einsum("qk,tkd->qtd", shares, corners)
+        there = np.einsum("qk,tk->qt", shares, layer(corners[..., 0], corners[..., 1]))
+        error[anisotropic] = np.sqrt(((there - layer(places[..., 0], places[..., 1])) ** 2).mean(axis=0) @ areas)
+    assert error[True] < 0.5 * error[False]
+
+
+def test_a_case_with_a_metric_of_its_own_is_refused(mesh):
+    case = bubblemesh.load_case("-", text=CASE + "metric: {angle: 0, across: 0.01}\n")
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
+    with pytest.raises(CaseError, match="metric: adapt finds"):
+        bubblemesh.adapt(case, solution, nodes=300)
+
+
+def test_regions_are_adapted_each_by_its_own_derivatives(tmp_path):
+    text = CASE + "output: {formats: [vtu]}\n"
+    text = text.replace("}}\n", "}, regions: [{name: east, ring: {rectangle: [0.5, 0, 1, 1]}}]}\n", 1)
+    path = tmp_path / "a.yaml"
+    path.write_text(text)
+    case = bubblemesh.load_case(path)
+    mesh = bubblemesh.mesh_case(case).mesh
+    x, y = mesh.points.T
+    bubblemesh_solution = tmp_path / "solution.vtu"
+    points = np.column_stack([mesh.points, 0 * x])
+    data = {"u": np.abs(x - 0.5) + layer(x, y)}
+    meshio.write(bubblemesh_solution, meshio.Mesh(points, [("triangle", mesh.triangles)], point_data=data))
+    given = ["adapt", str(path), "--solution", str(bubblemesh_solution), "--nodes", "500", "--anisotropic", "-q"]
+    done = CliRunner().invoke(app, [*given, "-o", str(tmp_path / "next")])
+    assert done.exit_code == 0, done.output
+    found = bubblemesh.Mesh.read(tmp_path / "next" / "a.vtu")
+    assert set(found.regions) == {"domain", "east"}
+    assert len(found.points) == pytest.approx(500, rel=0.08)
