@@ -21,7 +21,8 @@ from skfem.helpers import dot, grad
 import bubblemesh
 from benchmarks.metric.problems import Array
 from bubblemesh.adaptivity.adapt import DEFAULT_GROWTH, MOST_ASPECT
-from bubblemesh.adaptivity.metric import best_metric, graded, scaled_for
+from bubblemesh.adaptivity.metric import best_metric, scaled_for
+from bubblemesh.spacing.metric.gradation import graded
 
 ROOT = Path(__file__).parents[2]
 CASE = """

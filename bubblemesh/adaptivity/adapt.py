@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.adaptivity.estimate import Estimate, estimated, split_nodes, true_error
-from bubblemesh.adaptivity.metric import best_metric, graded, scaled_for
+from bubblemesh.adaptivity.metric import best_metric, scaled_for
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
     predicted_error,
@@ -34,6 +34,7 @@ from bubblemesh.run.packings import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.field import TensorField
+from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import MeshField
 

@@ -3,14 +3,12 @@
 import numpy as np
 
 from bubblemesh.adaptivity.estimate import gradients, recovered_gradients
-from bubblemesh.arrays import Floats, Integers, members
-from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, intersections, lengths
+from bubblemesh.meshes.tensors import Axes, axes, determinants, intersections
 
 FLATTEST = 1e-6  # least second derivative in terms of the largest one in the domain
 HALVINGS = 60  # of an interval that holds a scale
-STEPS = 4  # of gradation, from node to node: farther a metric reaches by what it makes of its neighbours
 PER_NODE = np.sqrt(3) / 2  # area of a perfect packing, in the metric
 
 
@@ -86,28 +84,3 @@ def scaled_for(
 def _limited(tensors: Floats, sizes: tuple[float, float], aspect: float) -> Floats:
     across, along, direction = axes(tensors)
     return Axes(np.clip(across, *sizes), np.clip(along, *sizes), direction).wider(aspect).tensors
-
-
-def graded(points: Floats, triangles: Integers, tensors: Floats, growth: float) -> Floats:
-    """Tensors (n, 3) that grow no faster from node to node than by a factor exp(growth) over a length of 1 in them.
-
-    The ellipse of a node, larger by exp(growth) to the power of an edge's length in its metric, holds that of the
-    edge's other end.
-
-    References
-    ----------
-    F. Alauzet, "Size gradation control of anisotropic meshes", Finite Elem. Anal. Des. 46 (2010): homogeneous growth in
-    the metric.
-    """
-    edges, _ = unique_edges(triangles)
-    pairs = np.concatenate([edges, edges[:, ::-1]])
-    pairs = pairs[np.argsort(pairs[:, 1], kind="stable")]
-    _, rank = members(np.bincount(pairs[:, 1], minlength=len(points)))
-    for _ in range(STEPS):
-        before = tensors.copy()
-        for turn in range(int(rank.max(initial=-1)) + 1):
-            origin, end = pairs[rank == turn].T
-            length = lengths(before[origin], points[end] - points[origin])
-            reach = before[origin] * np.exp(-2 * growth * length)[:, None]
-            tensors[end] = intersections(tensors[end], reach)
-    return tensors

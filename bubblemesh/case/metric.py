@@ -34,6 +34,9 @@ class MetricTerm(Strict):
     """A metric, with a limit on how long its ellipses are."""
 
     aspect: Aspect = Field(default=ASPECT, description="Largest ratio of the sizes along and across.")
+    gradation: Positive | None = Field(
+        default=None, description="Largest growth of the sizes over a length of 1 in the metric, such as 0.3 at jumps."
+    )
 
 
 class DirectedMetric(MetricTerm):

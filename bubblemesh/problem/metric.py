@@ -10,12 +10,15 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.metric import AnyMetric, DirectedMetric, TensorMetric, WallMetric
+from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.tensors import Axes, axes, intersections
 from bubblemesh.messages import place
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.metric.field import TensorField
+from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Cover, Survey, ideal_nodes, surveyed
@@ -34,6 +37,7 @@ class MetricRequest(NamedTuple):
     ellipses: Ellipses  # no numbers where the metric is not positive
     aspect: float
     key: Key
+    gradation: float = np.inf  # growth over a length of 1
 
 
 class InMetric(NamedTuple):
@@ -74,7 +78,7 @@ def _request(model: AnyMetric, domain: Domain, key: Key) -> MetricRequest:
             with at_key(*key, "label"):
                 require_labels(domain, labels)
             ellipses = AlongWalls(domain, tuple(labels), model.across, model.growth, along)
-    return MetricRequest(ellipses, model.aspect, key)
+    return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf)
 
 
 @dataclass(frozen=True)
@@ -150,7 +154,12 @@ def in_metric(
     survey = surveyed(domain, asked, max_nodes, cover)
     aspect = _aspect(asked, np.vstack([points, survey.extremes.minimum_at]))
     asked = replace(asked, aspect=aspect)
-    fitted = MetricSpacing.of(_together(metrics, packing), aspect).straightened()
+    fitted = MetricSpacing.of(_together(metrics, packing), aspect)
+    growth = min((metric.gradation for metric in metrics), default=np.inf)
+    if growth < np.inf:
+        asked, fitted = (_graded(domain, some, growth, max_nodes) for some in (asked, fitted))
+        survey = surveyed(domain, asked, max_nodes, cover)
+    fitted = fitted.straightened()
     return InMetric(asked, fitted, survey, ideal_nodes(domain, fitted, max_nodes, ESTIMATE, cover), told)
 
 
@@ -167,6 +176,21 @@ def _together(metrics: Sequence[MetricRequest], spacing: Spacing) -> Ellipses:
         return first
 
     return ellipses
+
+
+def _graded(domain: Domain, spacing: MetricSpacing, growth: float, max_nodes: int) -> MetricSpacing:
+    """The metric that grows no faster between the nodes of a mesh in the metric itself, as dense as that varies."""
+    # Imported here since few metrics are graded.
+    from bubblemesh.packing.annealing import NoAnnealing
+    from bubblemesh.packing.ellipses.rounds import rounds_in_metric
+    from bubblemesh.packing.methods import METHODS
+
+    method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
+    levels = [level for level in method.levels(domain, spacing, 0) if isinstance(level, MetricSpacing)]
+    *_, last = rounds_in_metric(method.placement(domain, levels[0], max_nodes), domain, levels, method)
+    x, triangles = last.net.bubbles.x, last.net.triangles
+    field = TensorField.of(x, triangles, graded(x, triangles, spacing.at(x), growth))
+    return MetricSpacing.of(field, spacing.aspect)
 
 
 def _aspect(spacing: MetricSpacing, points: Floats) -> float:

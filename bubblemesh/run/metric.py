@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from bubblemesh.arrays import Floats, quantile
 from bubblemesh.meshes.metric import LONGEST, SHORTEST
 from bubblemesh.meshes.quality import Measures, edge_ratios
@@ -13,6 +15,7 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
 
+JUMP = 3.0  # ratio of the sizes of ellipses at both ends of an edge, from which it is told
 SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
 
 
@@ -34,6 +37,8 @@ class MetricRow:
 
     aspect: float  # of the longest ellipse at a node
     edges_within: float  # share of the edges whose length in the metric is from 0.71 to 1.41
+    steepest: float  # ratio of the sizes of ellipses at both ends of an edge, the largest one
+    steepest_at: tuple[float, float]
     shortened: ShortenedRow | None
 
 
@@ -46,7 +51,11 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     ellipses = asked.axes(points)
     lengths = edge_ratios(points, edges, asked.between(points, edges))
     within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
-    return MetricRow(float(ellipses.aspects.max()), within, _shortened(measures, ellipses.along, packed))
+    first, last = np.sqrt(ellipses.across * ellipses.along)[edges].T
+    ratio = np.maximum(first / last, last / first)
+    x, y = points[edges[ratio.argmax()]].mean(axis=0).tolist()
+    steepest = float(ratio.max()), (x, y)
+    return MetricRow(float(ellipses.aspects.max()), within, *steepest, _shortened(measures, ellipses.along, packed))
 
 
 def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> ShortenedRow | None:
@@ -60,11 +69,20 @@ def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> Shor
     return ShortenedRow(float(shorter.mean()), float(ratio.max()), (x, y), *figures)
 
 
-def shorter_ellipses(metric: MetricRow | None) -> list[str]:
-    """Warning of a metric that turns so fast that its ellipses are made shorter."""
-    if metric is None or metric.shortened is None:
+def unsteady_ellipses(metric: MetricRow | None) -> list[str]:
+    """Warnings of a metric that turns so fast that its ellipses are made shorter, and of one that jumps."""
+    if metric is None:
         return []
-    row = metric.shortened
+    jumps = [
+        f"the metric jumps: at {place(metric.steepest_at)} ellipses at the ends of an edge differ by a factor of "
+        f"{metric.steepest:.3g}, so that triangles are bad there: gradation: 0.3 in the metric makes it grow gently"
+    ]
+    return [*_shorter(metric.shortened), *(jumps if metric.steepest > JUMP else [])]
+
+
+def _shorter(row: ShortenedRow | None) -> list[str]:
+    if row is None:
+        return []
     return [
         f"the metric turns faster than straight edges can: at {row.share:.1%} of the nodes ellipses are shorter along "
         f"than it asks for, {row.ratio:.3g} times at {place(row.ratio_at)}"

@@ -27,7 +27,7 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import measured
-from bubblemesh.run.metric import shorter_ellipses
+from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 
@@ -185,7 +185,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
             *best.clock.warnings,
             *warnings.poor_result(figures, None if problem.refined or problem.rest else ideal_nodes),
             *warnings.jumps_at_layers(found.layers),
-            *shorter_ellipses(found.metric),
+            *unsteady_ellipses(found.metric),
             *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
             *warnings.straight_facets(straight),
             *([] if best.refined is None else warnings.sharper_corners(best.refined, task.least_angle)),

@@ -7,11 +7,11 @@ from invariants import check_mesh
 from typer.testing import CliRunner
 
 import bubblemesh
-from bubblemesh.adaptivity.metric import area_in, best_metric, graded, hessians, scaled_for
+from bubblemesh.adaptivity.metric import area_in, best_metric, hessians, scaled_for
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.tensors import axes, lengths, of_axes
+from bubblemesh.meshes.tensors import axes
 
 CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
 
@@ -60,21 +60,6 @@ def test_a_metric_is_scaled_for_a_number_of_nodes_within_limits(mesh):
     assert found.across.min() > 0.004 * (1 - 1e-6)
     assert found.along.max() < 0.1 * (1 + 1e-6)
     assert found.aspects.max() < 12 * (1 + 1e-6)
-
-
-def test_a_graded_metric_grows_by_no_more_than_asked_for_from_node_to_node(mesh):
-    narrow = np.where(mesh.points[:, 0] < 0.5, 0.01, 0.1)
-    jump = of_axes(narrow, np.full(len(narrow), 0.1), np.tile([1.0, 0.0], (len(narrow), 1)))
-    soft = graded(mesh.points, mesh.triangles, jump.copy(), 0.3)
-    np.testing.assert_allclose(soft[narrow < 0.1], jump[narrow < 0.1], rtol=1e-6, atol=1e-6)
-    edges, _ = unique_edges(mesh.triangles)
-    pairs = np.concatenate([edges, edges[:, ::-1]])
-    beside = pairs[(narrow[pairs[:, 0]] < 0.1) & (narrow[pairs[:, 1]] == 0.1)]
-    assert len(beside) > 10
-    for first, second in beside.tolist():
-        edge = mesh.points[second] - mesh.points[first]
-        most = 0.01 * np.exp(0.3 * lengths(jump[first : first + 1], edge[None])[0])
-        assert axes(soft[second : second + 1]).across[0] <= max(most, 0.01) * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("wanted", [{"nodes": 500}, {"error": 0.3}])

@@ -116,6 +116,19 @@ def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
     assert any("6000 times as long as wide" in text and "aspect raises it" in text for text in problem.warnings)
 
 
+def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
+    jump = {"angle": 0.3, "across": "0.01 if x > 0.5 else 0.1"}
+    plain = meshed(jump, spacing=0.1).report
+    assert any("the metric jumps" in text and "gradation: 0.3" in text for text in plain.warnings)
+    assert plain.metric.steepest > 3
+    graded = meshed({**jump, "gradation": 0.3}, spacing=0.1).report
+    assert not any("jumps" in text for text in graded.warnings)
+    assert graded.metric.steepest < 2
+    assert graded.quality["mean"] > plain.quality["mean"] + 0.02
+    assert graded.quality["p01"] > 0.7
+    assert graded.nodes == pytest.approx(graded.ideal_nodes, rel=0.04)
+
+
 @pytest.mark.parametrize(
     ("keys", "match"),
     [
@@ -163,12 +176,12 @@ def random_case(seed):
     along = float(random.uniform(0.05, 0.15))
     across = along / float(np.exp(random.uniform(0, np.log(300))))
     f, g, p, q = random.uniform(2, 9, 4)
-    less = max(across, along / 30)  # where the metric turns, very long ellipses are made so short that they are many
+    less = max(across, along / 30)  # long ellipses in the whole domain, or turning ones, are too many for a test
     metric = [
-        {"angle": float(p), "across": across},
+        {"angle": float(p), "across": less},
         {"angle": f"{f}*x + {g}*y", "across": f"{less}*(1.2 + sin({g}*x + {p})*sin({f}*y + {q}))"},
         {"angle": "atan2(y - 0.4, x - 0.3) + pi/2", "across": f"{across} + 0.2*abs(hypot(x - 0.3, y - 0.4) - 0.3)"},
-        {"angle": 0.3, "across": f"{across} if x > 0.5 else {along}"},
+        {"angle": 0.3, "across": f"{less} if x > 0.5 else {along}"},
         {"like": "boundary", "label": "outer", "across": across, "growth": float(random.uniform(0.1, 0.5))},
     ][random.integers(5)]
     return metric_case(metric, outer, spacing=along, limits={"max_nodes": 20_000}, packing={"effort": "fast"})
