@@ -20,7 +20,7 @@ from skfem.helpers import dot, grad
 
 import bubblemesh
 from benchmarks.metric.problems import Array
-from bubblemesh.adaptivity.adapt import DEFAULT_GROWTH, MOST_ASPECT
+from bubblemesh.adaptivity.adapt import GROWTH_IN_METRIC, MOST_ASPECT
 from bubblemesh.adaptivity.metric import best_metric, scaled_for
 from bubblemesh.spacing.metric.gradation import graded
 
@@ -121,7 +121,7 @@ def next_of_mmg(python: str, points: Array, triangles: Array, u: Array, nodes: i
     """The next mesh by Mmg2D in the metric that bubblemesh would take."""
     best = best_metric(points, triangles, u[:, None])
     tensors = scaled_for(points, triangles, best, nodes, (1e-5, 0.2), MOST_ASPECT)
-    tensors = graded(points, triangles, tensors, DEFAULT_GROWTH)
+    tensors = graded(points, triangles, tensors, GROWTH_IN_METRIC)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "mesh.npz"
         np.savez(path, points=points, triangles=triangles, tensors=tensors)

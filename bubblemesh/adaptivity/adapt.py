@@ -39,6 +39,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import MeshField
 
 DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
+GROWTH_IN_METRIC = 0.6  # the same over a length of 1 in a metric: layers ask for sizes that differ more
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
 ATTEMPTS, CLOSE = 4, 0.02  # at a metric that needs so many nodes as are wanted, to that part of them
 MOST_ASPECT = 1000.0
@@ -167,7 +168,7 @@ def _next_in_metric(
     coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes
     for _ in range(ATTEMPTS):
         tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
-        field = TensorField.of(*mesh, graded(*mesh, tensors, terms.growth or DEFAULT_GROWTH))
+        field = TensorField.of(*mesh, graded(*mesh, tensors, terms.growth or GROWTH_IN_METRIC))
         metrics = (MetricRequest(field, MOST_ASPECT, Key(["nodes"])),)
         problem = prepare_in(
             domain, SpacingRequest(lambda scale: coarse, rules, None, case.warnings, metrics), task, seconds
