@@ -4,12 +4,14 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
+from bubblemesh.case.data_terms import Bounds
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.embedded import LineKeys, PointKeys
 from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
+from bubblemesh.case.shoreline import ShorelineKeys
 from bubblemesh.case.spacing import SpacingValue
 
 SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
@@ -86,14 +88,21 @@ class RegionDomain(InnerKeys):
     """The area that the regions of files cover together, with what is embedded in it."""
 
 
-DOMAINS = Choice("a mapping", ("outer", "file"))
+class ShoreDomain(InnerKeys):
+    """The sea in a box, which the shore in a file bounds."""
+
+    box: Bounds = Field(description="Box [x0, y0, x1, y1] whose sides in the sea are the label open.")
+    shoreline: ShorelineKeys = Field(description="Shore that bounds the sea: the labels land and island.")
+
+
+DOMAINS = Choice("a mapping", ("outer", "file", "box"))
 
 
 def _of_regions(value: Any) -> bool:
     """Whether a domain has no ring of its own, but regions of a file."""
     if isinstance(value, BaseModel):
         return isinstance(value, RegionDomain)
-    if not isinstance(value, dict) or "outer" in value or "file" in value:
+    if not isinstance(value, dict) or any(key in value for key in DOMAINS.keys):
         return False
     regions = _as_list(value.get("regions"))
     return isinstance(regions, list | tuple) and any(_has(entry, "file") for entry in regions)
@@ -102,6 +111,7 @@ def _of_regions(value: Any) -> bool:
 DomainKeys = Annotated[
     Annotated[RingDomain, Tag("<outer>")]
     | Annotated[FileDomain, Tag("<file>")]
+    | Annotated[ShoreDomain, Tag("<box>")]
     | Annotated[RegionDomain, Tag("<regions>")],
     Discriminator(lambda value: "<regions>" if _of_regions(value) else DOMAINS.tag(value)),
     BeforeValidator(lambda value: value if _of_regions(value) else DOMAINS.checked(value)),

@@ -60,6 +60,8 @@ class Domain(Uncached):
         Pieces whose bubbles are set beforehand.
     plane : Plane or None
         Plane that its coordinates, places on the earth, have been taken to.
+    groups : dict
+        Names that stand for several labels where distances are measured.
     """
 
     boundary: Boundary
@@ -69,6 +71,7 @@ class Domain(Uncached):
     changes: tuple[Change, ...] = ()
     held: Held = NOTHING_HELD
     plane: Plane | None = None
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":

@@ -228,6 +228,12 @@ def is_projecting() -> bool:
     return _projecting.get() is not None
 
 
+def given_plane() -> Plane | None:
+    """The plane that coordinates are taken to, if they are to one, and it is known."""
+    by = _projecting.get()
+    return None if by is None else by.plane
+
+
 def given_places() -> Callable[[Point], Point] | None:
     """What gives the coordinates, as they were given, of a point of the plane, if coordinates are taken to one."""
     by = _projecting.get()

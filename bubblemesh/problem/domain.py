@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bubblemesh import readers
 from bubblemesh.case import Case
-from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain
+from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain, ShoreDomain
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, prefixed
@@ -15,7 +16,7 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following, followed_together
-from bubblemesh.geometry.geography import given_places, projecting
+from bubblemesh.geometry.geography import given_places, given_plane, projecting
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_by, tell_places_of
@@ -25,6 +26,9 @@ from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
+
+if TYPE_CHECKING:
+    from bubblemesh.problem.shoreline import Sea
 
 DOMAIN = Key(["domain"])
 
@@ -36,7 +40,7 @@ def case_domain(case: Case) -> Domain:
     by = None if case.crs is None else projecting_of(case.crs)
     with about(DOMAIN), own_files(case.domain, case.root), projecting(by):
         try:
-            domain = _domain(case.domain)
+            domain = _sea(case) if isinstance(case.domain, ShoreDomain) else _domain(case.domain)
             return domain if by is None else replace(domain, plane=by.plane)
         except GeometryError as error:
             if error.mendable:
@@ -53,6 +57,31 @@ def _domain(keys: DomainKeys) -> Domain:
         parts = _inner_parts(keys)
     tell_places_by(given_places())
     return Domain.of_areas(areas, parts)
+
+
+def _sea(case: Case) -> Domain:
+    """The domain of the sea in a box, with the detail that its spacing can show."""
+    # Imported here since few domains are seas.
+    from bubblemesh.problem.shoreline import SHORE, areas_of_sea, fitted, sea_in_box
+    from bubblemesh.problem.spacing import case_spacing
+
+    keys = case.domain
+    assert isinstance(keys, ShoreDomain)
+    sea = sea_in_box(keys)
+    parts = _inner_parts(keys)
+    tell_places_by(given_places())
+
+    def domain_of(sea: "Sea") -> Domain:
+        domain = Domain.of_areas(
+            [area.about(Key((*DOMAIN, "shoreline"))) for area in areas_of_sea(sea, keys.shoreline.file)], parts
+        )
+        shore = tuple(label for label in SHORE if label in domain.labels)
+        return replace(domain, plane=given_plane(), groups={"shore": shore} if shore else {})
+
+    if keys.shoreline.narrowest is not None or keys.shoreline.detail == "auto":
+        request = case_spacing(case, domain_of(sea))
+        return domain_of(fitted(sea, keys, request.at(None).extended))
+    return domain_of(fitted(sea, keys, lambda points: points[:, 0]))
 
 
 def _advice(keys: DomainKeys, key: Key) -> str:
@@ -72,6 +101,10 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
         return _covered(keys, _inner_parts(keys))
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
+    if isinstance(keys, ShoreDomain):
+        from bubblemesh.problem.shoreline import areas_of_sea, sea_in_box
+
+        return areas_of_sea(sea_in_box(keys), keys.shoreline.file)
     repair, areas, holes = repair_of(keys), list(_outer_areas(keys)), list(_holes(keys))
     rings = [hole.outer for hole in holes]
     islands = [Area(ring) for hole in holes for ring in hole.holes]  # what lies in a hole of a hole is meshed again

@@ -12,13 +12,14 @@ from bubblemesh.case import Case
 from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.geometry_files import SelectedFile
+from bubblemesh.case.shoreline import ShorelineKeys
 from bubblemesh.errors import prefixed
 from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
 
 
 def named_files(model: Strict) -> Iterator[Path]:
     """The files that a case, or a part of it, names, with those that belong to them."""
-    if isinstance(model, SelectedFile):
+    if isinstance(model, SelectedFile | ShorelineKeys):
         yield from readers.files_of(Path(model.file))
     if isinstance(model, DataTerm):
         yield from model.files()

@@ -38,6 +38,7 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
     CaseError, with the known ones, if nothing has a label.
     """
     require_labels(domain, labels)
+    labels = [own for label in labels for own in domain.groups.get(label, (label,))]
     boundary = domain.boundary
     named = np.isin(boundary.labels, list(labels))[boundary.label]
     points = [point.at for point in domain.parts.points if point.label in labels]
@@ -48,8 +49,8 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
 def require_labels(domain: Domain, labels: Sequence[str]) -> None:
     """CaseError, with the known labels, if nothing in a domain has one of these."""
     for label in labels:
-        if label not in domain.labels:
-            raise CaseError(unknown("label", label, domain.labels))
+        if label not in domain.labels and label not in domain.groups:
+            raise CaseError(unknown("label", label, [*domain.labels, *domain.groups]))
 
 
 def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:

@@ -1,0 +1,287 @@
+"""The sea in a box: land cut out of it, with open, land and island boundaries."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.case.domain import ShoreDomain
+from bubblemesh.errors import GeometryError, prefixed
+from bubblemesh.geometry.geography import projected, projected_ring
+from bubblemesh.geometry.paths import Area, Line, Polyline, Ring, Side, as_point
+from bubblemesh.geometry.rings import rectangle
+from bubblemesh.messages import counted
+from bubblemesh.readers.shores import Faces, land_in
+
+OPEN, LAND, ISLAND = "open", "land", "island"
+SHORE = LAND, ISLAND
+ON_SIDE = 1e-7  # of the box's size: what is nearer to a side of it is on it
+AROUND = 0.1  # of the box's size: land beyond it that is looked at
+PARTS_OF_SIDES = 200  # of the box: longer sides of land are cut before they are projected
+STRAIGHT = 1e-7  # of the box's size: what cutting left of straight sides
+DETAIL = 0.1  # spacings
+SHORT = 0.5  # spacings: of points nearer to each other one is left out, where the detail is auto
+SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are corners
+HALVINGS = 8  # of the detail, until no rings cross
+
+SpacingAt = Callable[[Floats], Floats]
+
+
+class Sea(NamedTuple):
+    """Parts of the sea, the sides (4) of the box around it, and notes on what was left out."""
+
+    parts: list[shapely.Polygon]
+    sides: tuple[Floats, ...]
+    notes: tuple[str, ...]
+
+
+def sea_in_box(keys: ShoreDomain) -> Sea:
+    """The sea in the box of a domain, with all detail; errors have the file.
+
+    Parts without an open side, which no tide reaches, and what is smaller than the smallest area are left out.
+    """
+    x0, y0, x1, y1 = keys.box
+    box = projected_ring(rectangle(x0, y0, x1, y1))
+    sides = tuple(_points(side) for side in box.sides)
+    around = shapely.Polygon(np.vstack([side[:-1] for side in sides]))
+    shore = keys.shoreline
+    with prefixed(shore.file):
+        faces = land_in(Path(shore.file), shore.of, shore.layer, keys.box, AROUND)
+        shape = _in_plane(faces, max(x1 - x0, y1 - y0))
+        size = max(np.ptp(np.array(around.bounds).reshape(2, 2), axis=0))
+        shape = shapely.simplify(shape, STRAIGHT * size)
+        sea = around.intersection(shape) if faces.of_sea else around.difference(shape)
+        return _kept(sea, sides, shore.smallest or 0.0, faces.notes)
+
+
+def _points(side: Side) -> Floats:
+    """Points (k, 2) along a side of a projected box."""
+    curve = side.curve
+    if isinstance(curve, Polyline):
+        return curve.points
+    assert isinstance(curve, Line)
+    return np.array([curve.start, curve.end])
+
+
+def _in_plane(faces: Faces, size: float) -> shapely.Geometry:
+    """The shapes of a file in the plane, one of all of them."""
+    cut = shapely.segmentize(np.array(faces.shapes, dtype=object), size / PARTS_OF_SIDES)
+    taken = shapely.transform(cut, projected) if len(cut) else cut
+    return shapely.union_all(shapely.make_valid(taken))
+
+
+def _kept(sea: shapely.Geometry, sides: Sequence[Floats], smallest: float, told: Sequence[str]) -> Sea:
+    """Parts of the sea that are open and large, without small islands."""
+    found, notes = [part for part in _polygons(sea) if part.area > 0], list(told)
+    rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
+    size = max(np.ptp(np.vstack(sides), axis=0))
+    opened = [part for part in found if part.boundary.intersection(rim.buffer(ON_SIDE * size)).length > 1e-3 * size]
+    closed = len(found) - len(opened)
+    if closed:
+        notes.append(f"{counted(closed, 'part')} of the sea that no open side reaches left out")
+    large = [part for part in opened if part.area >= smallest]
+    if len(large) < len(opened):
+        notes.append(f"{counted(len(opened) - len(large), 'part')} of the sea below {smallest:.6g} left out")
+    if not large:
+        raise GeometryError("no sea is left in the box: correct the box, or say of: sea if the shapes are water")
+    holes = [[ring for ring in part.interiors if shapely.Polygon(ring).area >= smallest] for part in large]
+    dropped = sum(len(part.interiors) for part in large) - sum(map(len, holes))
+    if dropped:
+        notes.append(f"{counted(dropped, 'island')} below {smallest:.6g} left out")
+    parts = [shapely.Polygon(part.exterior, kept) for part, kept in zip(large, holes, strict=True)]
+    return Sea(sorted(parts, key=lambda part: -part.area), tuple(sides), tuple(notes))
+
+
+def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
+    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "Polygon"]
+
+
+def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
+    """The sea without narrow channels and with the detail that a spacing can show."""
+    shore, notes = keys.shoreline, list(sea.notes)
+    if shore.narrowest is not None:
+        width = shore.narrowest * min(float(spacing(shapely.get_coordinates(part)).min()) for part in sea.parts)
+        sea = _without_narrow(sea, width, shore.smallest or 0.0)
+        notes = list(sea.notes)
+    if shore.detail is None:
+        return sea
+    before = sum(len(shapely.get_coordinates(part)) for part in sea.parts)
+    detail = _Detail(spacing, SHORT) if shore.detail == "auto" else _Detail(_same(shore.detail), 0.0)
+    parts = [_simplified(part, sea, detail) for part in sea.parts]
+    after = sum(len(shapely.get_coordinates(part)) for part in parts)
+    if after < before:
+        notes.append(f"{before - after:,} of {before:,} points of the shore left out, which its detail does not need")
+    return sea._replace(parts=parts, notes=tuple(notes))
+
+
+class _Detail(NamedTuple):
+    """What of a shore is left out: a tenth of a spacing aside, and points nearer to each other than a share of it."""
+
+    spacing: SpacingAt
+    short: float
+
+
+def _same(detail: float) -> SpacingAt:
+    """A spacing of which the detail is a length."""
+    return lambda points: np.full(len(points), detail / DETAIL)
+
+
+def _without_narrow(sea: Sea, width: float, smallest: float) -> Sea:
+    """The sea without what is narrower than a width, and without what only that joins to the open side."""
+    shape = shapely.union_all(sea.parts)
+    wide = shape.buffer(-width / 2).buffer(width / 2 * 1.01)
+    narrow = [part for part in _polygons(shape.difference(wide)) if part.area > SLIVER * width**2]
+    if not narrow:
+        return sea
+    # A little more, so that no slivers stay between them and the shore.
+    cut = shape.difference(shapely.union_all([part.buffer(0.01 * width, join_style="mitre") for part in narrow]))
+    closed = f"{counted(len(narrow), 'narrow part')} of the sea closed, less than {width:.6g} wide"
+    return _kept(cut, sea.sides, smallest, (*sea.notes, closed))
+
+
+def _simplified(part: shapely.Polygon, sea: Sea, detail: _Detail) -> shapely.Polygon:
+    """A part of the sea with fewer points; rings that would cross or vanish keep more of them."""
+    rings = [shapely.get_coordinates(ring)[:-1] for ring in (part.exterior, *part.interiors)]
+    sides = [_of_box(ring, sea.sides) for ring in rings]
+    spacings = [detail.spacing(ring) for ring in rings]
+    halvings, few = np.zeros(len(rings), np.int64), list(rings)
+    changed = np.arange(len(rings))
+    for _ in range(HALVINGS):
+        for k in changed.tolist():
+            fixed = sides[k] | np.roll(sides[k], 1)
+            few[k] = _few_points(rings[k], fixed, spacings[k] / 2 ** halvings[k], detail.short)
+        changed = _faulty(few)
+        if len(changed) == 0:
+            made = shapely.Polygon(few[0], few[1:])
+            return made if made.is_valid else part
+        halvings[changed] += 1
+    return part
+
+
+def _faulty(rings: Sequence[Floats]) -> Integers:
+    """Numbers (k,) of rings that have no area, or that cross themselves or another one."""
+    closed = [np.vstack([ring, ring[:1]]) for ring in rings]
+    whole = np.array([len(ring) > 2 and shapely.Polygon(ring).is_valid for ring in rings])
+    lines = np.array([shapely.LineString(line) for line in closed], dtype=object)
+    first, second = shapely.STRtree(lines).query(lines, predicate="intersects")
+    crossing = np.zeros(len(rings), bool)
+    crossing[first[first != second]] = True
+    return np.flatnonzero(~whole | crossing)
+
+
+def _few_points(ring: Floats, fixed: Booleans, spacing: Floats, short: float) -> Floats:
+    """Points of a ring (n, 2) of which those left out are no farther from it than a tenth of the spacing (n,) at each.
+
+    By Douglas and Peucker, between points that stay: those fixed, and two that are far from each other. Then those are
+    left out that are nearer to the last one than ``short`` spacings.
+    """
+    n, allowed = len(ring), DETAIL * spacing
+    far = int(np.argmax(((ring - ring[0]) ** 2).sum(axis=1)))
+    stay = np.flatnonzero(fixed) if fixed.sum() > 1 else np.unique([0, far, *np.flatnonzero(fixed).tolist()])
+    kept = np.zeros(n, bool)
+    kept[stay] = True
+    around, tolerance = np.vstack([ring, ring]), np.append(allowed, allowed)
+    spans = list(pairwise([*stay.tolist(), int(stay[0]) + n]))
+    while spans:
+        first, last = spans.pop()
+        if last - first < 2:
+            continue
+        inner = around[first + 1 : last]
+        off = _distances(inner, around[first], around[last]) / tolerance[first + 1 : last]
+        worst = int(np.argmax(off))
+        if off[worst] > 1:
+            middle = first + 1 + worst
+            kept[middle % n] = True
+            spans += [(first, middle), (middle, last)]
+    if short:
+        kept[stay] = False
+        kept[_near(ring, np.flatnonzero(kept), stay, short * spacing)] = False
+        kept[stay] = True
+    return ring[kept]
+
+
+def _near(ring: Floats, points: Integers, stay: Integers, least: Floats) -> list[int]:
+    """Those of some points of a ring (n, 2) that are nearer than the least distance (n,) to the one kept before.
+
+    Or to the next of those that stay.
+    """
+    near, last = list[int](), ring[stay[-1]]
+    following = ring[stay[np.searchsorted(stay, points) % len(stay)]]
+    both = np.sort(np.concatenate([points, stay])).tolist()
+    ahead = dict(zip(points.tolist(), following, strict=True))
+    for k in both:
+        if k in ahead and min(np.hypot(*(ring[k] - last)), np.hypot(*(ring[k] - ahead[k]))) < least[k]:
+            near.append(k)
+        else:
+            last = ring[k]
+    return near
+
+
+def _distances(points: Floats, start: Floats, end: Floats) -> Floats:
+    """Distances (n,) of points (n, 2) from a segment."""
+    along = end - start
+    square = float(along @ along)
+    t = np.clip((points - start) @ along / square, 0, 1) if square > 0 else np.zeros(len(points))
+    return np.hypot(*(points - start - t[:, None] * along).T)
+
+
+def _of_box(ring: Floats, sides: Sequence[Floats]) -> Booleans:
+    """Mask (n,) of the sides of a ring (n, 2), from each point to the next, that are on a side of the box."""
+    return _side_of_box(ring, sides) >= 0
+
+
+def _side_of_box(ring: Floats, sides: Sequence[Floats]) -> Integers:
+    """Number (n,) of the side of the box that each side of a ring (n, 2) is on; -1 for those of the shore."""
+    size = max(np.ptp(np.vstack(sides), axis=0))
+    ends = np.roll(ring, -1, axis=0)
+    found = np.full(len(ring), -1)
+    for number, side in enumerate(sides):
+        line = shapely.LineString(side)
+        near = [shapely.distance(shapely.points(at), line) <= ON_SIDE * size for at in (ring, ends, (ring + ends) / 2)]
+        found[np.all(near, axis=0)] = number
+    return found
+
+
+def areas_of_sea(sea: Sea, file: str) -> list[Area]:
+    """Areas of the parts of a sea, with the labels open, land and island; the first ring has the notes on the file."""
+    areas = [
+        Area(_ring(part.exterior, sea.sides, LAND), tuple(_ring(hole, sea.sides, ISLAND) for hole in part.interiors))
+        for part in sea.parts
+    ]
+    first = replace(areas[0].outer, notes=tuple(f"{Path(file).name}: {note}" for note in sea.notes))
+    return [replace(areas[0], outer=first), *areas[1:]]
+
+
+def _ring(loop: shapely.LinearRing, sides: Sequence[Floats], closed: str) -> Ring:
+    """A ring whose sides on the box are open, each one curve from corner or shore to the next."""
+    points = shapely.get_coordinates(loop)[:-1]
+    side = _side_of_box(points, sides)
+    first = np.flatnonzero((side != np.roll(side, 1)) | (side < 0))
+    start = int(first[0]) if len(first) else 0
+    points, side = np.roll(points, -start, axis=0), np.roll(side, -start)
+    made = list(_sides(points, side, closed))
+    return Ring(tuple(made), tuple(as_point(_start(each)) for each in made))
+
+
+def _sides(points: Floats, side: Integers, closed: str) -> Iterator[Side]:
+    around = np.vstack([points, points[:1]])
+    begin = 0
+    while begin < len(points):
+        end = begin + 1
+        while side[begin] >= 0 and end < len(points) and side[end] == side[begin]:
+            end += 1
+        label = OPEN if side[begin] >= 0 else closed
+        if end == begin + 1:
+            yield Side(Line(as_point(around[begin]), as_point(around[end])), label)
+        else:
+            yield Side(Polyline(around[begin : end + 1]), label)
+        begin = end
+
+
+def _start(side: Side) -> Floats:
+    return _points(side)[0]

@@ -1,0 +1,240 @@
+"""The sea in a box: land cut out of it, labels, islands, detail, narrow channels."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from commands import command
+from invariants import check_mesh
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.shoreline import fitted, sea_in_box
+from bubblemesh.run.pipeline import mesh_case
+
+BOX = [0, 0, 100, 60]
+COAST = shapely.Polygon([(80, -20), (85, 15), (78, 30), (90, 45), (84, 90), (200, 90), (200, -20)])
+ISLAND, ROCK = shapely.Point(30, 30).buffer(8, quad_segs=40), shapely.Point(50, 10).buffer(0.5)
+LAND = [COAST, ISLAND, ROCK]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(shapes, name="coast.geojson"):
+    features = [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(shape)} for shape in shapes]
+    Path(name).write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+
+
+def case(spacing=4, box=BOX, name="coast.geojson", **keys):
+    own = {key: keys.pop(key) for key in ("smallest", "detail", "narrowest", "of") if key in keys}
+    domain = {"box": box, "shoreline": {"file": name} | own}
+    return load_case("sea.yaml", text=json.dumps({"domain": domain, "spacing": spacing} | keys))
+
+
+def lengths(mesh):
+    """Length of the edges of each label."""
+    along = np.hypot(*(mesh.points[mesh.facets[:, 1]] - mesh.points[mesh.facets[:, 0]]).T)
+    return {label: along[mesh.facet_labels == k].sum() for k, label in enumerate(mesh.labels)}
+
+
+def sea_of(*shapes):
+    return shapely.box(*BOX).difference(shapely.union_all(shapes))
+
+
+def test_land_is_cut_out_of_the_box_and_sides_have_labels():
+    write(LAND)
+    result = mesh_case(case(smallest=5))
+    check_mesh(result.mesh)
+    assert set(result.mesh.labels) == {"open", "land", "island"}
+    sea = sea_of(COAST, ISLAND)
+    assert result.report["area"] == pytest.approx(sea.area)
+    found = lengths(result.mesh)
+    assert found["island"] == pytest.approx(ISLAND.exterior.length)
+    land = COAST.boundary.intersection(shapely.box(*BOX)).length
+    assert found["land"] == pytest.approx(land)
+    assert found["open"] == pytest.approx(sea.exterior.length - land)
+    assert "coast.geojson: 1 island below 5 left out" in result.report["warnings"]
+
+
+def test_sides_of_the_box_have_no_nodes_but_corners_and_ends_of_the_shore():
+    write(LAND)
+    domain = prepare(case(smallest=5)).domain
+    corners = {tuple(point) for point in domain.boundary.corners.round(6).tolist()}
+    assert {(0.0, 0.0), (0.0, 60.0)} <= corners
+    on_box = [point for point in corners if point[0] in (0, 100) or point[1] in (0, 60)]
+    assert len(on_box) == 4
+
+
+def test_shore_is_land_and_islands():
+    write(LAND)
+    terms = {"value": 8, "near": {"label": "shore", "size": 2, "growth": 0.2}}
+    spacing = prepare(case(terms, smallest=5)).spacing
+    at = np.array([[38.0, 30], [85, 15], [20, 5]])
+    np.testing.assert_allclose(spacing(at), [2, 2, min(2 + 0.2 * (np.hypot(10, 25) - 8), 8)], rtol=1e-3)
+    spacing = prepare(case("2 + 0.2*distance('shore')", smallest=5)).spacing
+    np.testing.assert_allclose(spacing(at[:2]), 2, rtol=1e-3)
+    with pytest.raises(BubblemeshError, match=r"unknown label 'coast'; known: .*shore"):
+        prepare(case({"value": 8, "labels": {"coast": 2}}))
+
+
+def test_what_no_open_side_reaches_is_left_out():
+    write([COAST, shapely.Point(30, 30).buffer(10).difference(shapely.Point(30, 30).buffer(4))])
+    problem = prepare(case())
+    assert "coast.geojson: 1 part of the sea that no open side reaches left out" in problem.warnings
+    assert len(problem.domain.boundary.area_of_ring) == 2
+
+
+def test_small_parts_of_the_sea_are_left_out():
+    write([shapely.box(40, -10, 45, 70), shapely.box(45, 4, 120, 70)])
+    assert len(set(prepare(case(spacing=2)).domain.boundary.area_of_ring)) == 2
+    problem = prepare(case(smallest=500))
+    assert len(set(problem.domain.boundary.area_of_ring)) == 1
+    assert "coast.geojson: 1 part of the sea below 500 left out" in problem.warnings
+
+
+# Detail
+
+WIGGLY = shapely.Polygon(
+    [
+        (50 + (20 + np.sin(40 * t)) * np.cos(t), 30 + (20 + np.sin(40 * t)) * np.sin(t))
+        for t in np.linspace(0, 2 * np.pi, 4000)
+    ]
+)
+
+
+def test_detail_leaves_out_what_the_spacing_cannot_show():
+    write([WIGGLY])
+    keys = case({"value": 8, "near": {"label": "shore", "size": 6, "growth": 0.2}}, detail="auto")
+    problem = prepare(keys)
+    assert any("points of the shore left out, which its detail does not need" in text for text in problem.warnings)
+    assert problem.expected_nodes < 1.3 * prepare(case(6, box=BOX, detail=3)).expected_nodes
+    whole = prepare(case({"value": 8, "near": {"label": "shore", "size": 6, "growth": 0.2}}))
+    assert problem.expected_nodes < 0.5 * whole.expected_nodes
+
+
+@pytest.mark.parametrize("detail", [0.05, 0.5, 2])
+def test_no_point_is_farther_from_the_shore_than_the_detail(detail):
+    write([WIGGLY, ROCK.buffer(0.1)])
+    keys = case(detail=detail).domain
+    before = sea_in_box(keys)
+    after = fitted(before, keys, lambda points: points[:, 0])
+    (old,), (new,) = before.parts, after.parts
+    assert len(shapely.get_coordinates(new)) < len(shapely.get_coordinates(old))
+    far = shapely.distance(shapely.points(shapely.get_coordinates(old)), new.boundary)
+    assert far.max() <= detail * (1 + 1e-9)
+    assert len(new.interiors) == len(old.interiors)
+    assert new.is_valid
+
+
+def test_rings_that_would_cross_keep_their_points():
+    strait = 0.05
+    other = shapely.affinity.translate(WIGGLY, 44 + strait, 0)
+    box = [0, 0, 140, 60]
+    west = WIGGLY.difference(other.buffer(strait))
+    write([west, other.difference(west.buffer(strait))])
+    keys = case(detail=3, box=box).domain
+    (part,) = fitted(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
+    assert part.is_valid
+    assert len(part.interiors) == 2
+
+
+def test_narrow_channels_are_closed():
+    wide, narrow = shapely.box(30, -1, 40, 25), shapely.box(30, 26, 40, 61)  # a channel of 1
+    write([wide, narrow])
+    assert len(set(prepare(case(spacing=2)).domain.boundary.area_of_ring)) == 1
+    problem = prepare(case(spacing=2, narrowest=3))
+    assert any("1 narrow part of the sea closed, less than 6 wide" in text for text in problem.warnings)
+    assert len(set(problem.domain.boundary.area_of_ring)) == 2
+    x = problem.domain.boundary.corners
+    assert not ((x[:, 0] > 31) & (x[:, 0] < 39) & (x[:, 1] > 1) & (x[:, 1] < 59)).any()
+
+
+# Kinds of shapes
+
+
+def test_shapes_may_be_sea():
+    write([sea_of(COAST, ISLAND), shapely.box(-20, -20, 0, 80)])
+    result = mesh_case(case(of="sea"))
+    assert result.report["area"] == pytest.approx(sea_of(COAST, ISLAND).area)
+    assert lengths(result.mesh)["island"] == pytest.approx(ISLAND.exterior.length)
+
+
+def test_lines_are_closed_along_the_box():
+    shore = shapely.LineString([(80, -5), (85, 15), (78, 30), (90, 45), (84, 65)])  # land on its right
+    island = shapely.geometry.polygon.orient(ISLAND).exterior
+    write([shore.reverse(), shapely.LineString(island.coords)])
+    result = mesh_case(case(of="lines"))
+    land = shapely.Polygon([(80, -5), (85, 15), (78, 30), (90, 45), (84, 65), (200, 65), (200, -5)])
+    assert result.report["area"] == pytest.approx(sea_of(land, ISLAND).area)
+    assert set(result.mesh.labels) == {"open", "land", "island"}
+    write([shore, shapely.LineString(island.coords)])
+    with pytest.raises(
+        BubblemeshError, match=r"coast.geojson: the lines around \(.*\) have the land on their left and on"
+    ):
+        prepare(case(of="lines"))
+
+
+@pytest.mark.parametrize(
+    ("shapes", "keys", "message"),
+    [
+        ([shapely.box(-10, -10, 200, 200)], {}, "coast.geojson: no sea is left in the box"),
+        ([shapely.LineString([(0, 0), (50, 50)])], {}, "has no areas: give polygons, or say of: lines"),
+        ([shapely.Point(0, 0)], {"of": "lines"}, "has no lines: give lines of the shore, or polygons"),
+        (LAND, {"detail": "all"}, "detail: must be auto or a length"),
+        (LAND, {"of": "rock"}, "domain.shoreline.of: must be 'land', 'sea' or 'lines'"),
+        (LAND, {"box": [0, 0, 0, 1]}, "must be .x0, y0, x1, y1. with x0 below x1"),
+    ],
+)
+def test_what_is_no_sea_is_refused(shapes, keys, message):
+    write(shapes)
+    with pytest.raises(BubblemeshError, match=message):
+        prepare(case(**keys))
+
+
+# On the earth
+
+
+def test_a_coast_in_degrees_becomes_a_tide_model(folder):
+    pytest.importorskip("pyproj")
+    shapes = [
+        shapely.affinity.translate(shapely.affinity.scale(each, 0.05, 0.05, origin=(0, 0)), -7, 50) for each in LAND
+    ]
+    far = shapely.box(100, -80, 170, 80)  # which no plane holds
+    write([*shapes, far])
+    text = {
+        "domain": {
+            "box": [-7, 50, -2, 53],
+            "shoreline": {"file": "coast.geojson", "smallest": "20 km2", "detail": "auto"},
+        },
+        "crs": {"from": "EPSG:4326", "to": "EPSG:4326"},
+        "spacing": {"value": "20 km", "near": {"label": "shore", "size": "5 km", "growth": 0.15}},
+        "output": {"for": "adcirc"},
+    }
+    (folder / "tide.yaml").write_text(json.dumps(text))
+    code, _, said = command("run", "tide.yaml", "-o", "out", "-q")
+    assert (code, "1 island below 2e+07 left out" in said) == (0, True)
+    grid = (folder / "out" / "tide.14").read_text()
+    assert "1 = number of open boundaries" in grid
+    assert " land boundary 1: land" in grid
+    assert " island boundary 2: island" in grid
+    points = np.array(
+        [line.split()[1:3] for line in grid.splitlines()[2 : 2 + int(grid.split("\n")[1].split()[1])]], float
+    )
+    np.testing.assert_allclose(points.min(axis=0), [-7, 50], atol=0.01)
+    assert points[:, 1].max() == pytest.approx(53, abs=0.01)
+
+
+def test_lines_may_end_at_the_box(folder):
+    pytest.importorskip("pyproj")
+    write([shapely.LineString([(1.5, 4), (1.4, 2), (1.6, 0)])])
+    crs = {"from": "EPSG:4326"}
+    mesh = mesh_case(case("20 km", box=[0, 0, 2, 4], of="lines", crs=crs)).mesh
+    assert set(mesh.labels) == {"open", "land"}
+    assert lengths(mesh)["open"] == pytest.approx((1.5 + 4 + 1.6) * 111.1e3, rel=0.01)
