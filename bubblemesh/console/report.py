@@ -33,6 +33,7 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
         "labels": _named(figures["labels"]),
         "spacing": _extremes(figures["spacing"], size),
         **{name: _change(figures[name], than, size) for name, than in CHANGES.items() if name in figures},
+        **({"metric": _longest(figures["metric"])} if "metric" in figures else {}),
         **({"packed": _extremes(figures["packed_spacing"], size)} if "packed_spacing" in figures else {}),
         **({"layers": "\n".join(_layers(figures["layers"]))} if "layers" in figures else {}),
         "nodes": f"about {figures['expected_nodes']:.0f}{scale}",
@@ -41,6 +42,11 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
     _show(rows)
     if "repairs" in figures:
         show_repairs(figures["repairs"], size)
+
+
+def _longest(figures: Mapping[str, Any]) -> str:
+    """Line on the ellipses of a metric, of whose area the spacing tells."""
+    return f"ellipses of the area of such circles, up to {figures['aspect']:.3g} times as long as wide"
 
 
 def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:

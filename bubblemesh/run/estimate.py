@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Problem
+from bubblemesh.spacing.metric.metric import MetricSpacing
 
 if TYPE_CHECKING:
     from bubblemesh.layers.rest import Rest
@@ -59,6 +60,7 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         "labels": domain.labels,
         **({} if (repairs := repair_rows(domain)) is None else {"repairs": [row._asdict() for row in repairs]}),
         "spacing": survey.extremes._asdict(),
+        **({"metric": {"aspect": problem.spacing.aspect}} if isinstance(problem.spacing, MetricSpacing) else {}),
         **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
         **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),

@@ -9,6 +9,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import inverted
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.estimate import estimate
 from bubblemesh.run.pipeline import mesh_case
 
 LONG = {"angle": 0.5, "across": 0.02}
@@ -110,6 +111,12 @@ def test_a_metric_that_is_not_positive_is_refused_with_its_place():
         prepare(metric_case({"angle": 0, "across": "x - 0.5"}))
 
 
+def test_an_estimate_tells_the_aspect():
+    problem = prepare(metric_case(FRONT))
+    assert estimate(problem)["metric"]["aspect"] == pytest.approx(3, rel=0.05)
+    assert "metric" not in estimate(prepare(metric_case(None)))
+
+
 def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
     problem = prepare(metric_case({"angle": 0.3, "across": "0.00001*(1 + x)", "aspect": 20}))
     assert problem.spacing.aspect == pytest.approx(20)
@@ -184,7 +191,7 @@ def random_case(seed):
         {"angle": 0.3, "across": f"{less} if x > 0.5 else {along}"},
         {"like": "boundary", "label": "outer", "across": across, "growth": float(random.uniform(0.1, 0.5))},
     ][random.integers(5)]
-    return metric_case(metric, outer, spacing=along, limits={"max_nodes": 20_000}, packing={"effort": "fast"})
+    return metric_case(metric, outer, spacing=along, limits={"max_nodes": 40_000}, packing={"effort": "fast"})
 
 
 @pytest.mark.parametrize("seed", range(12))
