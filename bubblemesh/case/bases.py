@@ -72,7 +72,7 @@ def _at_home(key: str, value: Any, folder: Path) -> Any:
         return value | {
             name: _with_files_found(value[name], folder) for name in DataTerms.model_fields if name in value
         }
-    return _with_files_found(value, folder) if key == "domain" else value
+    return _with_files_found(value, folder) if key in ("domain", "metric") else value
 
 
 def _with_files_found(value: Any, folder: Path) -> Any:

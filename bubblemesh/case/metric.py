@@ -1,12 +1,14 @@
 """Metrics of a case file: spacings that depend on the direction, of which the smallest counts in each direction."""
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import OneOrMore
-from bubblemesh.case.fields import Choice, Label, Number, Positive, Strict
+from bubblemesh.case.data_terms import DataTerm, OneOrMore
+from bubblemesh.case.fields import Choice, InputFile, Label, Number, Positive, Strict, Text
 from bubblemesh.case.spacing import ExpressionText, SpacingValue
 from bubblemesh.spacing.expression import Expression
 
@@ -65,12 +67,27 @@ class WallMetric(MetricTerm):
     along: SpacingValue | None = Field(default=None, description="Spacing along it: by default that of the case.")
 
 
-KINDS = Choice("a mapping", ("angle", "m11", "like"))
+class FieldMetric(MetricTerm, DataTerm):
+    """Tensors at the nodes of a triangle mesh, in the order m11, m12, m22 or as whole matrices."""
+
+    file: InputFile = Field(description="Name of the file, relative to the case file; of .mesh the .sol beside it.")
+    name: Text | None = Field(default=None, description="Name of the data at nodes; needed if it has more.")
+
+    def files(self) -> Iterator[Path]:
+        """Files that the term names, with those that belong to them."""
+        yield from super().files()
+        beside = Path(self.file).with_suffix(".sol")
+        if Path(self.file).suffix == ".mesh" and beside.exists():
+            yield beside
+
+
+KINDS = Choice("a mapping", ("angle", "m11", "like", "file"))
 
 AnyMetric = Annotated[
     Annotated[DirectedMetric, Tag("<angle>")]
     | Annotated[TensorMetric, Tag("<m11>")]
-    | Annotated[WallMetric, Tag("<like>")],
+    | Annotated[WallMetric, Tag("<like>")]
+    | Annotated[FieldMetric, Tag("<file>")],
     Discriminator(KINDS.tag),
     BeforeValidator(KINDS.checked),
 ]

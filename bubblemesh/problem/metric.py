@@ -3,19 +3,22 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import several
-from bubblemesh.case.metric import AnyMetric, DirectedMetric, TensorMetric, WallMetric
+from bubblemesh.case.metric import AnyMetric, DirectedMetric, FieldMetric, TensorMetric, WallMetric
 from bubblemesh.case.models import IN_METRIC
-from bubblemesh.errors import Key, at_key
+from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.tensors import Axes, axes, intersections
+from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
+from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.messages import place
+from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
@@ -28,6 +31,7 @@ Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 TOLD = 1.001  # of the largest aspect: what is more of it is told
+COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
 INFINITE = 1e100  # size that asks for nothing
 
 
@@ -38,6 +42,7 @@ class MetricRequest(NamedTuple):
     aspect: float
     key: Key
     gradation: float = np.inf  # growth over a length of 1
+    notes: tuple[str, ...] = ()  # what was chosen of its file
 
 
 class InMetric(NamedTuple):
@@ -50,13 +55,19 @@ class InMetric(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def metric_requests(metric: AnyMetric | tuple[AnyMetric, ...], domain: Domain) -> tuple[MetricRequest, ...]:
-    """The metrics of a case in a domain; CaseError, with the key, for labels that the domain has not."""
+def metric_requests(
+    metric: AnyMetric | tuple[AnyMetric, ...], domain: Domain, root: Path | None
+) -> tuple[MetricRequest, ...]:
+    """The metrics of a case in a domain; CaseError, with the key, for labels that the domain has not.
+
+    Files are read below the ``root`` of an untrusted case only.
+    """
     models: tuple[AnyMetric, ...] = several(metric)
-    return tuple(
-        _request(model, domain, Key(["metric", *([number] if len(models) > 1 else [])]))
-        for number, model in enumerate(models)
-    )
+    found = list[MetricRequest]()
+    for number, model in enumerate(models):
+        with own_files(model, root):
+            found.append(_request(model, domain, Key(["metric", *([number] if len(models) > 1 else [])])))
+    return tuple(found)
 
 
 def _request(model: AnyMetric, domain: Domain, key: Key) -> MetricRequest:
@@ -66,7 +77,8 @@ def _request(model: AnyMetric, domain: Domain, key: Key) -> MetricRequest:
             expression = value if isinstance(value, Expression) else Expression.parse(repr(float(value)))
             return expression.measuring(partial(distance_to_labels, domain))
 
-    along = None if isinstance(model, TensorMetric) or model.along is None else number("along")
+    along = None if getattr(model, "along", None) is None else number("along")
+    notes: tuple[str, ...] = ()
     ellipses: Ellipses
     match model:
         case DirectedMetric():
@@ -78,7 +90,28 @@ def _request(model: AnyMetric, domain: Domain, key: Key) -> MetricRequest:
             with at_key(*key, "label"):
                 require_labels(domain, labels)
             ellipses = AlongWalls(domain, tuple(labels), model.across, model.growth, along)
-    return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf)
+        case FieldMetric():
+            with at_key(*key):
+                ellipses, notes = _read(model)
+    return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf, notes)
+
+
+def _read(model: FieldMetric) -> tuple[TensorField, tuple[str, ...]]:
+    """The metric in a file, and notes on what was chosen of it; CaseError or FileError if it holds none."""
+    read = read_nodal_field(Path(model.file), model.name)
+    with prefixed(f"{model.file}: {read.name}"):
+        columns = COLUMNS.get(read.values.shape[1])
+        if columns is None:
+            raise CaseError(
+                f"has {read.values.shape[1]} components: a metric has three, m11, m12 and m22, or all of a matrix"
+            )
+        tensors = read.values[:, columns]
+        sizes = area_sizes(tensors)
+        bad = np.flatnonzero(~(np.isfinite(sizes) & (sizes > 0)))
+        if len(bad):
+            raise CaseError(f"is not positive definite and finite at {place(read.points[bad[0]])}")
+    notes = tuple(f"{model.file}: {note}" for note in read.notes)
+    return TensorField.of(read.points, read.triangles, tensors), notes
 
 
 @dataclass(frozen=True)
@@ -150,11 +183,11 @@ def in_metric(
     """
     points = np.vstack([domain.polygonal_copy.points, cover.triangles.reshape(-1, 2), cover.triangles.mean(axis=1)])
     told = tuple(_too_long(metrics, spacing, points))
-    asked = MetricSpacing.of(_together(metrics, spacing))
+    asked = MetricSpacing.of(Together(tuple(metrics), spacing))
     survey = surveyed(domain, asked, max_nodes, cover)
     aspect = _aspect(asked, np.vstack([points, survey.extremes.minimum_at]))
     asked = replace(asked, aspect=aspect)
-    fitted = MetricSpacing.of(_together(metrics, packing), aspect)
+    fitted = MetricSpacing.of(Together(tuple(metrics), packing), aspect)
     growth = min((metric.gradation for metric in metrics), default=np.inf)
     if growth < np.inf:
         asked, fitted = (_graded(domain, some, growth, max_nodes) for some in (asked, fitted))
@@ -163,19 +196,22 @@ def in_metric(
     return InMetric(asked, fitted, survey, ideal_nodes(domain, fitted, max_nodes, ESTIMATE, cover), told)
 
 
-def _together(metrics: Sequence[MetricRequest], spacing: Spacing) -> Ellipses:
+@dataclass(frozen=True)
+class Together:
     """The intersection of metrics, their aspects limited, with circles of a spacing."""
 
-    def ellipses(x: Floats, y: Floats) -> Axes:
-        d = spacing.extended(np.column_stack([x, y]))
-        if not metrics:
+    metrics: tuple[MetricRequest, ...]
+    spacing: Spacing
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        d = self.spacing.extended(np.column_stack([x, y]))
+        if not self.metrics:
             return Axes(d, d, np.column_stack([np.ones(len(d)), np.zeros(len(d))]))
-        first, *others = (metric.ellipses(x, y).within(d).wider(metric.aspect) for metric in metrics)
+        first, *others = (metric.ellipses(x, y).within(d).wider(metric.aspect) for metric in self.metrics)
         for other in others:
             first = axes(intersections(first.tensors, other.tensors))
         return first
-
-    return ellipses
 
 
 def _graded(domain: Domain, spacing: MetricSpacing, growth: float, max_nodes: int) -> MetricSpacing:

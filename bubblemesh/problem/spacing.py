@@ -71,7 +71,9 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     if domain.plane is not None:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
-    return replace(request, warnings=(*case.warnings, *request.warnings), metrics=_metrics(case, domain))
+    metrics = _metrics(case, domain)
+    notes = (note for metric in metrics for note in metric.notes)
+    return replace(request, warnings=(*case.warnings, *request.warnings, *notes), metrics=metrics)
 
 
 def _metrics(case: Case, domain: Domain) -> "tuple[MetricRequest, ...]":
@@ -81,7 +83,7 @@ def _metrics(case: Case, domain: Domain) -> "tuple[MetricRequest, ...]":
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric import metric_requests
 
-    return metric_requests(case.metric, domain)
+    return metric_requests(case.metric, domain, case.root)
 
 
 def largest_areas(case: Case, domain: Domain) -> dict[str, float]:

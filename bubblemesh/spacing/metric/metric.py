@@ -19,6 +19,32 @@ ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
 CORRECTIONS = 2  # of the length of such an edge
 
 
+# Functions with names travel to other processes.
+@dataclass(frozen=True)
+class AreaSizes:
+    """Diameters of circles of the same area as ellipses; NaN where these are none."""
+
+    ellipses: Ellipses
+
+    def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Diameters (n,) at x (n,) and y (n,)."""
+        across, along, _ = self.ellipses(x, y)
+        with np.errstate(invalid="ignore"):
+            return np.where(across > 0, np.sqrt(across * along), np.nan)
+
+
+@dataclass(frozen=True)
+class Wider:
+    """Ellipses that are wide enough to have no larger aspect."""
+
+    ellipses: Ellipses
+    aspect: float
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        return self.ellipses(x, y).wider(self.aspect)
+
+
 @dataclass(frozen=True)
 class MetricSpacing(Spacing):
     """Desired distance between neighbouring nodes in each direction.
@@ -34,13 +60,7 @@ class MetricSpacing(Spacing):
     @classmethod
     def of(cls, ellipses: Ellipses, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
         """The spacing of a metric; ``aspect`` is that of its longest ellipse in a domain."""
-
-        def size(x: Floats, y: Floats) -> Floats:
-            across, along, _ = ellipses(x, y)
-            with np.errstate(invalid="ignore"):
-                return np.where(across > 0, np.sqrt(across * along), np.nan)
-
-        return cls(size, key=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
+        return cls(AreaSizes(ellipses), key=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
 
     @classmethod
     def of_tensors(cls, tensors: Callable[[Floats, Floats], Floats], aspect: float = 1.0) -> "MetricSpacing":
@@ -83,7 +103,7 @@ class MetricSpacing(Spacing):
         """The metric with ellipses that are wider where they are more than ``aspect`` times as long as wide."""
         if self.bent is not None:
             return self.bent.milder(aspect).straightened()
-        return MetricSpacing.of(lambda x, y: self.ellipses(x, y).wider(aspect), min(aspect, self.aspect))
+        return MetricSpacing.of(Wider(self.ellipses, aspect), min(aspect, self.aspect))
 
     def straightened(self) -> "MetricSpacing":
         """The metric with the long axes of its ellipses shorter where straight edges cannot follow them.
@@ -91,12 +111,12 @@ class MetricSpacing(Spacing):
         An edge along the long axis through its middle leaves a layer that bends: at its ends it is long in the metric
         there, by what it goes across. It is made shorter until this is at most `STRAIGHT`.
         """
+        return MetricSpacing.of(self.straight, self.aspect, bent=self)
 
-        def straightened(x: Floats, y: Floats) -> Axes:
-            whole = self.ellipses(x, y)
-            return whole.shorter(self._straight(np.column_stack([x, y]), whole))
-
-        return MetricSpacing.of(straightened, self.aspect, bent=self)
+    def straight(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses of the straightened metric at x (n,) and y (n,)."""
+        whole = self.ellipses(x, y)
+        return whole.shorter(self._straight(np.column_stack([x, y]), whole))
 
     def _straight(self, x: Floats, whole: Axes) -> Floats:
         """Shares (n,) of the long axes that straight edges can follow."""

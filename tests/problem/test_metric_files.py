@@ -1,0 +1,103 @@
+"""Metrics in files: tensors at the nodes of a mesh."""
+
+import meshio
+import numpy as np
+import pytest
+from squares import holed_square
+
+from bubblemesh import load_case, mesh_case
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.problem.files import named_files
+from bubblemesh.problem.prepare import prepare
+
+CASE = """
+name: a
+domain: {{outer: {{rectangle: [0.4, -3.1, 3.3, -0.2]}}}}
+spacing: 0.4
+metric: {{file: {name}{more}}}
+"""
+
+
+@pytest.fixture
+def mesh():
+    return holed_square()
+
+
+def tensors(points):
+    """Ellipses of 0.1 by 0.4, along x on the left and along y on the right."""
+    left = points[:, 0] < 1.8
+    m11, m22 = np.where(left, 1 / 0.16, 100.0), np.where(left, 100.0, 1 / 0.16)
+    return np.column_stack([m11, 0 * m11, m22])
+
+
+def write_vtu(mesh, path, **data):
+    space = np.column_stack([mesh.points, 0 * mesh.points[:, 0]])
+    meshio.write(path, meshio.Mesh(space, [("triangle", mesh.triangles)], point_data=data))
+
+
+def write_medit(mesh, path, values):
+    lines = ["MeshVersionFormatted 2", "Dimension 2", "Vertices", str(len(mesh.points))]
+    lines += [f"{x!r} {y!r} 0" for x, y in mesh.points.tolist()]
+    lines += ["Triangles", str(len(mesh.triangles))]
+    lines += [f"{a + 1} {b + 1} {c + 1} 1" for a, b, c in mesh.triangles.tolist()]
+    path.write_text("\n".join([*lines, "End", ""]))
+    rows = [" ".join(map(repr, row)) for row in values.tolist()]
+    head = ["MeshVersionFormatted 2", "Dimension 2", "SolAtVertices", str(len(values)), "1 3"]
+    path.with_suffix(".sol").write_text("\n".join([*head, *rows, "End", ""]))
+
+
+def case_with(tmp_path, name, more="", **options):
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE.format(name=name, more=more))
+    return load_case(path, **options)
+
+
+def require_turned(case):
+    result = mesh_case(case)
+    assert result.report.metric.aspect == pytest.approx(4, rel=0.05)
+    assert result.report.quality["mean"] > 0.8
+    problem = prepare(case)
+    across, along, direction = problem.spacing.axes(np.array([[0.6, -2.9], [3.1, -2.9]]))
+    np.testing.assert_allclose(across, 0.1, rtol=1e-6)
+    np.testing.assert_allclose(along, 0.4, rtol=1e-6)
+    np.testing.assert_allclose(np.abs(direction), [[1, 0], [0, 1]], atol=1e-6)
+
+
+@pytest.mark.parametrize("columns", [[0, 1, 2], [0, 1, 1, 2], [0, 1, 3, 1, 2, 3, 3, 3, 3]])
+def test_tensors_are_read_by_their_entries_or_as_matrices(tmp_path, mesh, columns):
+    values = np.column_stack([tensors(mesh.points), np.zeros(len(mesh.points))])[:, columns]
+    write_vtu(mesh, tmp_path / "m.vtu", metric=values, other=mesh.points[:, 0])
+    require_turned(case_with(tmp_path, "m.vtu", ", name: metric"))
+
+
+def test_a_sol_file_beside_its_mesh_is_read(tmp_path, mesh):
+    write_medit(mesh, tmp_path / "m.mesh", tensors(mesh.points))
+    case = case_with(tmp_path, "m.mesh")
+    assert {path.name for path in named_files(case)} == {"m.mesh", "m.sol"}
+    require_turned(case)
+
+
+def test_an_untrusted_case_reads_a_metric_in_its_own_folder(tmp_path, mesh):
+    write_vtu(mesh, tmp_path / "m.vtu", metric=tensors(mesh.points))
+    require_turned(case_with(tmp_path, "m.vtu", untrusted=True))
+
+
+def test_an_untrusted_case_reads_no_metric_elsewhere(tmp_path, mesh):
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    write_vtu(mesh, tmp_path / "m.vtu", metric=tensors(mesh.points))
+    with pytest.raises(BubblemeshError, match="inner"):
+        prepare(case_with(folder, "../m.vtu", untrusted=True))
+
+
+def test_what_is_no_metric_is_told_with_the_key_and_the_file(tmp_path, mesh):
+    write_vtu(mesh, tmp_path / "u.vtu", u=mesh.points[:, 0])
+    with pytest.raises(BubblemeshError, match=r"metric: .*u\.vtu: u: ?has 1 components"):
+        prepare(case_with(tmp_path, "u.vtu"))
+    bad = tensors(mesh.points)
+    bad[5, 0] = -1
+    write_vtu(mesh, tmp_path / "bad.vtu", m=bad)
+    with pytest.raises(BubblemeshError, match=r"metric: .*bad\.vtu: m: ?is not positive definite and finite at \("):
+        prepare(case_with(tmp_path, "bad.vtu"))
+    with pytest.raises(BubblemeshError, match=r"missing\.vtu"):
+        prepare(case_with(tmp_path, "missing.vtu"))
