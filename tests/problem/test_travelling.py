@@ -7,15 +7,12 @@ import pytest
 from paths import ROOT
 
 from bubblemesh.case import load_case
-from bubblemesh.case.models import IN_METRIC
 from bubblemesh.problem.prepare import prepare
 
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("configs/gallery/*.yaml")), ids=lambda path: path.stem)
 def test_what_packs_a_part_of_a_mesh_travels(path):
     problem = prepare(load_case(path))
-    if problem.task.method_name == IN_METRIC:
-        pytest.skip("a metric is packed in one piece")
     sent = problem.domain, problem.packing_spacing, problem.method
     domain, spacing, method = pickle.loads(pickle.dumps(sent))
     x0, y0, x1, y1 = problem.domain.bounds
