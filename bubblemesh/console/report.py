@@ -150,6 +150,8 @@ def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
     rows = dict[str, str]()
     if "crs" in figures:
         rows["crs"] = _plane(figures["crs"])
+    if "water" in figures:
+        rows["water"] = _water(figures["water"])
     if "adaptation" in figures:
         rows |= _adaptation(figures["adaptation"])
     if "budget" in figures:
@@ -187,6 +189,18 @@ def _partition(figures: Mapping[str, Any]) -> str:
     return (
         f"{counted(figures['parts'], 'part')} by {figures['by']}, {sizes['min']} to {sizes['max']} triangles each, "
         f"{counted(figures['edge_cut'], 'edge')} cut, halos of {halo['min']} to {halo['max']} triangles{pieces}"
+    )
+
+
+def _water(figures: Mapping[str, Any]) -> str:
+    """Line on depths, and on what models of tides ask of a mesh."""
+    least, largest = figures["depth"]
+    step = "all dry"
+    if figures["time_step"] is not None:
+        step = f"Courant number 1 at a time step of {figures['time_step']:.3g} s, at {place(figures['time_step_at'])}"
+    return (
+        f"depth {least:.4g} to {largest:.4g} m; {step}; at most {figures['most_neighbours']} neighbours, "
+        f"{counted(figures['land_triangles'], 'triangle')} with all nodes on closed boundaries"
     )
 
 

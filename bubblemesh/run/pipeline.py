@@ -30,6 +30,7 @@ from bubblemesh.run.measured import measured
 from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
+from bubblemesh.run.water import WaterRow
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
@@ -143,13 +144,15 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         mesh, figures, straight = found.mesh, found.figures, 0
         if isinstance(mesh, Mesh) and task.order == 2:
             mesh, straight = mesh.second_order()
+    water = None
+    if isinstance(mesh, Mesh) and task.open_labels:
+        mesh = replace(mesh, open_labels=task.open_labels)
     if isinstance(mesh, Mesh) and task.depth is not None:
         mesh = replace(mesh, depth=np.asarray(task.depth(*mesh.points.T), float))
+        water = WaterRow.of(mesh, mesh.depth)
     plane = problem.domain.plane
     if isinstance(mesh, Mesh) and plane is not None:
         mesh = mesh.mapped(plane.written)
-    if isinstance(mesh, Mesh) and task.open_labels:
-        mesh = replace(mesh, open_labels=task.open_labels)
     if isinstance(mesh, Mesh) and task.partition is not None:
         with timed(seconds, "partition"), at_key("output", "partition"):
             mesh = mesh.partitioned(task.partition)
@@ -198,6 +201,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         parts=best.parts,
         partition=None if partition is None else partition.figures(),
         layers=found.layers,
+        water=water,
         crs=None if plane is None else PlaneRow.of(plane, figures["bounds"]),
         metric=found.metric,
     )

@@ -18,6 +18,7 @@ from bubblemesh.packing.rounds import Round
 from bubblemesh.parts.work import Figures, Record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
+from bubblemesh.run.water import WaterRow
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
 
@@ -144,7 +145,7 @@ class Report(Mapping[str, Any]):
 
     It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
     (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``,
-    ``partition``, ``layers``, ``crs``, ``metric``) has no key.
+    ``partition``, ``layers``, ``crs``, ``water``, ``metric``) has no key.
     """
 
     case: str
@@ -180,6 +181,7 @@ class Report(Mapping[str, Any]):
     parts: PartsRow | None = None
     partition: Mapping[str, Any] | None = None
     crs: PlaneRow | None = None
+    water: WaterRow | None = None
     layers: "tuple[LabelLayers, ...] | None" = None  # on each label; quality and spacing then are of all but these
     metric: MetricRow | None = None  # in which quality and spacing are measured
 
@@ -201,6 +203,7 @@ class Report(Mapping[str, Any]):
 
 OPTIONAL = (
     "crs",
+    "water",
     "rules",
     "periodic",
     "deviation",

@@ -194,3 +194,41 @@ def test_a_grid_of_another_system_is_refused(folder):
                 CaseError, match=r"sea.tif: is in another system than crs.from: take it there by gdalwarp"
             ):
                 prepare(case_of)
+
+
+def test_the_report_tells_the_time_step_and_what_cannot_flow():
+    result = mesh_case(case(5e3, output={"depth": "40 + 0*x", "open": "open"}))
+    mesh, told = result.mesh, result.report["water"]
+    edges = mesh.points[np.vstack([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]])]
+    shortest = np.hypot(*(edges[:, 1] - edges[:, 0]).T).min()
+    assert told["time_step"] == pytest.approx(shortest / np.sqrt(GRAVITY * 40))
+    assert list(told["depth"]) == [40, 40]
+    assert 6 <= told["most_neighbours"] <= 8
+    x, y = mesh.points.T
+    closed = (y == 0) | (y == 50e3) | (x == 0)
+    assert told["land_triangles"] == closed[mesh.triangles].all(axis=1).sum()
+    assert mesh_case(case(10e3, output={"depth": "-1"})).report["water"]["time_step"] is None
+    assert "water" not in mesh_case(case(10e3)).report
+
+
+def test_the_terminal_tells_it(folder):
+    text = {"domain": BASIN, "spacing": 10e3, "output": {"for": "schism", "depth": "40"}}
+    (folder / "bay.yaml").write_text(json.dumps(text))
+    code, _, said = command("run", "bay.yaml", "-o", "out")
+    assert code == 0
+    assert "depth 40 to 40 m; Courant number 1 at a time step of" in " ".join(said.split())
+
+
+def test_depths_travel_to_workers(folder):
+    text = {
+        "domain": BASIN,
+        "spacing": {"waves": TIDE | {"period": 3600}, "raster": {"file": "bed.nc", "name": "depth"}},
+        "output": {"for": "adcirc"},
+        "parts": 2,
+    }
+    (folder / "bay.yaml").write_text(json.dumps(text))
+    meshes = []
+    for jobs in ("1", "2"):
+        assert command("run", "bay.yaml", "-o", f"out{jobs}", "-q", "--jobs", jobs)[0] == 0
+        meshes.append((folder / f"out{jobs}" / "bay.14").read_bytes())
+    assert meshes[0] == meshes[1]

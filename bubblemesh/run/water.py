@@ -1,0 +1,50 @@
+"""Figures of a mesh with depths: what models of tides ask of it."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.shores import is_open
+from bubblemesh.spacing.terms.depth import wave_speed
+
+
+@dataclass(frozen=True)
+class WaterRow:
+    """Depths, the time step, neighbours, and triangles that cannot flow.
+
+    ``time_step`` is that in which long waves pass the edge that they pass first, in seconds: at a Courant number of 1;
+    ``time_step_at`` the middle of that edge. ``land_triangles`` have all of their nodes on closed boundaries.
+    """
+
+    depth: tuple[float, float]
+    time_step: float | None  # none where all is dry
+    time_step_at: tuple[float, float] | None
+    most_neighbours: int
+    land_triangles: int
+
+    @classmethod
+    def of(cls, mesh: Mesh, depth: Floats) -> Self:
+        """Figures of a mesh with depths (n,) at its nodes, whose lengths are metres."""
+        corners = mesh.triangles[:, :3]
+        edges, _ = unique_edges(corners)
+        ends = mesh.points[edges]
+        deepest = depth[edges].max(axis=1)
+        wet = deepest > 0
+        times = np.full(len(edges), np.inf)
+        times[wet] = np.hypot(*(ends[wet, 1] - ends[wet, 0]).T) / wave_speed(deepest[wet])
+        first = int(np.argmin(times))
+        x, y = ends[first].mean(axis=0).tolist()
+        closed = np.zeros(len(mesh.points), bool)
+        shut = np.array([not is_open(mesh, label) for label in mesh.labels])
+        closed[mesh.facets[mesh.outer & shut[mesh.facet_labels], :2]] = True
+        return cls(
+            (float(depth.min()), float(depth.max())),
+            float(times[first]) if wet.any() else None,
+            (x, y) if wet.any() else None,
+            int(np.bincount(edges.ravel()).max()),
+            int(closed[corners].all(axis=1).sum()),
+        )
