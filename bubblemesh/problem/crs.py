@@ -9,7 +9,7 @@ from bubblemesh import readers
 from bubblemesh.arrays import Floats
 from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.data_terms import several
-from bubblemesh.case.domain import DomainKeys
+from bubblemesh.case.domain import DomainKeys, ShoreDomain
 from bubblemesh.case.spacing import NearLine, NearPoint, SpacingTerms
 from bubblemesh.errors import CaseError, at_key
 from bubblemesh.geometry.domain import Domain
@@ -116,12 +116,25 @@ def require_one_unit(keys: DomainKeys, domain: Domain, finest: float) -> None:
     That is sure where all coordinates are in the range of degrees, and nowhere is the spacing as fine as the domain is
     large.
     """
-    x0, y0, x1, y1 = domain.bounds
+    _require_one_unit(keys, domain.bounds, finest)
+
+
+def require_one_unit_in_box(keys: ShoreDomain, terms: SpacingTerms) -> None:
+    """Check the same of a box in the sea before the shore is read, by the sizes that the spacing names."""
+    sizes = [near.size for near in several(terms.near)]
+    sizes += [value for value in (terms.value, terms.maximum) if isinstance(value, float)]
+    if sizes:
+        _require_one_unit(keys, keys.box, min(sizes))
+
+
+def _require_one_unit(keys: DomainKeys, bounds: tuple[float, float, float, float], finest: float) -> None:
+    x0, y0, x1, y1 = bounds
+    size = max(x1 - x0, y1 - y0)
     degrees = x0 >= -180 and x1 <= 360 and y0 >= -90 and y1 <= 90
-    if not degrees or finest < domain.size or not any(map(readers.is_of_maps, named_files(keys))):
+    if not degrees or finest < size or not any(map(readers.is_of_maps, named_files(keys))):
         return
     with at_key("spacing"):
         raise CaseError(
-            f"is {finest:g} where it is finest, and the whole domain {domain.size:.4g} long: these are sizes in metres "
+            f"is {finest:g} where it is finest, and the whole domain {size:.4g} long: these are sizes in metres "
             "and coordinates in degrees: add crs: {from: EPSG:4326}"
         )

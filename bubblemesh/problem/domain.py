@@ -20,7 +20,7 @@ from bubblemesh.geometry.geography import given_places, given_plane, projecting
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_by, tell_places_of
-from bubblemesh.problem.crs import projecting_of
+from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
@@ -67,6 +67,8 @@ def _sea(case: Case) -> Domain:
 
     keys = case.domain
     assert isinstance(keys, ShoreDomain)
+    if case.crs is None:
+        require_one_unit_in_box(keys, case.spacing_terms)
     sea = sea_in_box(keys)
     parts = _inner_parts(keys)
     tell_places_by(given_places())

@@ -238,3 +238,10 @@ def test_lines_may_end_at_the_box(folder):
     mesh = mesh_case(case("20 km", box=[0, 0, 2, 4], of="lines", crs=crs)).mesh
     assert set(mesh.labels) == {"open", "land"}
     assert lengths(mesh)["open"] == pytest.approx((1.5 + 4 + 1.6) * 111.1e3, rel=0.01)
+
+
+def test_a_box_in_degrees_with_sizes_in_metres_is_refused():
+    write(LAND)
+    terms = {"value": 10e3, "near": {"label": "shore", "size": 500}}
+    with pytest.raises(BubblemeshError, match=r"spacing: is 500 where it is finest.*add crs: .from: EPSG:4326"):
+        prepare(case(terms, box=[-7, 40, 2, 60], smallest=5e6))
