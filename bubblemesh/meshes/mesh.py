@@ -75,7 +75,7 @@ class Mesh:
     depth : (n,)
         Depth of the bed below still water at each node, for formats of coasts; of no length unless given.
     open_labels : tuple of str
-        Labels of the boundary that is open water, for the same formats; unless given those named open, open_...
+        Labels of open water, for the same formats; unless given, ``open`` and what begins with ``open_``.
     """
 
     points: Floats
