@@ -88,7 +88,7 @@ def test_every_command_in_the_text_on_solvers_writes_the_files_that_the_section_
 
 def test_every_tutorial_shows_what_it_prints_and_is_in_the_index():
     index = (DOCS / "index.md").read_text(encoding="utf-8")
-    assert len(TUTORIALS) == 7
+    assert len(TUTORIALS) == 8
     for page in TUTORIALS:
         assert index.count(f"tutorials/{page.stem}") == 2
         assert {"yaml", "sh", "python", "text"} - {language for language, _ in blocks(page)} <= {"yaml"}
