@@ -13,7 +13,7 @@ QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of a container: microseconds of comput
 
 # Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads and reads
 # files. A packing leaves no large arrays in cycles behind, so that this takes no more memory.
-MANY_OBJECTS = 100_000
+MANY_OBJECTS = 300_000
 
 
 def seldom_look_for_garbage() -> None:
