@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.tensors import Axes, axes, symmetric
-from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
+from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
 
 @dataclass(frozen=True)
@@ -35,25 +35,12 @@ class TensorField:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        points = np.column_stack([x, y])
-        triangle, (second, third) = self._locator.located(points)
-        a, b, c = (self.logarithms[self.triangles[triangle, k]] for k in range(3))
-        found = a + second[:, None] * (b - a) + third[:, None] * (c - a)
-        outside = np.flatnonzero(triangle < 0)
-        if len(outside):
-            nodes, share = self._rim.nearest(points[outside])
-            first, last = self.logarithms[nodes[:, 0]], self.logarithms[nodes[:, 1]]
-            found[outside] = first + share[:, None] * (last - first)
-        l11, l12, l22 = found.T
+        l11, l12, l22 = self._interpolation(self.logarithms, np.column_stack([x, y])).T
         half, apart = (l11 + l22) / 2, np.hypot((l11 - l22) / 2, l12)
         angle = np.arctan2(l12, (l11 - l22) / 2) / 2  # of the short axis
         direction = np.column_stack([-np.sin(angle), np.cos(angle)])
         return Axes(np.exp(-(half + apart) / 2), np.exp(-(half - apart) / 2), direction)
 
     @cached_property
-    def _locator(self) -> TriangleLocator:
-        return TriangleLocator.of(self.points[self.triangles])
-
-    @cached_property
-    def _rim(self) -> MeshRim:
-        return MeshRim.of(self.points, self.triangles)
+    def _interpolation(self) -> MeshInterpolation:
+        return MeshInterpolation(self.points, self.triangles)

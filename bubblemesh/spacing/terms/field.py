@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
 from bubblemesh.spacing.spacing import require_positive, spots
-from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
+from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
 FLAT = 1e-13  # height in terms of the longest side
 THINNEST_HULL = 1e-9  # width of scattered points' hull in terms of its length
@@ -82,24 +82,11 @@ class MeshField:
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (m,) at x (m,) and y (m,)."""
-        points = np.column_stack([x, y])
-        triangle, (second, third) = self._locator.located(points)
-        a, b, c = self.values[self.triangles[triangle]].T
-        d = a + second * (b - a) + third * (c - a)
-        outside = np.flatnonzero(triangle < 0)
-        if len(outside):
-            nodes, share = self._rim.nearest(points[outside])
-            first, last = self.values[nodes].T
-            d[outside] = first + share * (last - first)
-        return d
+        return self._interpolation(self.values, np.column_stack([x, y]))
 
     @cached_property
-    def _locator(self) -> TriangleLocator:
-        return TriangleLocator.of(self.points[self.triangles])
-
-    @cached_property
-    def _rim(self) -> MeshRim:
-        return MeshRim.of(self.points, self.triangles)
+    def _interpolation(self) -> MeshInterpolation:
+        return MeshInterpolation(self.points, self.triangles)
 
 
 def _with_area(points: Floats, triangles: Integers) -> Integers:
