@@ -21,7 +21,7 @@ class Walls:
 
     domain: Domain
     x: Floats  # (n, 2): nodes on the boundary, corners first
-    d: Floats  # (n,): spacing that is wanted there
+    d: Floats  # (n,): spacing that is wanted there, square to the sides
     node_piece: Integers  # (n,): piece of the boundary, -1 for a corner
     node_s: Floats  # (n,): arc length on it
     ends: Integers  # (m, 2): nodes at which sides begin and end
@@ -58,7 +58,7 @@ class Walls:
         return cls(
             domain,
             shell.x,
-            wanted(shell.x),
+            _square_to(facets, shell.x, wanted),
             np.append(node_piece, shell.piece),
             np.append(node_s, shell.s),
             ends,
@@ -100,6 +100,17 @@ def turned(directions: Floats, angle: Floats) -> Floats:
     """Vectors (m, 2) turned counter-clockwise by angles (m,)."""
     (x, y), c, s = directions.T, np.cos(angle), np.sin(angle)
     return np.column_stack([c * x - s * y, s * x + c * y])
+
+
+def _square_to(facets: Integers, x: Floats, wanted: Spacing) -> Floats:
+    """Spacing (n,) that is wanted at nodes x (n, 2) square to the facets (f, 2) there; infinite where there is none.
+
+    Of several facets at a node the least one counts.
+    """
+    square, d = left_of(x[facets[:, 1]] - x[facets[:, 0]]), np.full(len(x), np.inf)
+    for end in facets.T:
+        np.minimum.at(d, end, wanted.towards(x[end], square))
+    return d
 
 
 def _following(x: Floats, facets: Integers, both: Integers) -> tuple[Integers, Floats]:

@@ -55,18 +55,24 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
 
 
 def with_layers(
-    domain: Domain, wanted: Spacing, spacing: LimitedSpacing, ladders: Sequence[Ladder], max_nodes: int
-) -> tuple[Rest, LimitedSpacing]:
+    domain: Domain,
+    wanted: Spacing,
+    packing: Spacing,
+    spacing: LimitedSpacing,
+    ladders: Sequence[Ladder],
+    max_nodes: int,
+) -> tuple[Rest, Spacing]:
     """What layers leave of the domain, and the spacing there, which is finer where their edges are.
 
-    They are no higher than the ``wanted`` spacing, than which that for the packing may be finer.
+    They are no higher than the ``wanted`` spacing, than which that for the ``packing`` may be finer: in a metric both
+    depend on the direction, and the ``spacing`` that is limited does not.
 
     CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
     ``max_nodes`` nodes.
     """
-    rest = layered(domain, wanted, spacing.spacing, ladders, max_nodes)
-    sources = short_pieces(rest.domain, spacing.spacing)
-    return rest, limited_for_packing_across_sides(rest.domain, replace(spacing, ground=None), sources)
+    rest = layered(domain, wanted, packing, ladders, max_nodes)
+    sources = short_pieces(rest.domain, packing)
+    return rest, limited_for_packing_across_sides(rest.domain, replace(spacing, ground=None), sources).spacing
 
 
 def _ladder(keys: LayerKeys, key: Key, size: float) -> Ladder:

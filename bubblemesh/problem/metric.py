@@ -24,7 +24,7 @@ from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import ESTIMATE, Cover, Survey, ideal_nodes, surveyed
+from bubblemesh.spacing.survey import Cover, Survey, surveyed
 
 Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
@@ -46,13 +46,17 @@ class MetricRequest(NamedTuple):
 
 
 class InMetric(NamedTuple):
-    """The spacings of a problem in a metric: asked for and for the packing, what is known of them, and warnings."""
+    """Metrics of a problem, the spacing in them that is asked for, what is known of it, and warnings."""
 
+    metrics: tuple[MetricRequest, ...]
     asked: MetricSpacing
-    packing: MetricSpacing
     survey: Survey
-    expected_nodes: float
     warnings: tuple[str, ...]
+
+    def packing(self, domain: Domain, spacing: Spacing, max_nodes: int) -> MetricSpacing:
+        """The spacing in the metrics for a packing of a domain, below one that is as fine as its boundary needs."""
+        fitted = MetricSpacing.of(Together(self.metrics, spacing), self.asked.aspect)
+        return _graded(domain, fitted, self.metrics, max_nodes).straightened()
 
 
 def metric_requests(
@@ -174,9 +178,9 @@ class AlongWalls:
 
 
 def in_metric(
-    domain: Domain, metrics: Sequence[MetricRequest], spacing: Spacing, packing: Spacing, max_nodes: int, cover: Cover
+    domain: Domain, metrics: Sequence[MetricRequest], spacing: Spacing, max_nodes: int, cover: Cover
 ) -> InMetric:
-    """The spacings in metrics and below the given ones: ``packing`` is the finer one that the boundary needs.
+    """The spacing in metrics and below the given one.
 
     CaseError where a metric is not positive, with the place; LimitError if there would be more than ``max_nodes``
     nodes.
@@ -187,13 +191,10 @@ def in_metric(
     survey = surveyed(domain, asked, max_nodes, cover)
     aspect = _aspect(asked, np.vstack([points, survey.extremes.minimum_at]))
     asked = replace(asked, aspect=aspect)
-    fitted = MetricSpacing.of(Together(tuple(metrics), packing), aspect)
-    growth = min((metric.gradation for metric in metrics), default=np.inf)
-    if growth < np.inf:
-        asked, fitted = (_graded(domain, some, growth, max_nodes) for some in (asked, fitted))
-        survey = surveyed(domain, asked, max_nodes, cover)
-    fitted = fitted.straightened()
-    return InMetric(asked, fitted, survey, ideal_nodes(domain, fitted, max_nodes, ESTIMATE, cover), told)
+    graded_one = _graded(domain, asked, metrics, max_nodes)
+    if graded_one is not asked:
+        asked, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
+    return InMetric(tuple(metrics), asked, survey, told)
 
 
 @dataclass(frozen=True)
@@ -214,8 +215,14 @@ class Together:
         return first
 
 
-def _graded(domain: Domain, spacing: MetricSpacing, growth: float, max_nodes: int) -> MetricSpacing:
-    """The metric that grows no faster between the nodes of a mesh in the metric itself, as dense as that varies."""
+def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequest], max_nodes: int) -> MetricSpacing:
+    """The spacing in metrics that grow between nodes no faster than their gradation, if they have one.
+
+    The nodes are those of a mesh in the metric itself, as dense as that varies.
+    """
+    growth = min((metric.gradation for metric in metrics), default=np.inf)
+    if growth == np.inf:
+        return spacing
     # Imported here since few metrics are graded.
     from bubblemesh.packing.annealing import NoAnnealing
     from bubblemesh.packing.ellipses.rounds import rounds_in_metric

@@ -125,6 +125,16 @@ def check_spacing(
             *warnings.narrow_parts(walls, filled.spacing.spacing, filled.left_out),
         )
     rest, packing_spacing, expected_nodes = None, filled.spacing.spacing, filled.expected_nodes
+    metric = None
+    if request.metrics or task.method_name == IN_METRIC:
+        # Imported here since few cases have a metric.
+        from bubblemesh.problem.metric import in_metric
+
+        with timed(seconds, "metric"):
+            metric = in_metric(domain, request.metrics, spacing, max_nodes, cover)
+            packing_spacing = metric.packing(domain, packing_spacing, max_nodes)
+            expected_nodes = ideal_nodes(domain, packing_spacing, max_nodes, ESTIMATE, cover)
+        spacing, survey, told = metric.asked, metric.survey, (*told, *metric.warnings)
     if task.ladders:
         # Imported here since few meshes have layers.
         from bubblemesh.layers.figures import figures
@@ -132,18 +142,10 @@ def check_spacing(
 
         enter("layers")
         with timed(seconds, "layers"):
-            rest, limited = with_layers(domain, spacing, filled.spacing, task.ladders, max_nodes)
-            packing_spacing = limited.spacing
+            rest, limited = with_layers(domain, spacing, packing_spacing, filled.spacing, task.ladders, max_nodes)
+            packing_spacing = limited if metric is None else metric.packing(rest.domain, limited, max_nodes)
             told = (*told, *warnings.low_layers(figures(rest.strips)))
             expected_nodes = rest.own_nodes + ideal_nodes(rest.domain, packing_spacing, max_nodes, ESTIMATE)
-    if request.metrics or task.method_name == IN_METRIC:
-        from bubblemesh.problem.metric import in_metric
-
-        with timed(seconds, "metric"):
-            found = in_metric(domain, request.metrics, spacing, packing_spacing, max_nodes, cover)
-        spacing, packing_spacing = found.asked, found.packing
-        survey, expected_nodes = found.survey, found.expected_nodes
-        told = (*told, *found.warnings)
     return Problem(
         task,
         domain,
@@ -192,7 +194,6 @@ def _require_possible_in_metric(domain: Domain, request: SpacingRequest, task: T
 
     others = {
         "parts": task.parts != 1,
-        "layers": bool(task.ladders),
         "angle_min": task.least_angle > 0,
         "overconstrained": task.inner_node,
         "largest": task.demanding,

@@ -61,15 +61,16 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
 
     whole = joined(rest, net, problem.packing_spacing)
     mesh = layered_mesh(whole, problem.domain, rest.strips)
-    measures = Measures(mesh.points, mesh.triangles)
+    measures = measures_in(problem.spacing, mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, whole.net.facets, whole.net.facet_piece)
-    packed = Measures(net.bubbles.x, net.triangles)
+    packed = measures_in(problem.spacing, net.bubbles.x, net.triangles)
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
     layers = figures(rest.strips, beyond_fronts(rest, net))
     fields = triangle_fields(measures, problem.spacing) | {LAYER: layer_of_triangles(mesh, whole, rest.strips)}
-    return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers)
+    metric = metric_row(packed, problem)
+    return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers, metric)
 
 
 def _whole(net: Net, problem: Problem) -> Measured:

@@ -50,6 +50,10 @@ class Spacing:
         """Spacing (k,) of nodes on pieces (k,) of a boundary at arc lengths s (k,)."""
         return self(boundary.points(piece, s))
 
+    def towards(self, points: Floats, directions: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) of the domain in some directions (n, 2), in which it may differ."""
+        return self(points)
+
     def extended(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""
         d = self._values(points)

@@ -92,6 +92,10 @@ class MetricSpacing(Spacing):
         self(points)
         return 1 / lengths(self.at(points), tangents)
 
+    def towards(self, points: Floats, directions: Floats) -> Floats:
+        self(points)
+        return np.hypot(*directions.T) / lengths(self.at(points), directions)
+
     def _between(self, corners: Floats) -> Floats:
         if corners.shape[1] != 2:
             return super()._between(corners)

@@ -113,7 +113,8 @@ def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
     boundary = domain.boundary
     pieces = np.flatnonzero(~boundary.closed)
     ends = boundary.corners[np.column_stack([boundary.start, boundary.end])[pieces]]
-    d = np.minimum(spacing(ends[:, 0]), spacing(ends[:, 1])) if len(pieces) else np.zeros(0)
+    along = ends[:, 1] - ends[:, 0]
+    d = np.minimum(*(spacing.towards(end, along) for end in (ends[:, 0], ends[:, 1]))) if len(pieces) else np.zeros(0)
     short = boundary.lengths[pieces] < SHORT * d
     sizes, rim = np.repeat([boundary.lengths[pieces[short]], ~boundary.inner[pieces[short]]], 2, axis=1)
     return Sources(ends[short].reshape(-1, 2), sizes, rim=rim.astype(bool))
