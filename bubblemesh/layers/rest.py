@@ -57,9 +57,13 @@ class Rest:
         points = np.setdiff1d(np.arange(len(whole.corners)), np.append(whole.start, whole.end))
         small, corners = compact(traced, points)
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
+        alone = whole.corners[points]
+        embedded = tuple(point for point in walls.domain.parts.points if (alone == point.at).all(axis=1).any())
         # What matches a side of the whole gets no node that its counterpart would not have.
         on_periodic = np.isin(np.append(np.full(count, -1), beside.piece), walls.domain.periodic)
-        domain = Domain(small, parts=Parts(periodic=matching), held=Held(np.flatnonzero(on_periodic[order])))
+        domain = Domain(
+            small, parts=Parts(points=embedded, periodic=matching), held=Held(np.flatnonzero(on_periodic[order]))
+        )
         rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])
         return cls(strips, domain, corners, origin[order], first_s[order], rate[order], order >= count)

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, connect, connect_inside
 from bubblemesh.packing.progress import CONNECTING, SMOOTHING, Progress, Stage, TimeUp, Watch, stages_of
 from bubblemesh.packing.relaxation import Dynamics, Relaxed
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 
@@ -42,6 +44,23 @@ class Round:
     def bubbles(self) -> Bubbles:
         """The bubbles after the round."""
         return self.net.bubbles
+
+
+def all_rounds(
+    start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method, watch: Watch = lambda share: None
+) -> Iterator[Round]:
+    """Rounds of the method on each level, in the metric of the levels if they have one."""
+    if not is_in_metric(levels):
+        return rounds(start, domain, levels, method, watch)
+    # Imported here since few cases have a metric.
+    from bubblemesh.packing.ellipses.rounds import rounds_in_metric
+
+    return rounds_in_metric(start, domain, levels, method, watch)
+
+
+def is_in_metric(levels: Sequence[Spacing]) -> TypeGuard[Sequence[MetricSpacing]]:
+    """Whether levels have spacings in a metric: all of them have, or none."""
+    return isinstance(levels[-1], MetricSpacing)
 
 
 def rounds(

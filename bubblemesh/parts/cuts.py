@@ -164,9 +164,9 @@ class _Cutter:
         share = (np.arange(POINTS) + 0.5) / POINTS
         points = ends[0] + share[:, None] * (ends[1] - ends[0])
         inside = self._domain.contains(points)
-        d = self.spacing.extended(points)
+        d = self.spacing.towards(points[inside], np.broadcast_to(ends[1] - ends[0], (int(inside.sum()), 2)))
         step = float(np.hypot(*(ends[1] - ends[0]))) / POINTS
-        bubbles = float((step / d)[inside].sum())
+        bubbles = float((step / d).sum())
         return bubbles * (1 + UNEVEN * choice.off) + self._crossings(ends) + self._near(ends)
 
     def _crossings(self, ends: Floats) -> float:

@@ -4,26 +4,30 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.spacing.spacing import Spacing
 
 CROWDED = 0.7  # spacings from the next bubble along the wall
 LONGEST = 1.45  # spacings: the side that is left
 
 
-def merged(x: Floats, d: Floats, triangles: Integers, facets: Integers, ends: Integers) -> tuple[Integers, Integers]:
+def merged(
+    x: Floats, spacing: Spacing, triangles: Integers, facets: Integers, ends: Integers
+) -> tuple[Integers, Integers]:
     """Triangles (t, 3) without the crowded ones of bubbles ``ends`` (k,), and which bubble (n,) stands for each.
 
     A crowded one is merged with a neighbour along its facets (b, 2), if no triangle is turned over by that. The places
-    are x (n, 2), the spacings d (n,).
+    are x (n, 2), and the spacing is that along these facets.
     """
     before, after, stands = np.full(len(x), -1), np.full(len(x), -1), np.arange(len(x))
     before[facets[:, 1]], after[facets[:, 0]] = facets[:, 0], facets[:, 1]
     beside = np.isin(triangles, ends).any(axis=1)
     rest, near = triangles[~beside], triangles[beside]
-    for end in ends.tolist():
+    d = spacing.towards(x[ends], x[after[ends]] - x[before[ends]])
+    for end, wide in zip(ends.tolist(), d.tolist(), strict=True):
         neighbours = np.array([before[end], after[end]])
         length = np.hypot(*(x[neighbours] - x[end]).T)
         across = np.hypot(*(x[neighbours[0]] - x[neighbours[1]]))
-        if length.min() >= CROWDED * d[end] or across > LONGEST * d[end] or (stands[neighbours] != neighbours).any():
+        if length.min() >= CROWDED * wide or across > LONGEST * wide or (stands[neighbours] != neighbours).any():
             continue
         for neighbour in neighbours[np.argsort(length)].tolist():
             moved = np.where(near == end, neighbour, near)

@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.census import Census
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.messages import place
 from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.levels import SingleLevel
@@ -22,6 +23,7 @@ from bubblemesh.parts.patches import Patch, joined, patch
 from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, put_back, settled
 from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Crew, Deadline, Job, Record, packed_from
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 T = TypeVar("T")
@@ -69,7 +71,10 @@ class Parted:
         net, cores = self.net, [self.core(part) for part in range(len(self.sizes))]
         x = np.concatenate([core.x for core in cores])
         bubbles = net.bubbles.append(x, spacing.extended(x))
-        return reconnect(net, bubbles, np.concatenate([net.triangles, *(core.triangles for core in cores)]))
+        triangles = np.concatenate([net.triangles, *(core.triangles for core in cores)])
+        if isinstance(spacing, MetricSpacing):  # flips by circles in space would undo those in the metric
+            return replace(net.of(bubbles), triangles=triangles, edges=unique_edges(triangles)[0], legal=None)
+        return reconnect(net, bubbles, triangles)
 
 
 def enough_parts(expected_nodes: float) -> int:
@@ -195,7 +200,7 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
     valence = np.zeros(len(net.bubbles), np.int64)
     for known, margin in zip(numbers, margins, strict=True):
         np.add.at(valence, known[margin.valence > 0], margin.valence[margin.valence > 0])
-    net = settled(net)
+    net = settled(net, together.spacing)
     return Parted(
         net=net,
         cell=cuts.cell_of(net.bubbles.x[net.triangles].mean(axis=1)),

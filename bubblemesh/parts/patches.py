@@ -78,7 +78,7 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     loose[loose] = ~whole.tied[number[loose]]
     net = unconnected(bubbles, whole)
     triangles = place[np.searchsorted(node, triangles)]
-    triangles, stands = merged(bubbles.x, bubbles.d, triangles, net.facets, place[loose])
+    triangles, stands = merged(bubbles.x, spacing, triangles, net.facets, place[loose])
     stay = stands == np.arange(len(stands))
     rank = (np.cumsum(stay) - 1)[stands]
     if not stay.all():

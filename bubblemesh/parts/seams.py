@@ -13,8 +13,10 @@ from bubblemesh.geometry.faces import face
 from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, find_sides, one_sided
 from bubblemesh.meshes.triangulation import linked
+from bubblemesh.packing.ellipses.smoothing import with_better_shapes
 from bubblemesh.packing.net import Net
 from bubblemesh.parts.work import Packed
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 SEAM = 6  # edges from a cut to the bubbles that stay
@@ -130,10 +132,15 @@ def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -
     return replace(net, bubbles=grown, facets=number[net.facets], triangles=np.concatenate(triangles)), number
 
 
-def settled(net: Net) -> Net:
-    """The net with its edges flipped until they are Delaunay, but for facets and the rim of its triangles."""
+def settled(net: Net, spacing: Spacing) -> Net:
+    """The net with its edges flipped until they are Delaunay, but for facets and the rim of its triangles.
+
+    In a metric they are flipped for better shapes, as at the end of a packing.
+    """
     if len(net.triangles) == 0:  # cuts run between areas only
         return net
+    if isinstance(spacing, MetricSpacing):
+        return with_better_shapes(net, spacing)
     used, corners = np.unique(net.triangles, return_inverse=True)
     x, triangles = net.bubbles.x[used], corners.reshape(-1, 3)
     sides, n = directed_sides(triangles), len(used)

@@ -9,13 +9,13 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.packing.rounds import Round, all_rounds
 from bubblemesh.spacing.grid.table import tabulated
+from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
 
 T = TypeVar("T")
@@ -55,9 +55,9 @@ class Figures(NamedTuple):
     quality_min: float
 
     @classmethod
-    def of(cls, bubbles: Bubbles, triangles: Integers) -> Self:
-        """Figures of bubbles that triangles (t, 3) connect."""
-        q = radius_ratios(bubbles.x, triangles)
+    def of(cls, bubbles: Bubbles, triangles: Integers, spacing: Spacing) -> Self:
+        """Figures of bubbles that triangles (t, 3) connect, with qualities in the metric of a spacing if it has one."""
+        q = measures_in(spacing, bubbles.x, triangles).radius_ratios
         return cls(len(bubbles), bubbles.boundary_count, len(q), float(q.mean()), float(q.min()))
 
     @classmethod
@@ -138,16 +138,16 @@ def packed_from(domain: Domain, spacing: Spacing, method: Method, x: Floats, dea
 def _ended(domain: Domain, levels: tuple[Spacing, ...], method: Method, start: Bubbles, deadline: Deadline) -> Packed:
     """All rounds of a packing."""
     begun, speeds = perf_counter(), list[Floats]()
-    before = Figures.of(start, connect(start, domain).triangles)
+    before = Figures.of(start, connect(start, domain).triangles, levels[0])
     deleted = inserted = evaluations = 0
     last: Round | None = None
-    for last in rounds(start, domain, levels, method, deadline.watch):
+    for last in all_rounds(start, domain, levels, method, deadline.watch):
         speeds.append(last.speeds)
         deleted, inserted = deleted + last.deleted, inserted + last.inserted
         evaluations += last.evaluations
     assert last is not None  # a packing has a round
     bubbles, triangles = last.bubbles, last.net.triangles
-    figures, along = Figures.of(bubbles, triangles), np.concatenate(speeds)
+    figures, along = Figures.of(bubbles, triangles, levels[-1]), np.concatenate(speeds)
     seconds = perf_counter() - begun
     record = Record(before, figures, deleted, inserted, along, evaluations, last.stop_reason == LATE, seconds)
     return Packed(bubbles, triangles, record)

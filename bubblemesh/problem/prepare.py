@@ -193,7 +193,6 @@ def _require_possible_in_metric(domain: Domain, request: SpacingRequest, task: T
     from bubblemesh.packing.ellipses.schemes import Schemes
 
     others = {
-        "parts": task.parts != 1,
         "angle_min": task.least_angle > 0,
         "overconstrained": task.inner_node,
         "largest": task.demanding,

@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.demands import Demands
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes
@@ -120,6 +121,7 @@ class Problem:
         return (
             not self.demands
             and self.rest is None
+            and not isinstance(self.spacing, MetricSpacing)
             and self.task.order == 1
             and self.task.partition is None
             and (self.domain.plane is None or self.domain.plane.target is None)

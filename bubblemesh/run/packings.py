@@ -1,6 +1,6 @@
 """The packing of a problem, in one piece or in parts, as long as the run's time limit leaves time to finish it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
@@ -10,14 +10,12 @@ from bubblemesh.limits import enter, time_left, timed
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
-from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.packing.rounds import Round, all_rounds
 from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.spacing.grid.table import tabulated
-from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
     from bubblemesh.parts.parted import Parted
@@ -118,12 +116,9 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
     begun, worked = perf_counter(), thread_time()
     with timed(seconds, "placement"):
-        spacing = problem.packing_spacing
-        if not isinstance(spacing, MetricSpacing):
-            spacing = tabulated(domain, spacing)
-        levels = method.levels(domain, spacing, problem.packed_nodes)
+        levels = method.levels(domain, tabulated(domain, problem.packing_spacing), problem.packed_nodes)
         start = method.placement(domain, levels[0], task.max_nodes)
-        first = Figures.of(start, connect(start, domain).triangles)
+        first = Figures.of(start, connect(start, domain).triangles, levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
     # Where other programs take the processor, what follows takes longer as well.
     shared = max((perf_counter() - begun) / max(thread_time() - worked, LEAST_WORK), 1.0)
@@ -131,7 +126,7 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     with timed(seconds, "packing"):
         last_end = perf_counter()
         last: Round | None = None
-        for done in _rounds(levels)(start, domain, levels, method, clock):
+        for done in all_rounds(start, domain, levels, method, clock):
             rows.append(RoundRow.of(done, perf_counter() - last_end, problem.spacing))
             speeds.append(done.speeds)
             on_round(rows[-1])
@@ -139,16 +134,6 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
             del done  # or its net, which takes most of the memory, stays while the next round makes its own
     assert last is not None  # the last round tells why it is
     return Packing(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
-
-
-def _rounds(levels: Sequence[Spacing]) -> Callable[..., Iterator[Round]]:
-    """What runs the rounds on levels: in a metric it is something else."""
-    if not isinstance(levels[0], MetricSpacing):
-        return rounds
-    # Imported here since few cases have a metric.
-    from bubblemesh.packing.ellipses.rounds import rounds_in_metric
-
-    return rounds_in_metric
 
 
 def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:

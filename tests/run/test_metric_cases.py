@@ -141,7 +141,6 @@ def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
     [
         ({"method": "multilevel"}, "method: multilevel packs no metric"),
         ({"method": "fnpbs"}, "method: fnpbs packs no metric"),
-        ({"parts": 2}, "parts: ellipses are packed without"),
         ({"angle_min": 20}, "angle_min: ellipses are packed without"),
         ({"largest": 0.01}, "largest: ellipses are packed without"),
         ({"spacing": {"value": 0.06, "nodes": 500}}, r"spacing.nodes: ellipses are packed without"),

@@ -112,9 +112,10 @@ def test_hired_workers_are_those_of_the_command_line():
     assert os.getpid() not in pids
 
 
-def test_a_run_in_parts_is_the_same_with_any_number_of_workers(tmp_path, monkeypatch):
+@pytest.mark.parametrize("more", ["", "metric: {angle: x + y, across: 0.02}\n"])
+def test_a_run_in_parts_is_the_same_with_any_number_of_workers(tmp_path, monkeypatch, more):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "plate.yaml").write_text(CASE)
+    (tmp_path / "plate.yaml").write_text(CASE + more)
     for jobs in ("1", "2"):
         code, _, told = command("run", "plate.yaml", "--parts", "3", "--jobs", jobs, "-o", f"jobs-{jobs}")
         assert code == 0, told

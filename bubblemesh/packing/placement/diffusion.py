@@ -17,6 +17,7 @@ from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import require_at_most
 from bubblemesh.spacing.grid.cells import leaves_in_blocks
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.rules import finer_of_both_sides
 from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
@@ -98,7 +99,9 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     held = domain.held
     given = np.bincount(held.piece, minlength=len(total))
     taken = np.zeros(len(total), bool)
-    taken[held.pieces] = intervals[held.pieces] >= HELD * (given[held.pieces] + 1)  # else the spacing is a coarser one
+    # Else the spacing is that of a coarser level; metrics of milder levels are as coarse along their ellipses.
+    enough = 0.0 if isinstance(spacing, MetricSpacing) else HELD
+    taken[held.pieces] = intervals[held.pieces] >= enough * (given[held.pieces] + 1)
     # A closed curve has a bubble at its start, an open piece a corner.
     count = np.where(taken, 0, np.where(boundary.closed, intervals, intervals - 1))
     owner, rank = members(count)
