@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ShortIntegers = NDArray[np.int32]
 Booleans = NDArray[np.bool_]
-Rows = TypeVar("Rows", Floats, Integers)
+Rows = TypeVar("Rows", Floats, Integers, Booleans)
 Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same length
 
 LARGEST_NUMBER = 1e70  # of coordinates and lengths: their fourth powers, which predicates take, must stay finite
@@ -45,7 +45,13 @@ def components(pairs: Integers, count: int) -> Integers:
 
 def select(record: Columns, which: Integers | Booleans) -> Columns:
     """Record with the rows ``which`` (k,) of its columns."""
-    return record._make(column[which] for column in record)
+    numbers = np.flatnonzero(which) if which.dtype == bool else which
+    return record._make(column.take(numbers, axis=0) for column in record)
+
+
+def taken(table: Rows, which: Integers | Booleans) -> Rows:
+    """Rows (..., k) of a table (n, k) as ``table[which]`` gives them: much faster for few columns."""
+    return table.take(np.flatnonzero(which) if which.dtype == bool else which, axis=0)
 
 
 def concatenated(records: Sequence[Columns]) -> Columns:

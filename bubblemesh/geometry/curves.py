@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, members, taken
 from bubblemesh.geometry.cubic_splines import CubicSpline
 
 CHORDS_PER_TURN = 256
@@ -64,11 +64,11 @@ class Lines:
         return np.arange(len(self.start)), np.zeros(len(self.start))
 
     def points(self, index: Integers, s: Floats) -> Floats:
-        start, end = self.start[index], self.end[index]
+        start, end = taken(self.start, index), taken(self.end, index)
         return start + (s / self.lengths[index])[:, None] * (end - start)
 
     def tangents(self, index: Integers, s: Floats) -> Floats:
-        return (self.end[index] - self.start[index]) / self.lengths[index][:, None]
+        return (taken(self.end, index) - taken(self.start, index)) / self.lengths[index][:, None]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once, select
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, select, taken
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
@@ -298,14 +298,14 @@ class Domain(Uncached):
         """Mask (m,) of the points (m, 2) inside, or outside but nearer than ``distance`` (m,)."""
         reached = self.contains(points)
         outside = np.flatnonzero(~reached)
-        reached[outside] = self._signed_distance(points[outside], reached[outside]) > -distance[outside]
+        reached[outside] = self._signed_distance(taken(points, outside), reached[outside]) > -distance[outside]
         return reached
 
     def deep_outside(self, points: Floats, depth: Floats) -> tuple[Booleans, Floats]:
         """Mask (m,) of points (m, 2) outside, as far as ``depth`` (m,), and the nearest boundary points (m, 2)."""
         nearest = self.nearest(points)
         deep = nearest.distance >= depth
-        some = points[deep]
+        some = taken(points, deep)
         deep[deep] = -self._signed(some, self.contains(some), select(nearest, deep)) >= depth[deep]
         return deep, nearest.foot
 

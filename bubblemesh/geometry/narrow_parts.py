@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, median, members, select
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, median, members, select, taken
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
@@ -88,11 +88,11 @@ class Walls:
         beyond, left, found = np.full(len(points), np.inf), np.arange(len(points)), []
         for share in self._shares(reach):
             near = share * reach if share < 1 else np.full(len(reach), np.inf)
-            ray, chord = self._met(points[left], normals[left], PADDED * share * reach[left])
+            ray, chord = self._met(taken(points, left), taken(normals, left), PADDED * share * reach[left])
             ray = left[ray]
             begin = chords.s[chord]
             own = (chords.piece[chord] == piece[ray]) & (begin <= s[ray]) & (s[ray] <= begin + chords.step[chord])
-            may = ~own & self._may_meet(points[ray], normals[ray], chord)
+            may = ~own & self._may_meet(taken(points, ray), taken(normals, ray), chord)
             ray, chord = ray[may], chord[may]
             met = segments_meet(rays[ray], np.stack([chords.start[chord], chords.end[chord]], axis=1))
             ray, chord = ray[met], chord[met]
@@ -138,8 +138,8 @@ class Walls:
 
     def _may_meet(self, points: Floats, directions: Floats, chord: Integers) -> Booleans:
         """Whether lines through ``points`` (m, 2) may meet the chords (m,): a quick look, which is generous."""
-        (dx, dy), (ax, ay) = directions.T, (self.chords.start[chord] - points).T
-        cx, cy = (self.chords.end[chord] - self.chords.start[chord]).T
+        (dx, dy), (ax, ay) = directions.T, (taken(self.chords.start, chord) - points).T
+        cx, cy = (taken(self.chords.end, chord) - taken(self.chords.start, chord)).T
         sine, across = dx * cy - dy * cx, ax * dy - ay * dx
         aslant = np.abs(sine) > GENEROUS * np.hypot(cx, cy)
         return ~aslant | (np.abs(across - sine / 2) <= (0.5 + GENEROUS) * np.abs(sine))
@@ -163,8 +163,8 @@ class Walls:
 
     def _crossings(self, points: Floats, directions: Floats, chord: Integers) -> tuple[Floats, Booleans]:
         """Distances (m,) of chords along rays from ``points`` (m, 2), and which rays leave the domain there."""
-        (dx, dy), (ax, ay) = directions.T, (self.chords.start[chord] - points).T
-        cx, cy = (self.chords.end[chord] - self.chords.start[chord]).T
+        (dx, dy), (ax, ay) = directions.T, (taken(self.chords.start, chord) - points).T
+        cx, cy = (taken(self.chords.end, chord) - taken(self.chords.start, chord)).T
         sine = dx * cy - dy * cx
         ring = ~self.domain.boundary.inner[self.chords.piece[chord]]
         with np.errstate(divide="ignore", invalid="ignore"):  # along the ray: no number, and nothing that it meets

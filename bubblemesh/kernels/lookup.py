@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, taken
 from bubblemesh.kernels.library import library
 
 # How far the bits of a number move to part, step by step, and where they are after each.
@@ -36,7 +36,7 @@ class Cells(NamedTuple):
 
     def bilinear(self, corners: Floats, points: Floats, cells: Integers) -> Floats:
         """Bilinear interpolation (m,) of values (m, 4) at the corners of ``cells`` (m,), at points (m, 2) in these."""
-        at = (points - self.points(self.column_row[cells])) / self.sides[cells, None]
+        at = (points - self.points(taken(self.column_row, cells))) / self.sides[cells, None]
         s, t = np.clip(at, 0, 1).T
         a, b, c, d = corners.T
         return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)

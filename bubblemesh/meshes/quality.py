@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once, gathered, quantile
+from bubblemesh.arrays import Floats, Integers, each_once, gathered, quantile, taken
 from bubblemesh.meshes.edges import numbered_edges, unique_edges
 
 _DEGENERATE = 1e-14
@@ -156,7 +156,7 @@ def shape_quality(measures: Measures) -> Shape:
         min=float(ratios.min()),
         p01=quantile(ratios, 0.01),
         histogram=tuple(int(count) for count in histogram),
-        irregular_fraction=_irregular_fraction(valence, edges[triangles_at == 1]),
+        irregular_fraction=_irregular_fraction(valence, taken(edges, triangles_at == 1)),
         valence_max=int(valence.max()),
         angle_min=least,
         angle_max=largest,
@@ -175,7 +175,7 @@ def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
     lengths = np.empty(len(edges))
     for begin in range(0, len(edges), AT_A_TIME):
         part = slice(begin, begin + AT_A_TIME)
-        ends = points[edges[part]]
+        ends = taken(points, edges[part])
         lengths[part] = _lengths(ends[:, 1] - ends[:, 0])
     return lengths / wanted
 

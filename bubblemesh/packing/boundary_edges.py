@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, taken
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
@@ -107,7 +107,7 @@ def _inside_chords(bubbles: Bubbles, domain: Domain) -> Booleans:
     runs = ChordRuns.of(*np.moveaxis(bubbles.x[edges], 1, 0))
     near = nearest_chord(runs, x)
     share, foot = runs.feet(x, near)
-    (ax, ay), (bx, by) = (x - runs.start[near]).T, (runs.end[near] - runs.start[near]).T
+    (ax, ay), (bx, by) = (x - taken(runs.start, near)).T, (taken(runs.end, near) - taken(runs.start, near)).T
     behind = (bx * ay - by * ax <= 0) & (share > 0) & (share < 1)  # else the nearest point is a node, on true curves
     behind &= ~domain.boundary.inner[piece[near]]
     return ~behind & (np.hypot(*(x - foot).T) > NEAREST_TO_CHORD * d)

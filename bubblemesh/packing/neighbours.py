@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, taken
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.pairs import near_pairs
 
@@ -35,7 +35,7 @@ class Neighbours:
     def distances(self) -> Floats:
         """Distances (m,) of the pairs when they were found."""
         i, j = self.pairs.T
-        return np.hypot(*(self.x[i] - self.x[j]).T)
+        return np.hypot(*(taken(self.x, i) - taken(self.x, j)).T)
 
     def drift(self, x: Floats) -> float:
         """Largest distance of a bubble at x (n, 2) from where it was then, in units of its spacing."""
@@ -117,5 +117,5 @@ def maximal_independent_set(candidates: Booleans, pairs: Integers, rank: Integer
         alive &= ~won
         alive[j[won[i]]] = False
         alive[i[won[j]]] = False
-        pairs = pairs[alive[i] & alive[j]]
+        pairs = taken(pairs, alive[i] & alive[j])
     return chosen

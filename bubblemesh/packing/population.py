@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, any_of_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, any_of_rows, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import edge_ratios
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
@@ -76,9 +76,9 @@ class Thresholds:
         crowded = alpha > self.delete_above
         crowded[bubbles.sliding] = boundary_overlaps(bubbles, domain) > self.delete_above_boundary
         crowded[: bubbles.corners] = False
-        close = near.pairs[near.distances < self.delete_apart * near.contact]
+        close = taken(near.pairs, near.distances < self.delete_apart * near.contact)
         gone = maximal_independent_set(crowded, close, self.rank(alpha, random))
-        acting = near.pairs[near.distances < CUTOFF * near.contact]
+        acting = taken(near.pairs, near.distances < CUTOFF * near.contact)
         rest = replace(bubbles, touched=next_to(acting, gone)).select(np.flatnonzero(~gone))
         grown = self._filled(split_cutting_edges(rest, domain, spacing), domain, spacing)
         return Change(grown, deleted=len(bubbles) - len(rest), inserted=len(grown) - len(rest))
@@ -132,7 +132,7 @@ def boundary_overlaps(bubbles: Bubbles, domain: Domain) -> Floats:
         first = step[me]
         second = np.where(first >= bubbles.corners, step[first], -1)  # not past a corner
         for other in (first, second):
-            overlap = 2 * r[me] + r[other] - np.hypot(*(x[me] - x[other]).T)
+            overlap = 2 * r[me] + r[other] - np.hypot(*(taken(x, me) - taken(x, other)).T)
             alpha += np.where((other >= 0) & (other != me), np.maximum(0, overlap) / r[me], 0)
     return alpha
 
@@ -182,7 +182,7 @@ class Defects:
         halved = self._too_long(net, ratio, gone)
         x = bubbles.x[halved].mean(axis=1)
         touched = np.zeros(len(bubbles), bool)
-        touched[net.edges[any_of_rows(gone[net.edges])]] = True
+        touched[net.edges[any_of_rows(taken(gone, net.edges))]] = True
         touched[halved] = True
         rest = replace(bubbles, touched=touched).select(np.flatnonzero(~gone))
         grown, triangles = rest.append(x, spacing.extended(x)), spliced(bubbles.x, net.triangles, gone, halved)
@@ -206,7 +206,7 @@ class Defects:
         """Edges (k, 2) with room for one more bubble, no two of them at the same bubble."""
         crowd = any_of_rows((net.valence >= MANY_NEIGHBOURS)[net.edges])
         long = ratio > np.where(crowd, self.insert_longer_at_crowd, self.insert_longer)
-        long &= net.inner & ~any_of_rows(gone[net.edges])
+        long &= net.inner & ~any_of_rows(taken(gone, net.edges))
         edges = net.edges[long]
         edges = np.concatenate([edges[np.argsort(-ratio[long], kind="stable")], across_wide_corners(net, gone)])
         rank = np.arange(len(edges))
@@ -241,7 +241,7 @@ def across_wide_corners(net: Net, gone: Booleans) -> Integers:
     first = np.argmin(net.triangles, axis=1)
     beside = np.flatnonzero(any_of_rows(net.triangles < corners) & ~any_of_rows(gone[net.triangles]))
     apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
-    u, v = x[a] - x[apex], x[b] - x[apex]
+    u, v = taken(x, a) - taken(x, apex), taken(x, b) - taken(x, apex)
     lengths = np.hypot(*u.T) * np.hypot(*v.T)
     wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * lengths
     roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER * net.bubbles.d[apex]

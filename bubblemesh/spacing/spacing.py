@@ -6,7 +6,7 @@ from functools import reduce
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers, taken
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
@@ -67,7 +67,7 @@ class Spacing:
         result = np.empty(len(rows))
         for begin in range(0, len(rows), AT_A_TIME):
             part = slice(begin, begin + AT_A_TIME)
-            result[part] = self._between(points[rows[part]])
+            result[part] = self._between(taken(points, rows[part]))
         return result
 
     def _between(self, corners: Floats) -> Floats:

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from bubblemesh.arrays import GAUSS, Floats, Integers, different_rows, members, select
+from bubblemesh.arrays import GAUSS, Floats, Integers, different_rows, members, select, taken
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
@@ -176,7 +176,7 @@ def _triangles(domain: Domain) -> Floats:
     longest = LARGEST_PART * domain.size
     outline, edges = _outline(domain, longest)
     points = np.vstack([outline, _lattice(domain, 0.99 * longest)])
-    triangles = points[triangulated(points, edges)]
+    triangles = taken(points, triangulated(points, edges))
     return _refined(triangles, lambda t: _cut(t, _from_longest(t)), lambda t: _edge_lengths(t).max(axis=1), longest)
 
 
@@ -216,7 +216,7 @@ def _refined(
     done = []
     while len(parts):
         short = lengths(parts) <= longest
-        done.append(parts[short])
+        done.append(taken(parts, short))
         parts = halved(parts[~short])
     return np.concatenate(done)
 

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, members, taken
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.nearest import RunTree
@@ -107,7 +107,7 @@ class ChordRuns:
 
     def feet(self, points: Floats, chord: Integers) -> tuple[Floats, Floats]:
         """Share (m,) of chords (m,) that lies before the place nearest to points (m, 2), and that place (m, 2)."""
-        start, end = self.start[chord], self.end[chord]
+        start, end = taken(self.start, chord), taken(self.end, chord)
         share = shares_before(points, start, end)
         return share, start + share[:, None] * (end - start)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, taken
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.library import library
@@ -91,7 +91,7 @@ def distance_at_least(runs: ChordRuns, points: Floats) -> Floats:
         return bounds
     order = along_hilbert_curve(points)
     begin = np.arange(0, len(points), TOGETHER)
-    middle, away = _middles(points[order], begin)
+    middle, away = _middles(taken(points, order), begin)
     foot = runs.feet(middle, nearest_chord(runs, middle))[1]
     distance = np.hypot(*(middle - foot).T) / SLACK - 2 * runs.margin
     bounds[order] = np.maximum(np.repeat(distance, np.diff(begin, append=len(points))) - away, 0)

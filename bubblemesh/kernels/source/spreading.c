@@ -7,6 +7,7 @@
 
 static const double HALF_ROOT = 0.70710678118654757; /* sqrt(0.5) */
 static const double ROOT = 1.4142135623730951;       /* sqrt(2) */
+static const double LEAST_RISE = 0.7; /* rises: less than sqrt(0.5), by which no value is passed on less raised */
 static const int BESIDE[4][2] = {{1, 2}, {0, 3}, {3, 0}, {2, 1}};
 
 /* The value that a corner takes from the corner beside it and the opposite one. */
@@ -43,10 +44,13 @@ KERNEL int64_t spread(int64_t cells, const int64_t *corners, const double *rise,
         int64_t found = 0, *swapped, place;
         for (place = 0; place < count; place++) {
             const int64_t *mine = corners + 4 * active[place];
-            double v[4], rising = rise[active[place]];
+            double v[4], rising = rise[active[place]], passed_on;
             for (k = 0; k < 4; k++)
                 v[k] = values[mine[k]];
+            passed_on = fmin(fmin(v[0], v[1]), fmin(v[2], v[3])) + LEAST_RISE * rising;
             for (k = 0; k < 4; k++) {
+                if (v[k] * kept <= passed_on)
+                    continue;
                 double first = reached(v[BESIDE[k][0]], v[3 - k], rising);
                 double second = reached(v[BESIDE[k][1]], v[3 - k], rising);
                 double least = first < second ? first : second;

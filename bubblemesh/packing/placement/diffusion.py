@@ -8,7 +8,7 @@ import numpy as np
 from annotated_types import Ge, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import GAUSS, Floats, Integers, members
+from bubblemesh.arrays import GAUSS, Floats, Integers, members, taken
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
 from bubblemesh.geometry.domain import Domain
@@ -71,7 +71,7 @@ def diffused_points(
         # A cell that reaches into the strip of the boundary bubbles counts in part.
         share = np.clip((distance - HALF_A_ROW * d) / sides + 0.5, 0, 1) * lacking(centers, d)
         passed = np.cumsum(np.append(passed[-1:], share * sides**2 / (AREA * d**2)))
-        found.append(centers[np.diff(np.floor(passed + 0.5)) > 0])
+        found.append(taken(centers, np.diff(np.floor(passed + 0.5)) > 0))
     return np.concatenate(found)
 
 
@@ -160,8 +160,9 @@ class NearLines:
         """Distances (n,) of points (n, 2), infinite beyond d (n,)."""
         result = np.full(len(points), np.inf)
         near = np.flatnonzero(distance_at_least(self.runs, points) <= d)
-        foot = self.runs.feet(points[near], nearest_chord(self.runs, points[near]))[1]
-        distance = np.hypot(*(points[near] - foot).T)
+        some = taken(points, near)
+        foot = self.runs.feet(some, nearest_chord(self.runs, some))[1]
+        distance = np.hypot(*(some - foot).T)
         within = distance <= d[near]
         result[near[within]] = distance[within]
         return result

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, select, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import hilbert_index
 from bubblemesh.spacing.grid.quadtree import CORNERS, GRID_LEVELS, Quadtree
@@ -51,10 +51,11 @@ class _Found(NamedTuple):
     def joined(cls, parts: Sequence["_Found"]) -> "_Found":
         """Leaves of several parts, in the order of the curve."""
         key, *others = (np.concatenate(column) for column in zip(*parts, strict=True))
-        return cls(key, *others).rows(np.argsort(key, kind="stable"))
+        return select(cls(key, *others), np.argsort(key, kind="stable"))
 
-    def rows(self, which: Integers | slice) -> "_Found":
-        return _Found(self.key[which], self.centers[which], self.sides[which], self.d[which])
+    def between(self, begin: int | None, end: int | None) -> "_Found":
+        """The leaves from the row ``begin`` to before ``end``."""
+        return _Found(self.key[begin:end], self.centers[begin:end], self.sides[begin:end], self.d[begin:end])
 
 
 def _blocks(
@@ -70,12 +71,13 @@ def _blocks(
         d = spacing.extended(centers)
         small = side <= fraction * d
         done = small & inside
-        found.append(_Found(_keys(cells[done], finer), centers[done], np.full(int(done.sum()), side), d[done]))
+        keys = _keys(taken(cells, done), finer)
+        found.append(_Found(keys, taken(centers, done), np.full(len(keys), side), d[done]))
         going_on = np.flatnonzero(~small)
         outside = going_on[~inside[going_on]]
         # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
         away = outside[domain.surely_outside(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))]
-        cells = cells[np.setdiff1d(going_on, away, assume_unique=True)]
+        cells = taken(cells, np.setdiff1d(going_on, away, assume_unique=True))
         if len(cells) == 0:
             break
         cells = (2 * cells[:, None] + CORNERS).reshape(-1, 2)
@@ -95,7 +97,7 @@ def _parts(
     cuts = np.arange(0, len(cells), MOST_AT_ONCE // PARTS)[1:]
     between = np.searchsorted(found.key, keys[order[cuts]])
     for first, last, begin, end in zip([0, *cuts], [*cuts, None], [0, *between], [*between, None], strict=True):
-        yield from _blocks(domain, spacing, fraction, level, cells[order[first:last]], [found.rows(slice(begin, end))])
+        yield from _blocks(domain, spacing, fraction, level, cells[order[first:last]], [found.between(begin, end)])
 
 
 def _keys(cells: Integers, level: int) -> Integers:
@@ -132,18 +134,18 @@ class Samples:
     def quarters(self, cells: Booleans, domain: Domain, values: Values) -> "Samples":
         """The quarters of some cells (n,), with samples of their own."""
         grid, origin, _ = self.grid.select(cells).split(np.ones(int(cells.sum()), bool))
-        d = values(grid, np.arange(len(grid)), self.d[cells][origin])
+        d = values(grid, np.arange(len(grid)), taken(taken(self.d, cells), origin))
         inside = self.inside[cells][origin]  # no part of a cell reaches farther than the whole
-        inside[inside] = domain.reaches(grid.centers[inside], grid.sides[inside] * np.sqrt(0.5))  # or nearly so
+        inside[inside] = domain.reaches(taken(grid.centers, inside), grid.sides[inside] * np.sqrt(0.5))  # or nearly so
         return Samples(grid, inside, d)
 
     def select(self, cells: Booleans) -> "Samples":
         """Samples of some cells (n,)."""
-        return Samples(self.grid.select(cells), self.inside[cells], self.d[cells])
+        return Samples(self.grid.select(cells), self.inside[cells], taken(self.d, cells))
 
     @classmethod
     def merged(cls, parts: Sequence["Samples"]) -> "Samples":
         """Samples of all cells of parts of one grid."""
         grid, order = Quadtree.merged([part.grid for part in parts])
-        inside, d = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("inside", "d"))
-        return cls(grid, inside, d)
+        inside, d = (np.concatenate([getattr(part, name) for part in parts]) for name in ("inside", "d"))
+        return cls(grid, inside[order], taken(d, order))

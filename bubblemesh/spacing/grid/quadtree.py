@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, taken
 from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
 
 GRID_LEVELS = 30
@@ -54,11 +54,11 @@ class Quadtree:
             np.concatenate([getattr(part, name) for part in parts]) for name in ("level", "column_row", "key")
         )
         order = np.argsort(key, kind="stable")
-        return cls(parts[0].low, parts[0].size, level[order], column_row[order], key[order]), order
+        return cls(parts[0].low, parts[0].size, level[order], taken(column_row, order), key[order]), order
 
     def select(self, cells: Booleans) -> "Quadtree":
         """Some of the cells (n,), which tile no square any more."""
-        return replace(self, level=self.level[cells], column_row=self.column_row[cells], key=self.key[cells])
+        return replace(self, level=self.level[cells], column_row=taken(self.column_row, cells), key=self.key[cells])
 
     def __len__(self) -> int:
         return len(self.level)
@@ -122,7 +122,7 @@ class Quadtree:
         quarter = np.arange(len(origin)) - (np.cumsum(count) - count)[origin]
         level = self.level[origin] + fresh
         half = 1 << (GRID_LEVELS - level)
-        column_row = self.column_row[origin] + CORNERS[quarter] * half[:, None]
+        column_row = taken(self.column_row, origin) + CORNERS[quarter] * half[:, None]
         return Quadtree(self.low, self.size, level, column_row, self.key[origin] + quarter * half * half), origin, fresh
 
     @property

@@ -6,6 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.lookup import interpolated
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.spacing import Spacing
@@ -27,15 +28,14 @@ class Table:
 
     function: Term  # values (n,) at x (n,) and y (n,)
     grid: Quadtree
-    corners: Floats  # (n, 4): values at the corners of each cell
-    good: Booleans  # (n,): cells in which these are enough
+    corners: Integers  # (n, 4): which values are those at the corners of each cell, -1 where these are not enough
+    values: Floats  # (v,)
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
         points = np.column_stack([x, y])
-        cells = self.grid.located(points)
-        values = self.grid.cells.bilinear(self.corners[cells], points, cells)
-        rest = np.flatnonzero(~(self.good[cells] & self.grid.covers(points)))
+        values = interpolated(self.grid.cells, self.corners, self.values, points)
+        rest = np.flatnonzero(np.isinf(values) | ~self.grid.covers(points))
         values[rest] = self.function(x[rest], y[rest])
         return values
 
@@ -59,8 +59,9 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
     start = Samples(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
     longest = LARGEST_IN_DOMAIN * domain.size
     samples = start.refined(domain, lambda samples: _coarse(samples, longest), values)
-    table = Table(function, samples.grid, samples.d[:, CORNERS], samples.inside & (_error(samples.d) <= ROUGH))
-    return Spacing(table, spacing.floor)
+    corners = np.arange(len(samples.d) * len(CORNERS)).reshape(-1, len(CORNERS))
+    corners[~(samples.inside & (_error(samples.d) <= ROUGH))] = -1
+    return Spacing(Table(function, samples.grid, corners, samples.d[:, CORNERS].ravel()), spacing.floor)
 
 
 def _coarse(samples: Samples, longest: float) -> Booleans:

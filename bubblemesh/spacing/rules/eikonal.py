@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, taken
 from bubblemesh.kernels.spreading import spread
 from bubblemesh.spacing.grid.quadtree import Quadtree
 
@@ -21,10 +21,10 @@ def limited_values(grid: Quadtree, values: Floats, growth: float, medium: Boolea
     Computers 22 (2006).
     """
     corners, rise = grid.vertices.corners, growth * grid.sides
-    inner = spread(corners[medium], rise[medium], values, TOLERANCE)
-    outer = spread(corners[~medium], rise[~medium], inner, TOLERANCE)
+    inner = spread(taken(corners, medium), rise[medium], values, TOLERANCE)
+    outer = spread(taken(corners, ~medium), rise[~medium], inner, TOLERANCE)
     known = np.zeros(len(values), bool)
-    known[grid.vertices.corners[medium]] = True
+    known[taken(corners, medium)] = True
     result = np.where(known, inner, outer)
     for middle, first, last in _by_level(grid):
         result[middle] = (result[first] + result[last]) / 2

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows
+from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import Cells, interpolated, ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
@@ -177,7 +177,7 @@ def _in_domain(points: Floats, domain: Domain, spacing: Spacing) -> Floats:
     """Spacing (m,) at the points (m, 2) that lie in the domain, infinite at the others."""
     inside = np.flatnonzero(domain.contains(points))
     d = np.full(len(points), np.inf)
-    d[inside] = spacing.extended(points[inside])
+    d[inside] = spacing.extended(taken(points, inside))
     return d
 
 
@@ -195,7 +195,7 @@ def _carried(coarse: Quadtree, values: Floats, grid: Quadtree) -> Floats:
 
 def _beside(grid: Quadtree, values: Floats, sources: Sources, growth: float) -> Floats:
     """Values (v,) that respect the sources at the vertices around them."""
-    mine = grid.vertices.corners[grid.located(sources.points)]
+    mine = taken(grid.vertices.corners, grid.located(sources.points))
     result = values.copy()
     np.minimum.at(result, mine, sources.sizes[:, None] + growth * _away(grid, mine, sources))
     return result
@@ -208,7 +208,7 @@ def _at(domain: Domain, grid: Quadtree, values: Floats, sources: Sources, growth
     interpolated between both is as large all along the boundary.
     """
     cells = grid.located(sources.points)
-    mine = grid.vertices.corners[cells]
+    mine = taken(grid.vertices.corners, cells)
     rise = growth * _away(grid, mine, sources)
     falling = np.isinf(values[mine]) & sources.on_rim[:, None]
     outside = each_once(mine[falling])
@@ -224,7 +224,7 @@ def _at(domain: Domain, grid: Quadtree, values: Floats, sources: Sources, growth
 
 def _away(grid: Quadtree, vertices: Integers, sources: Sources) -> Floats:
     """Distances (k, 4) of the sources from vertices (k, 4)."""
-    away = grid.vertices.points[vertices] - sources.points[:, None]
+    away = taken(grid.vertices.points, vertices) - sources.points[:, None]
     return np.hypot(away[..., 0], away[..., 1])
 
 
@@ -250,7 +250,7 @@ def _below(spacing: Spacing, limit: Limit) -> Spacing:
 def _change(samples: Samples, given: Floats, values: Floats) -> tuple[float, float, tuple[float, float] | None]:
     """Share of the area where values (v,) at the vertices are below the given ones, the largest ratio, its place."""
     ratio = np.where(np.isfinite(given), given / values, 1.0)
-    corners = samples.grid.vertices.corners[samples.inside]
+    corners = taken(samples.grid.vertices.corners, samples.inside)
     area = samples.grid.sides[samples.inside] ** 2
     lower = (ratio > 1 / (1 - LOWERED))[corners].mean(axis=1)
     most = ratio.argmax()

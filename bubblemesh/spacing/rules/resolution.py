@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members
+from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import ranks
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
@@ -112,7 +112,7 @@ def steepest(samples: Samples, domain: Domain, growth: float) -> SteepestPlace |
 def _slopes(samples: Samples, cells: Integers) -> Floats:
     """Growth (k, 8) of the spacing per length between the `PAIRS` of places in some cells (k,)."""
     lengths = samples.grid.sides[cells, None] * np.hypot(*(PLACES[PAIRS[:, 1]] - PLACES[PAIRS[:, 0]]).T)
-    d = samples.d[cells]
+    d = taken(samples.d, cells)
     return np.asarray(np.abs(d[:, PAIRS[:, 1]] - d[:, PAIRS[:, 0]]) / lengths)
 
 
@@ -148,10 +148,11 @@ def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floa
     widest = radius.copy()
     tried, foot = np.arange(len(points)), np.full((len(points), 2), np.inf)
     while len(tried):
-        centers, depth = points[tried] + radius[tried, None] * outward[tried], FITTING * radius[tried]
+        centers = taken(points, tried) + radius[tried, None] * taken(outward, tried)
+        depth = FITTING * radius[tried]
         # What was in the way of a disc twice as large often is in that of this one.
-        asked = np.flatnonzero(np.hypot(*(foot[tried] - centers).T) >= depth)
-        free, foot[tried[asked]] = domain.deep_outside(centers[asked], depth[asked])
+        asked = np.flatnonzero(np.hypot(*(taken(foot, tried) - centers).T) >= depth)
+        free, foot[tried[asked]] = domain.deep_outside(taken(centers, asked), depth[asked])
         tried = np.delete(tried, asked[free])
         radius[tried] /= 2
         tried = tried[radius[tried] > THINNEST_WALL * domain.size]
