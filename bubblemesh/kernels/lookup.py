@@ -27,12 +27,17 @@ class Cells(NamedTuple):
 
     def keys_of(self, points: Floats) -> Integers:
         """Numbers (m,) in Morton's order of the columns and rows of points (m, 2), at the rim for those beyond it."""
-        at = np.clip((points - self.low) * (self.columns / self.size), 0, self.columns - 1)
-        return interleaved(at.astype(np.int64))
+        at = np.empty(points.shape, np.int64)
+        for axis in range(2):
+            at[:, axis] = np.clip((points[:, axis] - self.low[axis]) * (self.columns / self.size), 0, self.columns - 1)
+        return interleaved(at)
 
     def points(self, column_row: Integers) -> Floats:
         """Points (..., 2) at columns and rows (..., 2)."""
-        return self.low + column_row * (self.size / self.columns)
+        points = np.empty(column_row.shape)
+        for axis in range(2):  # much faster than both at once
+            points[..., axis] = self.low[axis] + column_row[..., axis] * (self.size / self.columns)
+        return points
 
     def bilinear(self, corners: Floats, points: Floats, cells: Integers) -> Floats:
         """Bilinear interpolation (m,) of values (m, 4) at the corners of ``cells`` (m,), at points (m, 2) in these."""

@@ -105,9 +105,9 @@ def _keys(cells: Integers, level: int) -> Integers:
     return hilbert_index(cells, level) << 2 * (GRID_LEVELS - level)
 
 
-# Of a grid, its new cells (k,), and the samples (k, p) of the cells from which they stem: the samples (k, p) of the new
-# cells. Quarters of a cell follow each other in the order of its corners.
-Values = Callable[[Quadtree, Integers, Floats], Floats]
+# Of the quarters (4 k,) of cells, four of each in the order of its corners, and the samples (k, p) of these cells: the
+# samples (4 k, p) of the quarters.
+Values = Callable[[Quadtree, Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -133,9 +133,9 @@ class Samples:
 
     def quarters(self, cells: Booleans, domain: Domain, values: Values) -> "Samples":
         """The quarters of some cells (n,), with samples of their own."""
-        grid, origin, _ = self.grid.select(cells).split(np.ones(int(cells.sum()), bool))
-        d = values(grid, np.arange(len(grid)), taken(taken(self.d, cells), origin))
-        inside = self.inside[cells][origin]  # no part of a cell reaches farther than the whole
+        grid = self.grid.select(cells).quarters()
+        d = values(grid, taken(self.d, cells))
+        inside = np.repeat(self.inside[cells], 4)  # no part of a cell reaches farther than the whole
         inside[inside] = domain.reaches(taken(grid.centers, inside), grid.sides[inside] * np.sqrt(0.5))  # or nearly so
         return Samples(grid, inside, d)
 

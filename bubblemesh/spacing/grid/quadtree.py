@@ -54,7 +54,7 @@ class Quadtree:
             np.concatenate([getattr(part, name) for part in parts]) for name in ("level", "column_row", "key")
         )
         order = np.argsort(key, kind="stable")
-        return cls(parts[0].low, parts[0].size, level[order], taken(column_row, order), key[order]), order
+        return cls(parts[0].low, parts[0].size, taken(level, order), taken(column_row, order), taken(key, order)), order
 
     def select(self, cells: Booleans) -> "Quadtree":
         """Some of the cells (n,), which tile no square any more."""
@@ -90,7 +90,11 @@ class Quadtree:
     def between_quarters(self) -> Floats:
         """Corners (k, 5, 2) at which the quarters (4 k,) of cells, four of each in turn, meet: in the order of rows."""
         width = 1 << (GRID_LEVELS - self.level[::4])
-        return self._points(self.column_row[3::4, None] + CROSS * width[:, None, None])
+        column_row = np.repeat(self.column_row[3::4], len(CROSS), axis=0).reshape(-1, len(CROSS), 2)
+        for place, (column, row) in enumerate(CROSS.tolist()):
+            column_row[:, place, 0] += column * width
+            column_row[:, place, 1] += row * width
+        return self._points(column_row)
 
     def _corners(self, cells: Integers) -> Integers:
         """Columns and rows (k, 4, 2) of the corners of some cells."""
@@ -120,10 +124,21 @@ class Quadtree:
         origin = np.repeat(np.arange(len(self)), count)
         fresh = cells[origin]
         quarter = np.arange(len(origin)) - (np.cumsum(count) - count)[origin]
-        level = self.level[origin] + fresh
+        return self._parts(origin, quarter, fresh), origin, fresh
+
+    def quarters(self) -> "Quadtree":
+        """The quarters (4 n,) of all cells, four of each in turn in the order of its corners."""
+        n = len(self)
+        return self._parts(np.repeat(np.arange(n), 4), np.tile(np.arange(4), n), np.ones(4 * n, bool))
+
+    def _parts(self, origin: Integers, quarter: Integers, finer: Booleans) -> "Quadtree":
+        """The cells ``origin`` (k,), or where they are ``finer`` (k,) their quarters (k,), zero for the other ones."""
+        level = self.level[origin] + finer
         half = 1 << (GRID_LEVELS - level)
-        column_row = taken(self.column_row, origin) + CORNERS[quarter] * half[:, None]
-        return Quadtree(self.low, self.size, level, column_row, self.key[origin] + quarter * half * half), origin, fresh
+        column_row = taken(self.column_row, origin)
+        column_row[:, 0] += (quarter & 1) * half
+        column_row[:, 1] += (quarter >> 1) * half
+        return Quadtree(self.low, self.size, level, column_row, self.key[origin] + quarter * half * half)
 
     @property
     def codes(self) -> Integers:

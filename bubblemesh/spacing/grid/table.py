@@ -50,13 +50,13 @@ def tabulated(domain: Domain, spacing: Spacing) -> Spacing:
         return spacing
     function, grid = spacing.function, Quadtree.around(domain.bounds)
 
-    def values(grid: Quadtree, cells: Integers, d: Floats) -> Floats:
-        row = np.arange(len(d))[:, None]
-        d[row, CORNERS] = d[row, np.tile(QUARTERS, (len(d) // 4, 1))]
-        d[:, OTHERS] = _values(function, grid, cells, PLACES[OTHERS])
+    def values(grid: Quadtree, whole: Floats) -> Floats:
+        d = np.empty((len(grid), len(PLACES)))
+        d[:, CORNERS] = whole.take(QUARTERS, axis=1).reshape(-1, len(CORNERS))
+        d[:, OTHERS] = _values(function, grid, PLACES[OTHERS])
         return d
 
-    start = Samples(grid, np.ones(1, bool), _values(function, grid, np.zeros(1, np.int64), PLACES))
+    start = Samples(grid, np.ones(1, bool), _values(function, grid, PLACES))
     longest = LARGEST_IN_DOMAIN * domain.size
     samples = start.refined(domain, lambda samples: _coarse(samples, longest), values)
     corners = np.arange(len(samples.d) * len(CORNERS)).reshape(-1, len(CORNERS))
@@ -80,7 +80,7 @@ def _error(d: Floats) -> Floats:
     return np.where(np.isfinite(d).all(axis=1) & (d > 0).all(axis=1), error, np.inf)
 
 
-def _values(function: Term, grid: Quadtree, cells: Integers, places: Floats) -> Floats:
-    """Values (k, p) of the function at places (p, 2) of cells (k,)."""
-    x, y = np.moveaxis(grid.centers[cells, None] + grid.sides[cells, None, None] * places, 2, 0)
+def _values(function: Term, grid: Quadtree, places: Floats) -> Floats:
+    """Values (n, p) of the function at places (p, 2) of the cells (n,)."""
+    x, y = np.moveaxis(grid.centers[:, None] + grid.sides[:, None, None] * places, 2, 0)
     return function(x.ravel(), y.ravel()).reshape(x.shape)

@@ -14,8 +14,8 @@ from bubblemesh.spacing.spacing import Spacing
 
 SPLITS = 1000
 PLACES = np.array([[0, 0], [-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])  # of samples, from a cell's centre
-# Corners of quarters: from 0 to 3 the corners of the whole, from 4 on where the quarters meet.
-QUARTERS = np.array([[0, 4, 5, 6], [4, 1, 6, 7], [5, 6, 2, 8], [6, 7, 8, 3]])
+# Places of quarters: from 0 to 3 the corners of the whole, from 4 on where the quarters meet, from 9 on their centres.
+QUARTERS = np.array([[9, 0, 4, 5, 6], [10, 4, 1, 6, 7], [11, 5, 6, 2, 8], [12, 6, 7, 8, 3]])
 PAIRS = np.array([[0, 1], [0, 2], [0, 3], [0, 4], [1, 2], [3, 4], [1, 3], [2, 4]])
 NEAREST = 0.7  # sides: less than the distance of any pair
 TOLERANCE = 1e-3  # relative excess of the growth that does not count
@@ -62,8 +62,8 @@ def resolved(
         split = some.inside & grid.divisible & (grid.sides > sides)
         return split | (grid.sides > largest) if some is samples else split
 
-    def values(grid: Quadtree, _: Integers, whole: Floats) -> Floats:
-        return _of_quarters(grid, whole[::4], spacing)
+    def values(grid: Quadtree, whole: Floats) -> Floats:
+        return _of_quarters(grid, whole, spacing)
 
     split = coarse(samples)
     if not split.any():  # balanced as it was
@@ -126,10 +126,9 @@ def _of_quarters(grid: Quadtree, whole: Floats, spacing: Spacing) -> Floats:
 
     It is asked for at the centres and where quarters meet: their other corners are those of the cells.
     """
-    places = np.concatenate([grid.centers.reshape(-1, 4, 2), grid.between_quarters()], axis=1)
-    fresh = spacing.extended(places.reshape(-1, 2)).reshape(-1, 9)
-    of_corners = np.concatenate([whole[:, 1:], fresh[:, 4:]], axis=1)[:, QUARTERS]
-    return np.concatenate([fresh[:, :4, None], of_corners], axis=2).reshape(-1, len(PLACES))
+    places = np.concatenate([grid.between_quarters(), grid.centers.reshape(-1, 4, 2)], axis=1)
+    fresh = spacing.extended(places.reshape(-1, 2)).reshape(places.shape[:2])
+    return np.concatenate([whole[:, 1:], fresh], axis=1).take(QUARTERS, axis=1).reshape(-1, len(PLACES))
 
 
 def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floats, Floats]) -> tuple[Floats, Floats]:
