@@ -19,9 +19,9 @@ from bubblemesh.packing.placement import displaced
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.spacing.spacing import Spacing
 
-CYCLES = {"fast": 20, "normal": 100, "best": 400}
+CYCLES = {"fast": 20, "normal": 100, "best": 800}
+FEWEST_CYCLES = {"fast": 2, "normal": 10, "best": 40}  # on the largest levels
 ON_COARSE_LEVELS = 2  # times as many, where the order is handed on to four times as many bubbles
-LEAST_SHARE = 0.1  # of the cycles, on the largest levels
 REGULAR_VALENCE = 6
 
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
@@ -63,13 +63,13 @@ class Annealing:
     """
 
     effort: Annotated[
-        Literal["fast", "normal", "best"], Doc("20, 100 or 400 cycles of shaking, twice that on coarse levels")
+        Literal["fast", "normal", "best"], Doc("20, 100 or 800 cycles of shaking, twice that on coarse levels")
     ] = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
     shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
     fully_shaken: Annotated[
-        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, at least a tenth")
+        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, at least 2, 10 or 40")
     ] = 4000
 
     def __call__(
@@ -95,8 +95,9 @@ class Annealing:
 
     def cycles(self, bubbles: int, coarse: bool = False) -> int:
         """Number of cycles on a level of so many bubbles, which is a ``coarse`` one or the only one."""
-        most = CYCLES[self.effort] * (ON_COARSE_LEVELS if coarse else 1)
-        return math.ceil(most * min(1, max(self.fully_shaken / bubbles, LEAST_SHARE)))
+        most, fewest = CYCLES[self.effort], FEWEST_CYCLES[self.effort]
+        times = ON_COARSE_LEVELS if coarse else 1
+        return math.ceil(times * max(most * min(1, self.fully_shaken / bubbles), fewest))
 
     def sparing(self, calm: Calm) -> "Annealing":
         """Annealing of all but calm bubbles, which are left alone."""
