@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bubblemesh.arrays import Integers, each_once
+from bubblemesh.arrays import Integers, each_once, taken
 
 
 def edge_keys(pairs: Integers, n: int) -> Integers:
@@ -125,7 +125,21 @@ def one_sided(sides: Integers, n: int) -> Integers:
 
     As many of them begin as end at each of the ``n`` nodes, even where triangles overlap.
     """
-    keys, first, number = np.unique(edge_keys(sides, n), return_index=True, return_counts=True)
+    rows = _not_in_pairs(sides, n)
+    keys, first, number = np.unique(edge_keys(taken(sides, rows), n), return_index=True, return_counts=True)
+    if len(keys) == 0:
+        return rows
     reverse = find_keys(keys, keys % n * n + keys // n)
     against = np.where(reverse < 0, 0, number[reverse])
-    return np.repeat(first, np.maximum(number - against, 0))
+    return rows[np.repeat(first, np.maximum(number - against, 0))]
+
+
+def _not_in_pairs(sides: Integers, n: int) -> Integers:
+    """Rows (k,) of directed sides (m, 2) but for those of edges with one side in each direction: most of a mesh."""
+    i, j = sides.T
+    keys = 2 * _keys(np.minimum(i, j), np.maximum(i, j), n) + (i > j)
+    ordered = np.sort(keys)
+    same = np.concatenate([[False], ordered[1:] >> 1 == ordered[:-1] >> 1, [False]])  # edge as the one before
+    alone = ~same[:-1] & same[1:] & ~np.append(same[2:], False) & (np.append(ordered[1:], -1) != ordered)
+    left = ordered[~(alone | np.append(False, alone)[:-1])]
+    return np.flatnonzero(find_keys(left, keys) >= 0) if len(left) else np.zeros(0, np.int64)

@@ -141,12 +141,14 @@ def settled(net: Net, spacing: Spacing) -> Net:
         return net
     if isinstance(spacing, MetricSpacing):
         return with_better_shapes(net, spacing)
-    used, corners = np.unique(net.triangles, return_inverse=True)
-    x, triangles = net.bubbles.x[used], corners.reshape(-1, 3)
+    known = np.zeros(len(net.bubbles), bool)
+    known[net.triangles] = True
+    used, number = np.flatnonzero(known), np.cumsum(known) - 1
+    x, triangles = net.bubbles.x[used], number[net.triangles]
     sides, n = directed_sides(triangles), len(used)
     rim = sides[np.sort(one_sided(sides, n))]
     forth, back = _beside_facets(net)
-    lines = np.searchsorted(used, net.facets[(forth >= 0) & (back >= 0)])
+    lines = number[net.facets[(forth >= 0) & (back >= 0)]]
     stay = np.concatenate([rim, lines])
     found = legalised(triangles, x, x, stay)
     legal = linked(x, stay, np.arange(len(stay)) >= len(rim))[0] if found is None else found.triangles
