@@ -68,7 +68,7 @@ class WallMetric(MetricTerm):
 
 
 class FieldMetric(MetricTerm, DataTerm):
-    """Tensors at the nodes of a triangle mesh, in the order m11, m12, m22 or as whole matrices."""
+    """Tensors at the nodes of a triangle mesh, as m11, m12, m22 or whole matrices, or rasters m11, m12 and m22."""
 
     file: InputFile = Field(description="Name of the file, relative to the case file; of .mesh the .sol beside it.")
     name: Text | None = Field(default=None, description="Name of the data at nodes; needed if it has more.")

@@ -28,6 +28,7 @@ WIDEST = 180.0  # degrees of longitude
 LARGEST_SCALE = 1.05  # lengths in the plane in terms of those on the ground
 BENT = 0.002  # of its length: what a straight side in degrees may leave that in the plane, or else is a polyline
 PIECES = 1000  # of one side, at most
+STEP_IN_DEGREES, STEP_IN_METRES = 1e-5, 1.0  # by which directions are found
 DIGITS = 2  # of the middle of the plane, in degrees
 
 
@@ -132,6 +133,13 @@ class Plane:
     def written(self, points: Floats) -> Floats:
         """Coordinates (n, 2), in the system that is written, of places (n, 2) in the plane."""
         return points if self.target is None else _transformed(self.definition, self.target, points)
+
+    def first_axis(self, points: Floats) -> Floats:
+        """Unit vectors (n, 2) in the plane, at places (n, 2), along the first axis of the given coordinates."""
+        given = self.given(points)
+        step = STEP_IN_DEGREES if known_system(self.source).is_geographic else STEP_IN_METRES
+        along = _transformed(self.source, self.definition, given + np.array([step, 0.0])) - points
+        return along / np.hypot(*along.T)[:, None]
 
     def scale(self, x: Floats, y: Floats) -> Floats:
         """Length in the plane of a metre on the ground (n,) at x (n,) and y (n,)."""

@@ -74,6 +74,8 @@ class Mesh:
         Point where the node on each of them is in a mesh of second order.
     depth : (n,)
         Depth of the bed below still water at each node, for formats of coasts; of no length unless given.
+    metric : (n, 3)
+        Entries m11, m12 and m22 of the metric at each node, for the file beside Medit's; of no length unless given.
     open_labels : tuple of str
         Labels of open water, for the same formats; unless given, ``open`` and what begins with ``open_``.
     """
@@ -95,6 +97,7 @@ class Mesh:
     curved_edges: Integers = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     curved_middles: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     depth: Floats = field(default_factory=lambda: np.zeros(0))
+    metric: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     open_labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -202,6 +205,7 @@ class Mesh:
             triangles=triangles,
             facets=np.column_stack([self.facets[:, :2], n + facets]),
             depth=np.append(self.depth, self.depth[edges].mean(axis=1)) if len(self.depth) else self.depth,
+            metric=np.vstack([self.metric, self.metric[edges].mean(axis=1)]) if len(self.metric) else self.metric,
             partition=None if self.partition is None else self.partition.with_nodes(triangles),
         )
         return result, int(kept_straight.sum())

@@ -24,6 +24,10 @@ class Axes(NamedTuple):
         """Ratios (n,) of the largest to the least spacing."""
         return self.along / self.across
 
+    def times(self, factor: float | Floats) -> "Axes":
+        """Ellipses whose sizes are multiplied by factors (n,), or by one."""
+        return Axes(self.across * factor, self.along * factor, self.direction)
+
     def within(self, d: Floats) -> "Axes":
         """The parts of the ellipses within circles of diameters d (n,): the ellipses that touch both."""
         return Axes(np.minimum(self.across, d), np.minimum(self.along, d), self.direction)

@@ -18,6 +18,7 @@ from bubblemesh.meshfiles.text import json_text
 from bubblemesh.meshfiles.transaction import transaction
 
 _REPORT = ".report.json"
+MEDIT, METRIC_FILE = "mesh", ".sol"
 PAGE_FILE = ".html"
 Page = Callable[[Mapping[str, Any]], str]
 NO_TABLES: Mapping[str, str] = {}
@@ -38,7 +39,7 @@ def write_files(
     """Write a mesh in several formats, and the report, all of them or none.
 
     NAME.labels.json tells the ids of all names where a format cannot or spells them otherwise, and what else of
-    labelled points and periodic sides a format has no place for.
+    labelled points and periodic sides a format has no place for; NAME.sol holds the metric of a mesh beside NAME.mesh.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def write_files(
     frame = mesh.frame if isinstance(mesh, SlicedMesh) else mesh
     require_order(formats, frame.order)
     labels = _labels(frame, formats)
-    tables = tables if labels is None else {**tables, LABELS_FILE: labels}
+    tables = {**tables, **({} if labels is None else {LABELS_FILE: labels}), **_metric(frame, formats)}
     files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])), _parts(mesh))
     _check_distinct(files, folder)
     begun = perf_counter()
@@ -152,6 +153,15 @@ def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> N
         raise
     except OSError as error:
         raise unwritten("the mesh to the output stream", error) from error
+
+
+def _metric(mesh: Mesh, formats: Sequence[str]) -> dict[str, str]:
+    """Text of the file beside Medit's with the metric of a mesh, by the end of its name, if there is one."""
+    if MEDIT not in formats or len(mesh.metric) == 0:
+        return {}
+    from bubblemesh.meshfiles.write.fem import medit_metric
+
+    return {METRIC_FILE: medit_metric(mesh)}
 
 
 def _labels(mesh: Mesh, formats: Sequence[str]) -> str | None:

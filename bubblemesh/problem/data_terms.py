@@ -68,6 +68,14 @@ def raster_variables(
     return functions, tuple(notes)
 
 
+def rasters_in(
+    file: str, names: Sequence[str], box: Box, system: str | None
+) -> tuple[tuple[Raster, ...], tuple[str, ...]]:
+    """The rasters by some names in a file, around a box in a system, and notes on them; errors have the file."""
+    found, notes = zip(*(_grid(RasterTerm(file=file, name=name), box, system) for name in names), strict=True)
+    return found, tuple(dict.fromkeys(note for several in notes for note in several))
+
+
 def _models(terms: SpacingTerms) -> Iterator[tuple[Key, DataTerm]]:
     """The data terms with their keys."""
     for name, models in terms.data.items():

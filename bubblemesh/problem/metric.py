@@ -13,13 +13,18 @@ from bubblemesh.case.data_terms import several
 from bubblemesh.case.metric import AnyMetric, DirectedMetric, FieldMetric, TensorMetric, WallMetric
 from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
+from bubblemesh.files import local_copy
 from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
 from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.messages import place
+from bubblemesh.problem.crs import bound_in, given_bounds
+from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
-from bubblemesh.spacing.expression import Expression
+from bubblemesh.readers.netcdf import netcdf
+from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
@@ -32,6 +37,7 @@ Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 TOLD = 1.001  # of the largest aspect: what is more of it is told
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
+ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 INFINITE = 1e100  # size that asks for nothing
 
 
@@ -43,6 +49,10 @@ class MetricRequest(NamedTuple):
     key: Key
     gradation: float = np.inf  # growth over a length of 1
     notes: tuple[str, ...] = ()  # what was chosen of its file
+
+    def scaled(self, scale: float) -> "MetricRequest":
+        """The metric with all sizes multiplied."""
+        return self._replace(ellipses=Scaled(self.ellipses, scale))
 
 
 class InMetric(NamedTuple):
@@ -60,9 +70,9 @@ class InMetric(NamedTuple):
 
 
 def metric_requests(
-    metric: AnyMetric | tuple[AnyMetric, ...], domain: Domain, root: Path | None
+    metric: AnyMetric | tuple[AnyMetric, ...], domain: Domain, root: Path | None, rasters: Rasters
 ) -> tuple[MetricRequest, ...]:
-    """The metrics of a case in a domain; CaseError, with the key, for labels that the domain has not.
+    """The metrics of a case in a domain; CaseError, with the key, for labels or rasters that it has not.
 
     Files are read below the ``root`` of an untrusted case only.
     """
@@ -70,17 +80,18 @@ def metric_requests(
     found = list[MetricRequest]()
     for number, model in enumerate(models):
         with own_files(model, root):
-            found.append(_request(model, domain, Key(["metric", *([number] if len(models) > 1 else [])])))
+            found.append(_request(model, domain, Key(["metric", *([number] if len(models) > 1 else [])]), rasters))
     return tuple(found)
 
 
-def _request(model: AnyMetric, domain: Domain, key: Key) -> MetricRequest:
+def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> MetricRequest:
     def number(name: str) -> Number:
         value = getattr(model, name)
         with at_key(*key, name):
             expression = value if isinstance(value, Expression) else Expression.parse(repr(float(value)))
-            return expression.measuring(partial(distance_to_labels, domain))
+            return bound_in(plane, expression, partial(distance_to_labels, domain), rasters)[0]
 
+    plane = domain.plane
     along = None if getattr(model, "along", None) is None else number("along")
     notes: tuple[str, ...] = ()
     ellipses: Ellipses
@@ -96,12 +107,17 @@ def _request(model: AnyMetric, domain: Domain, key: Key) -> MetricRequest:
             ellipses = AlongWalls(domain, tuple(labels), model.across, model.growth, along)
         case FieldMetric():
             with at_key(*key):
-                ellipses, notes = _read(model)
+                ellipses, notes = _read(model, domain)
+                ellipses = ellipses if plane is None else AtGivenPlaces(ellipses, plane)
+    if plane is not None:
+        ellipses = OnTheGround(ellipses, plane, turned=not isinstance(model, WallMetric))
     return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf, notes)
 
 
-def _read(model: FieldMetric) -> tuple[TensorField, tuple[str, ...]]:
+def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]]:
     """The metric in a file, and notes on what was chosen of it; CaseError or FileError if it holds none."""
+    if _has_rasters(Path(model.file)):
+        return _read_rasters(model, domain)
     read = read_nodal_field(Path(model.file), model.name)
     with prefixed(f"{model.file}: {read.name}"):
         columns = COLUMNS.get(read.values.shape[1])
@@ -116,6 +132,32 @@ def _read(model: FieldMetric) -> tuple[TensorField, tuple[str, ...]]:
             raise CaseError(f"is not positive definite and finite at {place(read.points[bad[0]])}")
     notes = tuple(f"{model.file}: {note}" for note in read.notes)
     return TensorField.of(read.points, read.triangles, tensors), notes
+
+
+def _has_rasters(path: Path) -> bool:
+    """Whether a file is one of NumPy's arrays, or a NetCDF file with a grid m11, which others may be of meshes."""
+    if path.suffix.lower() != ".nc":
+        return path.suffix.lower() == ".npz"
+    with prefixed(path), netcdf(local_copy(path)) as variables:
+        return ENTRIES[0] in variables and len(variables[ENTRIES[0]].shape) >= 2
+
+
+def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]]:
+    """The metric in three rasters of a file, with notes; errors as of `_read`."""
+    if model.name is not None:
+        raise CaseError(f"name: the rasters of {model.file} are m11, m12 and m22: leave name out")
+    box, system = given_bounds(domain), None if domain.plane is None else domain.plane.source
+    found, notes = rasters_in(model.file, ENTRIES, box, system)
+    first = found[0]
+    with prefixed(model.file):
+        if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):
+            raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
+        sizes = area_sizes(np.column_stack([one.values.ravel() for one in found])).reshape(first.values.shape)
+        bad = np.argwhere(~(np.isfinite(sizes) & (sizes > 0)))
+        if len(bad):
+            row, column = bad[0].tolist()
+            raise CaseError(f"is not positive definite and finite at {place((first.x[column], first.y[row]))}")
+    return Entries(*found), notes
 
 
 @dataclass(frozen=True)
@@ -177,6 +219,52 @@ class AlongWalls:
         return Axes(across, along, direction)
 
 
+@dataclass(frozen=True)
+class Scaled:
+    """Ellipses with all sizes multiplied."""
+
+    ellipses: Ellipses
+    scale: float
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        return self.ellipses(x, y).times(self.scale)
+
+
+@dataclass(frozen=True)
+class AtGivenPlaces:
+    """Ellipses at coordinates as they were given, as those at places in the plane."""
+
+    ellipses: Ellipses
+    plane: Plane
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,) in the plane."""
+        return self.ellipses(*self.plane.given(np.column_stack([x, y])).T)
+
+
+@dataclass(frozen=True)
+class OnTheGround:
+    """Ellipses in the plane for some in metres on the ground.
+
+    Those that are ``turned`` have directions from the first axis of the given coordinates on: from the east for
+    longitudes.
+    """
+
+    ellipses: Ellipses
+    plane: Plane
+    turned: bool
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,) in the plane."""
+        found = self.ellipses(x, y).times(self.plane.scale(x, y))
+        if not self.turned:
+            return found
+        c, s = self.plane.first_axis(np.column_stack([x, y])).T
+        tx, ty = found.direction.T
+        return found._replace(direction=np.column_stack([c * tx - s * ty, s * tx + c * ty]))
+
+
 def in_metric(
     domain: Domain, metrics: Sequence[MetricRequest], spacing: Spacing, max_nodes: int, cover: Cover
 ) -> InMetric:
@@ -187,7 +275,7 @@ def in_metric(
     """
     points = np.vstack([domain.polygonal_copy.points, cover.triangles.reshape(-1, 2), cover.triangles.mean(axis=1)])
     told = tuple(_too_long(metrics, spacing, points))
-    asked = MetricSpacing.of(Together(tuple(metrics), spacing))
+    asked = below(metrics, spacing)
     survey = surveyed(domain, asked, max_nodes, cover)
     aspect = _aspect(asked, np.vstack([points, survey.extremes.minimum_at]))
     asked = replace(asked, aspect=aspect)
@@ -195,6 +283,11 @@ def in_metric(
     if graded_one is not asked:
         asked, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
     return InMetric(tuple(metrics), asked, survey, told)
+
+
+def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
+    """The spacing in metrics, which is nowhere above the given one."""
+    return MetricSpacing.of(Together(tuple(metrics), spacing))
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_are
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
+from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes, surveyed
 
 if TYPE_CHECKING:
@@ -76,7 +78,19 @@ def _fitted(
     def check(limited: Task, scale: float) -> Problem:
         return check_spacing(domain, request, limited, seconds, scale)
 
-    return fit_node_target(ScaleSearch(nodes, Scales.of(domain, request.at), check, task, seconds, key))
+    scales = Scales.of(domain, partial(_before_rules, request))
+    return fit_node_target(ScaleSearch(nodes, scales, check, task, seconds, key))
+
+
+def _before_rules(request: SpacingRequest, scale: float) -> Spacing:
+    """The spacing that is asked for at a scale, below the metrics if there are any."""
+    spacing = request.at(scale)
+    if not request.metrics:
+        return spacing
+    # Imported here since few cases have a metric.
+    from bubblemesh.problem.metric import below
+
+    return below([metric.scaled(scale) for metric in request.metrics], spacing)
 
 
 def check_spacing(
@@ -131,7 +145,8 @@ def check_spacing(
         from bubblemesh.problem.metric import in_metric
 
         with timed(seconds, "metric"):
-            metric = in_metric(domain, request.metrics, spacing, max_nodes, cover)
+            metrics = [each if scale is None else each.scaled(scale) for each in request.metrics]
+            metric = in_metric(domain, metrics, spacing, max_nodes, cover)
             packing_spacing = metric.packing(domain, packing_spacing, max_nodes)
             expected_nodes = ideal_nodes(domain, packing_spacing, max_nodes, ESTIMATE, cover)
         spacing, survey, told = metric.asked, metric.survey, (*told, *metric.warnings)
@@ -192,19 +207,15 @@ def _require_possible_in_metric(domain: Domain, request: SpacingRequest, task: T
     # Imported here since few cases have a metric.
     from bubblemesh.packing.ellipses.schemes import Schemes
 
-    others = {
-        "angle_min": task.least_angle > 0,
-        "overconstrained": task.inner_node,
-        "largest": task.demanding,
-        "crs": domain.plane is not None,
+    reasons = {
+        "angle_min": (task.least_angle > 0, "its triangles are long, and small angles in space are no fault"),
+        "overconstrained": (task.inner_node, "it adds nodes by circles, which do not fit long triangles"),
+        "largest": (task.demanding, "it adds nodes by circles, which do not fit long triangles: bound the sizes"),
     }
-    for key, given in others.items():
+    for key, (given, reason) in reasons.items():
         if given:
             with about(Key([key])):
-                raise CaseError(f"{key}: ellipses are packed without: leave out {key}, or the metric")
-    if request.nodes is not None:
-        with about(NODES):
-            raise CaseError("spacing.nodes: ellipses are packed without: leave out nodes, or the metric")
+                raise CaseError(f"{key}: does not go with a metric: {reason}: leave out {key}, or the metric")
     with about(Key(["packing"])):
         Schemes.of(task.method)
 

@@ -1,7 +1,7 @@
 """The spacing request: the terms of a case's spacing, bound to its domain."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -57,6 +57,7 @@ class SpacingRequest:
     warnings: tuple[str, ...] = ()
     metrics: "tuple[MetricRequest, ...]" = ()  # below the spacing
     depth: Term | None = None  # that the mesh is written with
+    rasters: Rasters = field(default_factory=dict)  # that expressions may name
 
 
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
@@ -67,23 +68,31 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
         if (value := case.domain.regions[int(region.key[2])].spacing) is not None
     }
     with own_files(case.spacing_terms, case.root):
-        request = spacing_request(case.spacing, domain, own, case.output.depth)
+        request = spacing_request(case.spacing, domain, own, case.output.depth, list(_metric_values(case)))
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     if domain.plane is not None:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
-    metrics = _metrics(case, domain)
+    metrics = _metrics(case, domain, request.rasters)
     notes = (note for metric in metrics for note in metric.notes)
     return replace(request, warnings=(*case.warnings, *request.warnings, *notes), metrics=metrics)
 
 
-def _metrics(case: Case, domain: Domain) -> "tuple[MetricRequest, ...]":
+def _metric_values(case: Case) -> Iterator[Value]:
+    """Values in the metrics of a case."""
+    for model in several(case.metric):
+        for value in vars(model).values():
+            if isinstance(value, Expression):
+                yield value
+
+
+def _metrics(case: Case, domain: Domain, rasters: Rasters) -> "tuple[MetricRequest, ...]":
     """The metrics of a case, if it has any."""
     if case.metric is None:
         return ()
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric import metric_requests
 
-    return metric_requests(case.metric, domain, case.root)
+    return metric_requests(case.metric, domain, case.root, rasters)
 
 
 def largest_areas(case: Case, domain: Domain) -> dict[str, float]:
@@ -125,14 +134,18 @@ def _side(area: float) -> float:
 
 
 def spacing_request(
-    spacing: Value | SpacingTerms, domain: Domain, own: OwnValues | None = None, depth: Expression | None = None
+    spacing: Value | SpacingTerms,
+    domain: Domain,
+    own: OwnValues | None = None,
+    depth: Expression | None = None,
+    others: Sequence[Value] = (),
 ) -> SpacingRequest:
     """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key.
 
-    ``depth`` is that which the mesh is written with, if a case says so.
+    ``depth`` is that which the mesh is written with, if a case says so; ``others`` may name rasters as well.
     """
     given, plane = as_terms(spacing), domain.plane
-    rasters, told = _variables(given, domain, [depth, *(value for value, _ in (own or {}).values())])
+    rasters, told = _variables(given, domain, [depth, *others, *(value for value, _ in (own or {}).values())])
     terms = given if plane is None else terms_in(plane, given)
     key, value = terms.basis
     path = ("spacing", key) if spacing is given else ("spacing",)
@@ -148,9 +161,8 @@ def spacing_request(
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
     at = _not_below_courant(within_limits(terms, found, spots, terms.scale), terms, domain, rasters)
-    return SpacingRequest(
-        at, rules_of(terms), terms.nodes, (*told, *astray), depth=_depth_of_nodes(terms, domain, rasters, depth)
-    )
+    deep = _depth_of_nodes(terms, domain, rasters, depth)
+    return SpacingRequest(at, rules_of(terms), terms.nodes, (*told, *astray), depth=deep, rasters=rasters)
 
 
 def _variables(terms: SpacingTerms, domain: Domain, others: Sequence[Value | None]) -> tuple[Rasters, tuple[str, ...]]:

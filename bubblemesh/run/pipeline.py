@@ -31,6 +31,7 @@ from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.water import WaterRow
+from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
@@ -151,6 +152,8 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         mesh = replace(mesh, depth=np.asarray(task.depth(*mesh.points.T), float))
         water = WaterRow.of(mesh, mesh.depth)
     plane = problem.domain.plane
+    if isinstance(mesh, Mesh) and isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):
+        mesh = replace(mesh, metric=problem.spacing.at(mesh.points))
     if isinstance(mesh, Mesh) and plane is not None:
         mesh = mesh.mapped(plane.written)
     if isinstance(mesh, Mesh) and task.partition is not None:

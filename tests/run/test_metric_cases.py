@@ -141,9 +141,9 @@ def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
     [
         ({"method": "multilevel"}, "method: multilevel packs no metric"),
         ({"method": "fnpbs"}, "method: fnpbs packs no metric"),
-        ({"angle_min": 20}, "angle_min: ellipses are packed without"),
-        ({"largest": 0.01}, "largest: ellipses are packed without"),
-        ({"spacing": {"value": 0.06, "nodes": 500}}, r"spacing.nodes: ellipses are packed without"),
+        ({"angle_min": 20}, "angle_min: does not go with a metric: its triangles are long"),
+        ({"overconstrained": "split"}, "overconstrained: does not go with a metric: it adds nodes by circles"),
+        ({"largest": 0.01}, "largest: does not go with a metric: it adds nodes by circles.*bound the sizes"),
         ({"packing": {"population": "thresholds"}}, "packing.population: in a metric only defects"),
         ({"packing": {"motion": "euler"}}, "packing.motion: in a metric only semi-implicit"),
     ],
@@ -151,6 +151,14 @@ def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
 def test_what_does_not_go_with_a_metric_is_refused(keys, match):
     with pytest.raises((CaseError, OptionError), match=match):
         prepare(metric_case(LONG, **keys))
+
+
+@pytest.mark.parametrize("nodes", [200, 3000])
+def test_a_metric_is_scaled_for_a_number_of_nodes(nodes):
+    result = meshed(FRONT, spacing={"value": 0.06, "nodes": nodes})
+    assert result.report.nodes == pytest.approx(nodes, rel=0.02)
+    assert result.report.metric.aspect == pytest.approx(3, rel=0.1)  # all sizes go with the scale
+    assert result.report.budget.nodes == nodes
 
 
 def test_without_a_metric_the_method_packs_circles():

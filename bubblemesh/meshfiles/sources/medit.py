@@ -22,6 +22,7 @@ CELLS = {
     "Prisms": ("wedge", 6),
 }
 FOREIGN = {b"MFEM": "write the solution as ParaView data (.vtu) by MFEM's ParaViewDataCollection"}
+NO_NUMBERS = b"nan", b"inf"  # what programs write in the place of one
 SOLUTION = "solution"
 GROUP = "medit:ref"
 
@@ -85,7 +86,7 @@ def _sections(content: bytes) -> Iterator[tuple[str, list[bytes]]]:
     name = ""
     words: list[bytes] = []
     for line in lines:
-        if line[:1].isalpha():
+        if line[:1].isalpha() and not line.lower().startswith(NO_NUMBERS):
             if name:
                 yield name, words
             first, *words = line.split()

@@ -32,7 +32,7 @@ FIELD = 20  # characters of a number; CalculiX drops the others, be they an expo
 
 
 def write_medit(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write nodes, edges and cells with their ids; the format has no place for names and fields."""
+    """Write nodes, edges and cells with their ids; names and fields have no place, a metric is in a file beside."""
     write_text(path, _medit_text(mesh))
 
 
@@ -50,6 +50,12 @@ def _medit_text(mesh: Mesh) -> Iterator[str]:
         yield f"\nRequiredVertices\n{len(mesh.labelled_nodes)}\n"
         yield from lines("%d", mesh.labelled_nodes + 1)
     yield "\nEnd\n"
+
+
+def medit_metric(mesh: Mesh) -> str:
+    """Text of the .sol file with the metric at the nodes of a mesh, as Mmg reads it beside a .mesh file."""
+    head = f"MeshVersionFormatted 2\nDimension 2\n\nSolAtVertices\n{len(mesh.metric)}\n1 3\n"
+    return "".join([head, *lines("%r %r %r", mesh.metric), "\nEnd\n"])
 
 
 def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:

@@ -1,0 +1,99 @@
+"""Metrics of rasters, by names in expressions and by files with all entries."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bubblemesh import load_case, mesh_case
+from bubblemesh.errors import BubblemeshError
+from bubblemesh.problem.prepare import prepare
+
+X, Y = np.linspace(0, 1, 21), np.linspace(0, 1, 11)
+ACROSS = 0.05 + 0.1 * X
+M11, M22 = np.tile(ACROSS**-2, (11, 1)), np.full((11, 21), 0.2**-2.0)
+
+
+def case_with(tmp_path, metric, spacing=0.2, **keys):
+    path = tmp_path / "case.yaml"
+    data = {"domain": {"outer": {"rectangle": [0, 0, 1, 1]}}, "spacing": spacing, "metric": metric} | keys
+    path.write_text(json.dumps(data))
+    return load_case(path)
+
+
+def save(path, **arrays):
+    np.savez(path, **({"x": X, "y": Y, "m11": M11, "m12": 0 * M11, "m22": M22} | arrays))
+
+
+def require_wide_to_the_right(case):
+    across, along, direction = prepare(case).spacing.axes(np.array([[0.1, 0.5], [0.95, 0.2]]))
+    np.testing.assert_allclose(across, [0.06, 0.145], rtol=0.02)
+    np.testing.assert_allclose(along, 0.2, rtol=1e-9)
+    np.testing.assert_allclose(np.abs(direction), [[0, 1], [0, 1]], atol=1e-9)
+
+
+def test_rasters_are_variables_of_a_metric(tmp_path):
+    save(tmp_path / "m.npz")
+    spacing = {"value": 0.2, "raster": [{"file": "m.npz", "name": name} for name in ("m11", "m22")]}
+    require_wide_to_the_right(case_with(tmp_path, {"m11": "raster.m11", "m22": "raster.m22"}, spacing))
+    sizes = {"value": 0.2, "raster": {"file": "m.npz", "name": "m11"}}
+    require_wide_to_the_right(case_with(tmp_path, {"angle": "pi/2", "across": "raster.m11**-0.5"}, sizes))
+
+
+def test_a_raster_that_is_not_there_is_told_with_the_key(tmp_path):
+    with pytest.raises(BubblemeshError, match=r"metric\.m11: .*there is no raster 'a'"):
+        prepare(case_with(tmp_path, {"m11": "raster.a", "m22": 100}))
+
+
+def test_a_file_of_arrays_has_all_entries(tmp_path):
+    save(tmp_path / "m.npz")
+    case = case_with(tmp_path, {"file": "m.npz"})
+    require_wide_to_the_right(case)
+    assert mesh_case(case).report.quality["mean"] > 0.9
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_a_netcdf_file_has_all_entries_and_what_is_missing_is_told(tmp_path, missing):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "m.nc", "w") as file:
+        m11 = M11.copy()
+        m11[3, :] = np.nan if missing else m11[3, :]
+        for name, values in {"x": X, "y": Y, "m11": m11, "m12": 0 * M11, "m22": M22}.items():
+            file[name] = values
+        for name in ("x", "y"):
+            file[name].make_scale(name)
+        for name in ("m11", "m12", "m22"):
+            file[name].dims[0].attach_scale(file["y"])
+            file[name].dims[1].attach_scale(file["x"])
+    case = case_with(tmp_path, {"file": "m.nc"})
+    require_wide_to_the_right(case)
+    assert any("9.1% of the values" in text for text in prepare(case).warnings) is missing
+
+
+@pytest.mark.parametrize(
+    ("arrays", "keys", "match"),
+    [
+        ({"m11": np.where(X == 0.5, np.nan, M11)}, {}, r"metric: .*m\.npz: is not positive .*\(0\.5, 0\)"),
+        ({"m22": -M22}, {}, r"metric: .*m\.npz: is not positive definite and finite at \(0, 0\)"),
+        ({"m12": 1e5 + 0 * M11}, {}, r"metric: .*m\.npz: is not positive"),
+        ({"m12": np.zeros((3, 3))}, {}, r"metric: .*m\.npz: m12: .*21 columns|columns"),
+        ({}, {"name": "m11"}, r"metric: name: .*leave name out"),
+    ],
+)
+def test_rasters_that_are_no_metric_are_refused_with_the_place(tmp_path, arrays, keys, match):
+    save(tmp_path / "m.npz", **arrays)
+    with pytest.raises(BubblemeshError, match=match):
+        prepare(case_with(tmp_path, {"file": "m.npz", **keys}))
+
+
+def test_an_array_that_lacks_is_told(tmp_path):
+    np.savez(tmp_path / "m.npz", x=X, y=Y, m11=M11)
+    with pytest.raises(BubblemeshError, match=r"metric: .*m\.npz: has no array 'm12'"):
+        prepare(case_with(tmp_path, {"file": "m.npz"}))
+
+
+def test_numbers_that_are_not_there_in_a_raster_of_an_expression_are_told_with_the_place(tmp_path):
+    save(tmp_path / "m.npz", m11=np.where(X > 0.7, np.nan, M11))
+    spacing = {"value": 0.2, "raster": {"file": "m.npz", "name": "m11"}}
+    with pytest.raises(BubblemeshError, match=r"metric: is not positive definite and finite at \("):
+        prepare(case_with(tmp_path, {"m11": "raster.m11", "m22": 100}, spacing))
