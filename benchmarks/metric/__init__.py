@@ -1,1 +1,1 @@
-"""Packing in a metric beside Mmg2D."""
+"""Packing in a metric beside Mmg2D and BAMG."""

@@ -1,7 +1,8 @@
-"""Packing in a metric in figures: ``python -m benchmarks.metric --mmg PYTHON`` prints the tables as Markdown.
+"""Packing in a metric in figures: ``python -m benchmarks.metric --mmg PYTHON --bamg EXE`` prints the table as Markdown.
 
-The option names an interpreter that has NumPy and mmgpy; without it there is bubblemesh alone. Times are those of the
-processor: of the packing, and of six passes of Mmg2D.
+The options name an interpreter that has NumPy and mmgpy, and the program bamg of FreeFEM; without them there is
+bubblemesh alone. Times are those of the processor: of the packing, and of six passes of Mmg2D and of BAMG, the latter
+with the files that it reads and writes.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.metric.problems import PROBLEMS, Array, Figures, Problem, figures
+from benchmarks.metric.with_bamg import with_bamg
 from bubblemesh.case.models import Case
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_problem
@@ -41,7 +43,7 @@ def with_mmg(python: str, number: int) -> tuple[Array, Array, float]:
             return data["points"], data["triangles"], float(data["seconds"])
 
 
-def rows(mmg: str | None) -> Iterator[str]:
+def rows(mmg: str | None, bamg: str | None) -> Iterator[str]:
     """Lines of the table."""
     yield HEAD
     yield "|---" * HEAD.count(" | ") + "|---|"
@@ -49,6 +51,8 @@ def rows(mmg: str | None) -> Iterator[str]:
         tools = {"bubblemesh": with_bubblemesh(problem)}
         if mmg is not None:
             tools["Mmg2D"] = with_mmg(mmg, number)
+        if bamg is not None:
+            tools["BAMG"] = with_bamg(bamg, problem)
         for tool, (points, triangles, seconds) in tools.items():
             yield row(problem.name, tool, figures(problem, points, triangles), seconds)
 
@@ -66,7 +70,9 @@ def main() -> None:
     """Mesh all problems and print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.metric", description=__doc__)
     parser.add_argument("--mmg", metavar="PYTHON", help="interpreter that has mmgpy")
-    for line in rows(parser.parse_args().mmg):
+    parser.add_argument("--bamg", metavar="EXE", help="program bamg")
+    options = parser.parse_args()
+    for line in rows(options.mmg, options.bamg):
         print(line, flush=True)
 
 
