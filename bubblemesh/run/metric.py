@@ -21,7 +21,7 @@ SHORTER = 0.95  # share of its length below which an ellipse is told to be short
 
 @dataclass(frozen=True)
 class ShortenedRow:
-    """Where the metric turns so fast that straight edges cannot follow it: there ellipses are shorter along."""
+    """Where straight edges cannot follow the metric, or the boundary is finer: there ellipses are shorter along."""
 
     share: float  # of the nodes
     ratio: float  # of the lengths, the largest one
@@ -84,6 +84,6 @@ def _shorter(row: ShortenedRow | None) -> list[str]:
     if row is None:
         return []
     return [
-        f"the metric turns faster than straight edges can: at {row.share:.1%} of the nodes ellipses are shorter along "
-        f"than it asks for, {row.ratio:.3g} times at {place(row.ratio_at)}"
+        f"the metric turns faster than straight edges can, or the boundary is finer: at {row.share:.1%} of the nodes "
+        f"ellipses are shorter along than it asks for, {row.ratio:.3g} times at {place(row.ratio_at)}"
     ]
