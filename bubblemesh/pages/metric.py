@@ -57,7 +57,8 @@ def _figures(row: Mapping[str, Any], size: float) -> Markup:
         f"{told} At {shorter['share']:.1%} of the nodes ellipses are shorter along than the metric asks for, "
         f"{shorter['ratio']:.3g} times at ",
         where,
-        f", since it turns faster than straight edges can, or the boundary is finer there. With the shorter ones, quality is "
+        ", since it turns faster than straight edges can, or the boundary is finer there. With the shorter ones, "
+        f"quality is "
         f"{shorter['quality_mean']:.4f} on average, 1 % is below {shorter['quality_p01']:.3f}, and the least is "
         f"{shorter['quality_min']:.3f}.",
     )
