@@ -70,6 +70,15 @@ def test_tensors_are_read_by_their_entries_or_as_matrices(tmp_path, mesh, column
     require_turned(case_with(tmp_path, "m.vtu", ", name: metric"))
 
 
+def test_tensors_of_gmsh_are_read(tmp_path, mesh):
+    m11, m12, m22 = tensors(mesh.points).T
+    values = np.column_stack([m11, m12, 0 * m11, m12, m22, 0 * m11, 0 * m11, 0 * m11, 1 + 0 * m11])
+    space = np.column_stack([mesh.points, 0 * m11])
+    cells = [("triangle", mesh.triangles.astype(np.int64))]
+    meshio.write(tmp_path / "m.msh", meshio.Mesh(space, cells, point_data={"metric": values}), file_format="gmsh22")
+    require_turned(case_with(tmp_path, "m.msh"))
+
+
 def test_a_sol_file_beside_its_mesh_is_read(tmp_path, mesh):
     write_medit(mesh, tmp_path / "m.mesh", tensors(mesh.points))
     case = case_with(tmp_path, "m.mesh")
