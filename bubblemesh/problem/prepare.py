@@ -26,6 +26,7 @@ from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
+from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -33,6 +34,7 @@ from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes, surveyed
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
+    from bubblemesh.problem.metric import InMetric
 
 NODES = Key(["spacing", "nodes"])
 CLOSE = 0.01  # to a wanted number of nodes
@@ -138,42 +140,65 @@ def check_spacing(
             *warnings.limited_growth(for_packing, rules.growth, scale),
             *warnings.narrow_parts(walls, filled.spacing.spacing, filled.left_out),
         )
-    rest, packing_spacing, expected_nodes = None, filled.spacing.spacing, filled.expected_nodes
-    metric = None
-    if request.metrics or task.method_name == IN_METRIC:
-        # Imported here since few cases have a metric.
-        from bubblemesh.problem.metric import in_metric
-
-        with timed(seconds, "metric"):
-            metrics = [each if scale is None else each.scaled(scale) for each in request.metrics]
-            metric = in_metric(domain, metrics, spacing, max_nodes, cover)
-            packing_spacing = metric.packing(domain, packing_spacing, max_nodes)
-            expected_nodes = ideal_nodes(domain, packing_spacing, max_nodes, ESTIMATE, cover)
-        spacing, survey, told = metric.asked, metric.survey, (*told, *metric.warnings)
-    if task.ladders:
-        # Imported here since few meshes have layers.
-        from bubblemesh.layers.figures import figures
-        from bubblemesh.problem.layers import with_layers
-
-        enter("layers")
-        with timed(seconds, "layers"):
-            rest, limited = with_layers(domain, spacing, packing_spacing, filled.spacing, task.ladders, max_nodes)
-            packing_spacing = limited if metric is None else metric.packing(rest.domain, limited, max_nodes)
-            told = (*told, *warnings.low_layers(figures(rest.strips)))
-            expected_nodes = rest.own_nodes + ideal_nodes(rest.domain, packing_spacing, max_nodes, ESTIMATE)
-    return Problem(
+    problem = Problem(
         task,
         domain,
         spacing,
-        packing_spacing,
+        filled.spacing.spacing,
         survey,
-        expected_nodes,
+        filled.expected_nodes,
         after_rules,
         after_periodic,
         once_each(told),
         seconds,
-        rest,
     )
+    metric = _metric(problem, request, scale)
+    problem = problem if metric is None else _in_metric(problem, metric)
+    return _beside_layers(problem, filled.spacing, metric) if task.ladders else problem
+
+
+def _metric(problem: Problem, request: SpacingRequest, scale: float | None) -> "InMetric | None":
+    """The metrics of a request at some scale, bound to a problem, if there are any or the method is for them."""
+    if not request.metrics and problem.task.method_name != IN_METRIC:
+        return None
+    # Imported here since few cases have a metric.
+    from bubblemesh.problem.metric import in_metric
+
+    metrics = [metric if scale is None else metric.scaled(scale) for metric in request.metrics]
+    with timed(problem.seconds, "metric"):
+        return in_metric(problem.domain, metrics, problem.spacing, problem.task.max_nodes, problem.survey.cover)
+
+
+def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
+    """The problem in a metric."""
+    domain, max_nodes = problem.domain, problem.task.max_nodes
+    with timed(problem.seconds, "metric"):
+        packing = metric.packing(domain, problem.packing_spacing, max_nodes)
+        expected = ideal_nodes(domain, packing, max_nodes, ESTIMATE, problem.survey.cover)
+    return replace(
+        problem,
+        spacing=metric.asked,
+        packing_spacing=packing,
+        survey=metric.survey,
+        expected_nodes=expected,
+        warnings=once_each((*problem.warnings, *metric.warnings)),
+    )
+
+
+def _beside_layers(problem: Problem, spacing: LimitedSpacing, metric: "InMetric | None") -> Problem:
+    """The problem of what boundary layers leave; the limited spacing for its packing is that without the metric."""
+    # Imported here since few meshes have layers.
+    from bubblemesh.layers.figures import figures
+    from bubblemesh.problem.layers import with_layers
+
+    enter("layers")
+    task, domain, packing = problem.task, problem.domain, problem.packing_spacing
+    with timed(problem.seconds, "layers"):
+        rest, limited = with_layers(domain, problem.spacing, packing, spacing, task.ladders, task.max_nodes)
+        packing = limited if metric is None else metric.packing(rest.domain, limited, task.max_nodes)
+        expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
+        told = (*problem.warnings, *warnings.low_layers(figures(rest.strips)))
+    return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(told), rest=rest)
 
 
 def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
