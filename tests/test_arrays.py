@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, different_rows, gathered, median, members, quantile
+from bubblemesh.arrays import components, different_rows, gathered, median, members, quantile, taken
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -53,3 +53,12 @@ def test_gathered_points_are_those_of_an_index_with_whole_columns(rows):
     found = gathered(points, which)
     np.testing.assert_array_equal(found, points[which])
     assert all(found[:, corner, axis].flags.c_contiguous for corner in range(3) for axis in range(2))
+
+
+@pytest.mark.parametrize("shape", [(9,), (9, 2), (9, 2, 3)])
+@pytest.mark.parametrize("which", [[], [4, 4, -1, 0], [[8, 1], [3, 3]]])
+def test_rows_are_taken_as_by_an_index(shape, which):
+    table, numbers = np.arange(np.prod(shape)).reshape(shape), np.array(which, np.int64)
+    np.testing.assert_array_equal(taken(table, numbers), table[numbers])
+    some = np.isin(np.arange(9), numbers)
+    np.testing.assert_array_equal(taken(table, some), table[some])

@@ -3,6 +3,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from bubblemesh.meshes.edges import (
@@ -96,6 +98,17 @@ def test_the_rim_is_what_one_triangle_only_has(seed):
     assert rim_nodes(triangles).tolist() == sorted({node for edge in rim for node in edge})
     sides = directed_sides(triangles)
     assert sorted(tuple(sorted(side)) for side in sides[one_sided(sides, 60)].tolist()) == sorted(rim)
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)).filter(lambda side: side[0] != side[1]), max_size=30))
+def test_one_sided_sides_are_those_left_when_each_cancels_another(sides):
+    left = Counter(sides)
+    for i, j in list(left):
+        both = min(left[i, j], left[j, i])
+        left[i, j] -= both
+        left[j, i] -= both
+    found = np.array(sides, np.int64).reshape(-1, 2)[one_sided(np.array(sides, np.int64).reshape(-1, 2), 6)]
+    assert Counter(map(tuple, found.tolist())) == +left
 
 
 def test_one_sided_edges_of_triangles_that_overlap_begin_and_end_alike():

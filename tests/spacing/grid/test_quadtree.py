@@ -52,6 +52,19 @@ def test_split_tells_where_cells_come_from():
     np.testing.assert_allclose(finer.sides, grid.sides[origin] / np.where(fresh, 2, 1))
 
 
+def test_quarters_are_those_of_a_split_of_all_cells():
+    grid = grown(rounds=3)
+    split, _, _ = grid.split(np.ones(len(grid), bool))
+    quarters = grid.quarters()
+    for name in ("level", "column_row", "key"):
+        np.testing.assert_array_equal(getattr(quarters, name), getattr(split, name))
+    np.testing.assert_allclose(quarters.centers.reshape(-1, 4, 2).mean(axis=1), grid.centers)
+    meeting = quarters.between_quarters()
+    np.testing.assert_allclose(meeting[:, 2], grid.centers)
+    np.testing.assert_allclose(meeting.mean(axis=1), grid.centers)
+    np.testing.assert_allclose(np.ptp(meeting, axis=1), grid.sides[:, None] * [1, 1])
+
+
 def test_balanced_cells_beside_each_other_differ_by_one_level_at_most():
     grid = Quadtree.around((0, 0, 1, 1))
     for _ in range(9):
