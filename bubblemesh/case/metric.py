@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import DataTerm, OneOrMore
+from bubblemesh.case.data_terms import Bounds, DataTerm, OneOrMore
 from bubblemesh.case.fields import Choice, InputFile, Label, Number, Positive, Strict, Text
 from bubblemesh.case.spacing import ExpressionText, SpacingValue
 from bubblemesh.spacing.expression import Expression
@@ -72,6 +72,9 @@ class FieldMetric(MetricTerm, DataTerm):
 
     file: InputFile = Field(description="Name of the file, relative to the case file; of .mesh the .sol beside it.")
     name: Text | None = Field(default=None, description="Name of the data at nodes; needed if it has more.")
+    bounds: Bounds | None = Field(
+        default=None, description="Rectangle [x0, y0, x1, y1] that the pixels of arrays fill; else those named x and y."
+    )
 
     def files(self) -> Iterator[Path]:
         """Files that the term names, with those that belong to them."""

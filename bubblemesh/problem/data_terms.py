@@ -69,10 +69,14 @@ def raster_variables(
 
 
 def rasters_in(
-    file: str, names: Sequence[str], box: Box, system: str | None
+    file: str, bounds: Box | None, names: Sequence[str], box: Box, system: str | None
 ) -> tuple[tuple[Raster, ...], tuple[str, ...]]:
-    """The rasters by some names in a file, around a box in a system, and notes on them; errors have the file."""
-    found, notes = zip(*(_grid(RasterTerm(file=file, name=name), box, system) for name in names), strict=True)
+    """The rasters by some names in a file, around a box in a system, and notes on them; errors have the file.
+
+    The ``bounds`` are those of the pixels, if the file does not tell where these are.
+    """
+    terms = (RasterTerm(file=file, name=name, bounds=bounds) for name in names)
+    found, notes = zip(*(_grid(term, box, system) for term in terms), strict=True)
     return found, tuple(dict.fromkeys(note for several in notes for note in several))
 
 

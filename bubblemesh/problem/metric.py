@@ -118,6 +118,8 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
     """The metric in a file, and notes on what was chosen of it; CaseError or FileError if it holds none."""
     if _has_rasters(Path(model.file)):
         return _read_rasters(model, domain)
+    if model.bounds is not None:
+        raise CaseError(f"bounds: {model.file} is no file of arrays, whose pixels they are for: leave bounds out")
     read = read_nodal_field(Path(model.file), model.name)
     with prefixed(f"{model.file}: {read.name}"):
         columns = COLUMNS.get(read.values.shape[1])
@@ -147,7 +149,7 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
     if model.name is not None:
         raise CaseError(f"name: the rasters of {model.file} are m11, m12 and m22: leave name out")
     box, system = given_bounds(domain), None if domain.plane is None else domain.plane.source
-    found, notes = rasters_in(model.file, ENTRIES, box, system)
+    found, notes = rasters_in(model.file, model.bounds, ENTRIES, box, system)
     first = found[0]
     with prefixed(model.file):
         if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):

@@ -86,6 +86,19 @@ def test_rasters_that_are_no_metric_are_refused_with_the_place(tmp_path, arrays,
         prepare(case_with(tmp_path, {"file": "m.npz", **keys}))
 
 
+def test_arrays_without_places_have_bounds(tmp_path):
+    np.savez(tmp_path / "m.npz", m11=M11, m12=0 * M11, m22=M22)
+    with pytest.raises(BubblemeshError, match=r"metric: .*m\.npz: m11: ?has no arrays x and y with it: give bounds"):
+        prepare(case_with(tmp_path, {"file": "m.npz"}))
+    require_wide_to_the_right(case_with(tmp_path, {"file": "m.npz", "bounds": [-0.025, -0.05, 1.025, 1.05]}))
+
+
+def test_bounds_are_for_arrays_only(tmp_path):
+    (tmp_path / "m.vtu").write_text("")
+    with pytest.raises(BubblemeshError, match=r"metric: bounds: .*m\.vtu is no file of arrays"):
+        prepare(case_with(tmp_path, {"file": "m.vtu", "bounds": [0, 0, 1, 1]}))
+
+
 def test_an_array_that_lacks_is_told(tmp_path):
     np.savez(tmp_path / "m.npz", x=X, y=Y, m11=M11)
     with pytest.raises(BubblemeshError, match=r"metric: .*m\.npz: has no array 'm12'"):
