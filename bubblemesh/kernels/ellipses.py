@@ -1,7 +1,10 @@
-"""Packing in a metric: flips of edges, and motion that inverts no triangle, compiled or in NumPy with the same results.
+"""Packing in a metric: flips of edges, motion and smoothing that invert no triangle, compiled or in NumPy alike.
 
 Tensors are rows (m11, m12, m22).
 """
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +19,10 @@ KEEP = 0.1  # of its area that each triangle keeps in a step
 SHORTEST = 1e-9  # edge
 MOST_MOVE = 0.5  # in a step
 CUTOFF = 1.5  # length from which on edges do not pull
+FOUR_ROOTS = 6.9282032302755088  # 4 sqrt(3)
+TRUST = 0.2  # from its place to a centroid: farther away its metric is not known
+DELTA = 0.01  # steps of differences
+MOST_SMOOTHED, TRIES = 0.3, 4  # length of a step of the smoothing, and how often it is halved
 
 
 def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
@@ -142,7 +149,8 @@ def relaxed_in_numpy(
         first, last = (np.maximum(_lengths(m[k], along), SHORTEST) for k in (i, j))
         length = (2 * np.sqrt(first * last) + (first + last) / 2) / 3
         force = np.where(length < CUTOFF, ((1.25 * length - 2.375) * length) * length + 1.125, 0.0)
-        pulls = [np.bincount(j, force / last * part, n) - np.bincount(i, force / first * part, n) for part in along.T]
+        force = force / length
+        pulls = [np.bincount(j, force * part, n) - np.bincount(i, force * part, n) for part in along.T]
         v = (v + dt * np.column_stack(pulls)) / (1 + c * dt)
         v[:fixed] = 0
         v = (MOST_MOVE / np.maximum(_lengths(m, dt * v), MOST_MOVE))[:, None] * v
@@ -155,3 +163,108 @@ def relaxed_in_numpy(
 def _lengths(m: Floats, vectors: Floats) -> Floats:
     (m11, m12, m22), (vx, vy) = m.T, vectors.T
     return np.asarray(np.sqrt(np.maximum(m11 * vx * vx + 2 * (m12 * vx * vy) + m22 * vy * vy, 0.0)))
+
+
+class Metrics(NamedTuple):
+    """Metrics of triangles around their centroids: roots, as of `roots`, that are linear from there."""
+
+    centers: Floats  # (t, 2)
+    roots: Floats  # (t, 3)
+    slopes: Floats  # (t, 6): changes of the root over a length of 1 in each of the two axes that it maps to x and y
+
+
+def smoothed(
+    x: Floats,
+    triangles: Integers,
+    metrics: Metrics,
+    own: Floats,
+    groups: Sequence[Integers],
+    sweeps: int,
+    weight: float,
+) -> Floats:
+    """Nodes (n, 2) after sweeps over groups of them (k,), no two of a group in a triangle (t, 3), that lessen a sum.
+
+    It is that of eta^4 over triangles, and of weight * (l^2 + 1 / l^2 - 2) over their sides, for the shape measure eta
+    and the lengths l in the metric. Each node goes by Newton's method, with its ``own`` root (n, 3), as far as what is
+    around it gets better: no triangle is inverted.
+    """
+    compiled = library()
+    if compiled is None:
+        return smoothed_in_numpy(x, triangles, metrics, own, groups, sweeps, weight)
+    places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *groups])
+    rows = len(x), len(triangles), np.ascontiguousarray(triangles), places
+    known = (np.ascontiguousarray(part) for part in (*metrics, own))
+    bounds = TRUST, DELTA, MOST_SMOOTHED, TRIES
+    compiled.call("metric_smooth", *rows, *known, len(order), order, sweeps, float(weight), *bounds)
+    return places
+
+
+def smoothed_in_numpy(
+    x: Floats,
+    triangles: Integers,
+    metrics: Metrics,
+    own: Floats,
+    groups: Sequence[Integers],
+    sweeps: int,
+    weight: float,
+) -> Floats:
+    """Nodes as of `smoothed`, made in NumPy."""
+    x, (r11, r12, r22) = x.copy(), own.T
+    axes = np.column_stack([1 / r11, np.zeros(len(x))]), np.column_stack([-r12 / (r11 * r22), 1 / r22])
+    touched = [np.flatnonzero(np.isin(triangles, group).any(axis=1)) for group in groups]
+    around = [
+        (group, triangles[rows], Metrics(*(part[rows] for part in metrics)))
+        for group, rows in zip(groups, touched, strict=True)
+    ]
+    for _ in range(sweeps):
+        for group, rows, known in around:
+            _improve(x, group, rows, known, (axes[0][group], axes[1][group]), weight)
+    return x
+
+
+def _improve(
+    x: Floats, group: Integers, triangles: Integers, metrics: Metrics, axes: tuple[Floats, Floats], weight: float
+) -> None:
+    """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along their axes."""
+    places, (u, v) = x[group].copy(), axes
+
+    def cost(at: Floats) -> Floats:
+        x[group] = at
+        each = costs_in(x, triangles, metrics, weight)
+        return np.asarray(np.bincount(triangles.ravel(), np.repeat(each, 3), len(x))[group], np.float64)
+
+    with np.errstate(invalid="ignore"):
+        here = cost(places)
+        ahead, behind = cost(places + DELTA * u), cost(places - DELTA * u)
+        over, under = cost(places + DELTA * v), cost(places - DELTA * v)
+        h1, h2 = (ahead + behind - 2 * here) / (DELTA * DELTA), (over + under - 2 * here) / (DELTA * DELTA)
+        a = -(ahead - behind) / (2 * DELTA) / np.where(h1 > 1, h1, 1)
+        b = -(over - under) / (2 * DELTA) / np.where(h2 > 1, h2, 1)
+    going = np.isfinite(a) & np.isfinite(b)
+    a, b = np.where(going, a, 0), np.where(going, b, 0)
+    share = MOST_SMOOTHED / np.maximum(np.sqrt(a * a + b * b), MOST_SMOOTHED)
+    for _ in range(TRIES):
+        (ux, _), (vx, vy) = u.T, v.T
+        trial = np.column_stack([places[:, 0] + share * (a * ux + b * vx), places[:, 1] + share * (b * vy)])
+        better = going & (cost(np.where(going[:, None], trial, places)) < here)
+        places[better], going = trial[better], going & ~better
+        share = share / 2
+    x[group] = places
+
+
+def costs_in(x: Floats, triangles: Integers, metrics: Metrics, weight: float) -> Floats:
+    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `smoothed` lessens, in their metrics."""
+    (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
+    (px, py), (r11, r12, r22), s = metrics.centers.T, metrics.roots.T, metrics.slopes.T
+    cx, cy = (ax + bx + ox) / 3 - px, (ay + by + oy) / 3 - py
+    f, g = r11 * cx + r12 * cy, r22 * cy
+    r11, r12, r22 = r11 + (s[0] * f + s[3] * g), r12 + (s[1] * f + s[4] * g), r22 + (s[2] * f + s[5] * g)
+    ux, uy = r11 * (bx - ax) + r12 * (by - ay), r22 * (by - ay)
+    wx, wy = r11 * (ox - ax) + r12 * (oy - ay), r22 * (oy - ay)
+    zx, zy, area = wx - ux, wy - uy, (ux * wy - uy * wx) / 2
+    uu, ww, zz = ux * ux + uy * uy, wx * wx + wy * wy, zx * zx + zy * zy
+    known = (r11 > 0) & (r22 > 0) & (area > 0) & (f * f + g * g <= TRUST * TRUST)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        eta = (uu + ww + zz) / (FOUR_ROOTS * area)
+        cost = eta * eta * (eta * eta) + weight * ((uu + 1 / uu) + (ww + 1 / ww) + (zz + 1 / zz) - 6)
+    return np.where(known, cost, np.inf)

@@ -1,11 +1,10 @@
 """Levels: a coarse packing is put in order, and its order carried over to finer ones."""
 
-import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Protocol
 
 import numpy as np
-from annotated_types import Ge, Gt
+from annotated_types import Gt
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
@@ -15,7 +14,6 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
 from bubblemesh.spacing.grid.cells import Leaves, leaves
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
@@ -57,19 +55,6 @@ class Doubling:
             most = min(most, np.log2(self.steepest) - np.log2(max(steep, np.finfo(float).tiny)))
         coarse = (coarsened(domain, spacing, 2.0**k) for k in range(int(most), 0, -1))
         return (*coarse, spacing)
-
-
-@dataclass(frozen=True)
-class DoublingAspect:
-    """Milder metrics first, whose longest ellipses double from one to the next; a spacing without metric is alone."""
-
-    mildest: Annotated[float, Ge(1), Doc("aspect up to which the longest ellipses may be at the start")] = 3.0
-
-    def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
-        if not isinstance(spacing, MetricSpacing):
-            return (spacing,)
-        doublings = max(math.ceil(math.log2(spacing.aspect / self.mildest)), 0)
-        return (*(spacing.milder(spacing.aspect / 2**k) for k in range(doublings, 0, -1)), spacing)
 
 
 def steepness(cells: Leaves, spacing: Spacing) -> float:

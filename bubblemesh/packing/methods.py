@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from bubblemesh.packing.annealing import Annealing, NoAnnealing
 from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.levels import Doubling, DoublingAspect, Levels, SingleLevel
+from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
 from bubblemesh.packing.placement import Perturbation, Placement
@@ -85,14 +85,13 @@ METHODS = {
         termination=Settled(),
     ),
 }
-# The multilevel method in a metric: `ellipses.rounds` runs it. Lengths in a metric that turns from end to end are too
-# large, by which the thresholds of the population are higher.
+# The multilevel method in a metric, on one level: `ellipses.rounds` runs it.
 METHODS["ellipses"] = replace(
     METHODS["multilevel"],
-    levels=DoublingAspect(),
-    population=Defects(delete_shorter=0.8, insert_longer=1.45, insert_longer_at_crowd=1.3),
-    smoothing=Smoothing(spacing_weight=2.0),
-    mending=NoMending(),
+    levels=SingleLevel(),
+    population=Defects(delete_shorter=0.72, insert_longer=1.5, insert_longer_at_crowd=1.3),
+    smoothing=Smoothing(passes=8, shape_steps=4, spacing_weight=4.0),
+    mending=Mending(mend_attempts=5, mend_worse=1.2),
 )
 
 
@@ -105,7 +104,7 @@ class Column(NamedTuple):
 
 
 COLUMNS = {
-    "levels": Column("packing", "levels", {"single": SingleLevel, "doubling": Doubling, "aspects": DoublingAspect}),
+    "levels": Column("packing", "levels", {"single": SingleLevel, "doubling": Doubling}),
     "placement": Column("packing", "placement", {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion}),
     "perturbation": Column("packing", None, {"normal": Perturbation}),
     "relaxation": Column("packing", "relaxation", {"nearby": Nearby, "connected": Connected}),

@@ -5,10 +5,22 @@ from test_linking import SIDES, scattered
 from twins import needs_compiler
 
 from bubblemesh.kernels import ellipses
-from bubblemesh.kernels.ellipses import flipped, flipped_in_numpy, moved, moved_in_numpy, relaxed, relaxed_in_numpy
+from bubblemesh.kernels.ellipses import (
+    Metrics,
+    costs_in,
+    flipped,
+    flipped_in_numpy,
+    moved,
+    moved_in_numpy,
+    relaxed,
+    relaxed_in_numpy,
+    smoothed,
+    smoothed_in_numpy,
+)
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import mapped, of_axes, roots
 from bubblemesh.meshes.triangulation import linked, sorted_triangles
+from bubblemesh.packing.neighbours import maximal_independent_set
 
 
 def smooth_tensors(x, aspect):
@@ -92,3 +104,66 @@ def test_forces_in_a_metric_are_those_between_circles_in_the_stretched_plane():
     plain, _ = relaxed(stretched, round_ones, triangles, edges, 4, 3, 0.1, 1.0)
     np.testing.assert_allclose(there * [2, 1], plain, atol=1e-12)
     assert np.abs(there - x).max() > 1e-3
+
+
+def test_forces_are_in_balance_however_large_the_bubbles():
+    """Else pressure would drive them from where they are small to where they are large."""
+    x, triangles, m = start(2, 30.0)
+    triangles, edges = flipped(triangles, x, m, SIDES)
+    there, _ = relaxed(x, m, triangles, edges, 0, 1, 1e-3, 1.0)
+    assert np.abs(there - x).max() > 1e-9
+    np.testing.assert_allclose((there - x).sum(axis=0), 0, atol=1e-6 * np.abs(there - x).max())
+
+
+def smoothing_problem(seed, aspect=8.0):
+    """Nodes with triangles, the metrics of these, roots at the nodes, and groups of the inner nodes."""
+    x, triangles, m = start(seed, aspect)
+    triangles, edges = flipped(triangles, x, m, SIDES)
+    centers = x[triangles].mean(axis=1)
+    root = roots(smooth_tensors(centers, aspect))
+    slopes = np.random.default_rng(seed).normal(scale=0.1, size=(len(triangles), 6)) * np.tile(root, 2)
+    left, groups = np.arange(len(x)) >= 4, []
+    while left.any():
+        chosen = maximal_independent_set(left, edges, np.arange(len(x)))
+        groups.append(np.flatnonzero(chosen))
+        left &= ~chosen
+    return x, triangles, Metrics(centers, root, slopes), roots(m), groups
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("aspect", [1.0, 30.0])
+def test_both_engines_smooth_alike(seed, aspect):
+    given = *smoothing_problem(seed, aspect), 3, 0.5
+    np.testing.assert_array_equal(smoothed(*given), smoothed_in_numpy(*given))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("weight", [0.0, 1.0])
+def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(seed, weight):
+    x, triangles, metrics, own, groups = smoothing_problem(seed)
+    before = costs_in(x, triangles, metrics, weight).sum()
+    for _ in range(4):
+        moved_on = smoothed(x, triangles, metrics, own, groups, 1, weight)
+        np.testing.assert_array_equal(moved_on[:4], x[:4])
+        after = costs_in(moved_on, triangles, metrics, weight).sum()
+        assert after < before
+        assert (signed_areas(moved_on, triangles) > 0).all()
+        x, before = moved_on, after
+
+
+def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_1():
+    m = of_axes(np.array([0.1]), np.array([0.4]), np.array([[0.6, 0.8]]))
+    corners = np.linalg.solve(
+        [[roots(m)[0, 0], roots(m)[0, 1]], [0, roots(m)[0, 2]]], np.array([[0, 1, 0.5], [0, 0, np.sqrt(0.75)]])
+    ).T
+    metrics = Metrics(corners.mean(axis=0)[None], roots(m), np.zeros((1, 6)))
+    triangle = np.array([[0, 1, 2]])
+    assert costs_in(corners, triangle, metrics, 3.0)[0] == pytest.approx(1)
+    assert costs_in(corners * 1.1, triangle, metrics._replace(centers=1.1 * metrics.centers), 0.0)[0] == pytest.approx(
+        1
+    )
+    assert costs_in(corners * 1.1, triangle, metrics._replace(centers=1.1 * metrics.centers), 3.0)[0] > 1.1
+    assert costs_in(corners, triangle[:, ::-1], metrics, 3.0)[0] == np.inf
+    far = metrics._replace(centers=metrics.centers + 0.2)
+    assert costs_in(corners, triangle, far, 3.0)[0] == np.inf

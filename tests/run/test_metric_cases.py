@@ -74,7 +74,6 @@ def test_ellipses_lie_along_walls_and_grow_wider_away_from_them():
     x, q = result.mesh.points, result.report.quality
     beside = np.hypot(*(x - 0.5).T)
     assert ((beside > 0.2 + 1e-9) & (beside < 0.207)).sum() > 20
-    assert result.report.metric.shortened.ratio > 1.2  # the circle turns
     assert q["mean"] > 0.85
 
 

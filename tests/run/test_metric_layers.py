@@ -63,7 +63,7 @@ def test_a_front_with_shorter_edges_than_the_metric_asks_has_smaller_triangles_b
     layers = {"on": "wall", "first": 0.1, "growth": 1.0, "count": 5}
     result = layered({"angle": 0.3, "across": 0.1}, layers, domain=disc)
     assert result.report.layers[0].complete == 1
-    assert result.report.quality["angle_min"] > 30  # in space: ellipses beside it are shorter along, too
+    assert result.report.quality["angle_min"] > 25  # in space: ellipses beside it are shorter along, too
 
 
 def test_on_fronts_there_are_nodes_where_the_metric_is_finer_along_them():

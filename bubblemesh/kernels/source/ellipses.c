@@ -1,4 +1,4 @@
-/* Packing in a metric: flips that make triangles Delaunay in it, and steps of motion that invert none; see
+/* Packing in a metric: flips that make triangles Delaunay in it, motion and smoothing that invert none; see
    ellipses.py. A tensor is (m11, m12, m22). */
 #include <math.h>
 #include <stdlib.h>
@@ -273,10 +273,11 @@ KERNEL int64_t metric_relax(int64_t n, int64_t t, const int64_t *triangles, int6
             if (!(l < cutoff))
                 continue;
             force = ((1.25 * l - 2.375) * l) * l + 1.125;
-            first[2 * i] += force / li * dx;
-            first[2 * i + 1] += force / li * dy;
-            second[2 * j] += force / lj * dx;
-            second[2 * j + 1] += force / lj * dy;
+            force /= l;
+            first[2 * i] += force * dx;
+            first[2 * i + 1] += force * dy;
+            second[2 * j] += force * dx;
+            second[2 * j + 1] += force * dy;
         }
         for (k = 0; k < n; k++) {
             double vx = (v[2 * k] + dt * (second[2 * k] - first[2 * k])) / (1 + c * dt);
@@ -301,5 +302,96 @@ KERNEL int64_t metric_relax(int64_t n, int64_t t, const int64_t *triangles, int6
     }
     free(work);
     free(marked);
+    return status;
+}
+
+/* Triangles around the nodes that are smoothed, with the metrics in which their shapes count. */
+typedef struct {
+    const int64_t *triangles, *begin, *around;
+    const double *centers, *roots, *slopes;
+    double *x, weight, trust;
+} Patches;
+
+/* Cost of a triangle: eta^4, and l^2 + 1 / l^2 - 2 of its sides with a weight, in the metric at its centroid. The root
+   of that is linear around the place ``center``; where the centroid is too far from it, the cost is infinite. */
+static double cost(const Patches *p, int64_t triangle)
+{
+    const int64_t *row = p->triangles + 3 * triangle;
+    const double *a = p->x + 2 * row[0], *b = p->x + 2 * row[1], *o = p->x + 2 * row[2];
+    const double *center = p->centers + 2 * triangle, *r = p->roots + 3 * triangle, *s = p->slopes + 6 * triangle;
+    double cx = (a[0] + b[0] + o[0]) / 3 - center[0], cy = (a[1] + b[1] + o[1]) / 3 - center[1];
+    double f = r[0] * cx + r[1] * cy, g = r[2] * cy;
+    double r11 = r[0] + (s[0] * f + s[3] * g), r12 = r[1] + (s[1] * f + s[4] * g), r22 = r[2] + (s[2] * f + s[5] * g);
+    double ux = r11 * (b[0] - a[0]) + r12 * (b[1] - a[1]), uy = r22 * (b[1] - a[1]);
+    double wx = r11 * (o[0] - a[0]) + r12 * (o[1] - a[1]), wy = r22 * (o[1] - a[1]);
+    double zx = wx - ux, zy = wy - uy, area = (ux * wy - uy * wx) / 2;
+    double uu = ux * ux + uy * uy, ww = wx * wx + wy * wy, zz = zx * zx + zy * zy, eta;
+    if (!(r11 > 0 && r22 > 0 && area > 0 && f * f + g * g <= p->trust * p->trust))
+        return INFINITY;
+    eta = (uu + ww + zz) / (6.9282032302755088 * area);
+    return eta * eta * (eta * eta) + p->weight * ((uu + 1 / uu) + (ww + 1 / ww) + (zz + 1 / zz) - 6);
+}
+
+/* Sum of the costs of the triangles around a node, if it is at (px, py). */
+static double cost_at(const Patches *p, int64_t k, double px, double py)
+{
+    double sum = 0, here[2] = {p->x[2 * k], p->x[2 * k + 1]};
+    int64_t j;
+    p->x[2 * k] = px;
+    p->x[2 * k + 1] = py;
+    for (j = p->begin[k]; j < p->begin[k + 1]; j++)
+        sum += cost(p, p->around[j]);
+    p->x[2 * k] = here[0];
+    p->x[2 * k + 1] = here[1];
+    return sum;
+}
+
+/* Moves a node down: a step of Newton's method along both axes of its root r (3,), shorter until the cost is less. */
+static void improve(const Patches *p, int64_t k, const double *r, double delta, double most, int64_t tries)
+{
+    double ux = 1 / r[0], vx = -r[1] / (r[0] * r[2]), vy = 1 / r[2], px = p->x[2 * k], py = p->x[2 * k + 1];
+    double here = cost_at(p, k, px, py), far, share;
+    double ahead = cost_at(p, k, px + delta * ux, py), behind = cost_at(p, k, px - delta * ux, py);
+    double over = cost_at(p, k, px + delta * vx, py + delta * vy);
+    double under = cost_at(p, k, px - delta * vx, py - delta * vy);
+    double h1 = (ahead + behind - 2 * here) / (delta * delta), h2 = (over + under - 2 * here) / (delta * delta);
+    double a = -(ahead - behind) / (2 * delta) / (h1 > 1 ? h1 : 1), b = -(over - under) / (2 * delta) / (h2 > 1 ? h2 : 1);
+    if (!(isfinite(a) && isfinite(b)))
+        return;
+    far = sqrt(a * a + b * b);
+    share = most / (far > most ? far : most);
+    for (; tries > 0; tries--, share /= 2) {
+        double qx = px + share * (a * ux + b * vx), qy = py + share * (b * vy);
+        if (cost_at(p, k, qx, qy) < here) {
+            p->x[2 * k] = qx;
+            p->x[2 * k + 1] = qy;
+            return;
+        }
+    }
+}
+
+/* Improves nodes x (n, 2) one by one in an order (count,), again and again, with own roots (n, 3) by which they are
+   moved; for triangles (t, 3) centers (t, 2), roots (t, 3) and slopes (t, 6) give the metric as of `cost`. */
+KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *centers,
+                             const double *roots, const double *slopes, const double *own, int64_t count,
+                             const int64_t *order, int64_t sweeps, double weight, double trust, double delta,
+                             double most, int64_t tries)
+{
+    int64_t *begin = calloc((size_t)(n + 2), sizeof *begin), *around = malloc((size_t)(3 * t + 1) * sizeof *around);
+    int64_t k, status = begin && around ? DONE : NO_MEMORY;
+    if (status == DONE) {
+        Patches p = {triangles, begin, around, centers, roots, slopes, x, weight, trust};
+        for (k = 0; k < 3 * t; k++)
+            begin[triangles[k] + 2]++;
+        for (k = 0; k < n; k++)
+            begin[k + 2] += begin[k + 1];
+        for (k = 0; k < 3 * t; k++)
+            around[begin[triangles[k] + 1]++] = k / 3;
+        for (; sweeps > 0; sweeps--)
+            for (k = 0; k < count; k++)
+                improve(&p, order[k], own + 3 * order[k], delta, most, tries);
+    }
+    free(begin);
+    free(around);
     return status;
 }

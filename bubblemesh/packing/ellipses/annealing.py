@@ -13,8 +13,6 @@ from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-ON_MILDER_LEVELS = 0.2  # of the cycles: there the next level moves all bubbles anyhow
-
 
 def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
     """Places (n, 2) of the bubbles after steps of motion from rest, and their mean speeds (steps,) in the metric."""
@@ -24,7 +22,7 @@ def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats,
 
 
 def annealed(
-    ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator, finest: bool
+    ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator
 ) -> Iterator[tuple[float, EllipseNet]]:
     """Shares that are done of the cycles of annealing, and the ellipses after each: less and less displaced, relaxed.
 
@@ -34,7 +32,6 @@ def annealed(
     if isinstance(annealing, NoAnnealing):
         return
     cycles = annealing.cycles(len(ellipses.tensors))
-    cycles = cycles if finest else round(ON_MILDER_LEVELS * cycles)
     for cycle in range(cycles):
         amplitude = _amplitude(annealing, ellipses, 1 - cycle / cycles)
         chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)

@@ -12,7 +12,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-NEAR = 0.03  # in the metric: tensors evaluated so near to a bubble do for it
+NEAR = 0.1  # in the metric: tensors evaluated so near to a bubble do for it
 
 
 class EllipseNet(NamedTuple):

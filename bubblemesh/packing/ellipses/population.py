@@ -6,7 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.quality import doubled_areas
-from bubblemesh.meshes.tensors import mapped, roots
+from bubblemesh.meshes.tensors import determinants, mapped, roots
 from bubblemesh.packing.ellipses.net import EllipseNet, flipped_net
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.population import (
@@ -21,7 +21,8 @@ from bubblemesh.packing.splicing import removed, with_middles
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 AREA_OF_TRIANGLE = np.sqrt(3) / 4
-SHORT, LONG = 0.85, 1.2  # edges that make a bubble go or come only where there are too many or too few
+SHORT, LONG = 0.9, 1.1  # edges that make a bubble go or come where there are too many or too few around
+HALF, QUARTER = 0.5, 0.25  # of a bubble: what is too much there, and the least that is where the whole has too many
 
 
 class Controlled(NamedTuple):
@@ -35,7 +36,7 @@ class Controlled(NamedTuple):
 def controlled(ellipses: EllipseNet, spacing: MetricSpacing, defects: Defects) -> Controlled:
     """The net with bubbles deleted and inserted by the defects, no two of them next to each other."""
     net, lengths, lacking = ellipses.net, ellipses.lengths, _lacking(ellipses, spacing)
-    triangles, gone = removed(net.bubbles.x, net.triangles, _crowded(ellipses, lengths, defects, -lacking))
+    triangles, gone = removed(net.bubbles.x, net.triangles, _crowded(ellipses, lengths, defects, lacking))
     halved = _too_long(ellipses, lengths, gone, defects, lacking)
     number, count = np.cumsum(~gone) - 1, int(gone.sum())
     rest = net.bubbles.select(np.flatnonzero(~gone))
@@ -47,49 +48,83 @@ def controlled(ellipses: EllipseNet, spacing: MetricSpacing, defects: Defects) -
     return Controlled(flipped_net(net, grown, spliced, spacing), count, len(x))
 
 
-def _lacking(ellipses: EllipseNet, spacing: MetricSpacing) -> int:
-    """Number of bubbles that the area lacks in the metric; negative if there are too many.
+class Lack(NamedTuple):
+    """Bubbles that the area lacks in the metric; negative for too many."""
 
-    Each inner bubble has two triangles, whose area is sqrt(3) / 4 in the metric if they are equilateral.
+    around: Floats  # (m,): near the middle of each edge
+    whole: int
+
+
+def _lacking(ellipses: EllipseNet, spacing: MetricSpacing) -> Lack:
+    """Number of bubbles that the area in the metric lacks around each edge, and in all.
+
+    Each inner bubble has two triangles, whose area is sqrt(3) / 4 in the metric if they are equilateral. What all of
+    them lack together is shared among their nodes, and summed up over the neighbours of both ends.
     """
-    x, triangles = ellipses.net.bubbles.x, ellipses.net.triangles
-    areas = np.abs(doubled_areas(x[triangles])) / 2 / spacing.extended(x[triangles].mean(axis=1)) ** 2
-    return round((float(areas.sum()) / AREA_OF_TRIANGLE - len(triangles)) / 2)
+    x, triangles, (i, j), n = (
+        ellipses.net.bubbles.x,
+        ellipses.net.triangles,
+        ellipses.net.edges.T,
+        len(ellipses.tensors),
+    )
+    # Areas by the cubature that is exact for densities of the second degree.
+    at_nodes = np.sqrt(determinants(ellipses.tensors))
+    density = 0.75 / spacing.extended(x[triangles].mean(axis=1)) ** 2 + at_nodes[triangles].sum(axis=1) / 12
+    areas = density * np.abs(doubled_areas(x[triangles])) / 2
+    own = np.bincount(triangles.ravel(), np.repeat((areas / AREA_OF_TRIANGLE - 1) / 6, 3), n)
+    around = own + np.bincount(i, own[j], n) + np.bincount(j, own[i], n)
+    return Lack(np.asarray((around[i] + around[j]) / 2), round(float(own.sum())))
 
 
-def _crowded(ellipses: EllipseNet, lengths: Floats, defects: Defects, excess: int) -> Booleans:
+def _bar(lacks: Floats, whole: int) -> float:
+    """What is lacking around an edge for a bubble to come: half of one, or less where some more lack in the whole.
+
+    Then as many of the places with the largest lacks (k,) are enough.
+    """
+    if not 0 < whole <= len(lacks):
+        return HALF
+    return min(max(float(-np.partition(-lacks, whole - 1)[whole - 1]), QUARTER), HALF)
+
+
+def _crowded(ellipses: EllipseNet, lengths: Floats, defects: Defects, lacking: Lack) -> Booleans:
     """Interior bubbles (n,) that are too near to others, or have too few neighbours; no two have an edge."""
     net, interior = ellipses.net, ellipses.interior
     valence = net.valence
     chosen = interior & (valence <= FEWEST_NEIGHBOURS)
     # What lies in a corner's angle cannot give way: it takes more to be too near to its neighbours.
     at_corner = net.dilated(np.arange(len(valence)) < net.bubbles.corners)[net.edges].any(axis=1)
-    short = lengths < np.where(at_corner, TOO_NEAR_CORNER, defects.delete_shorter)
-    short |= ~at_corner & (lengths < min(_nth_least(lengths, excess), SHORT))
+    short = (lengths < defects.delete_shorter) & (lacking.around < 0)
+    short |= (lengths < SHORT) & (-lacking.around >= _bar(-lacking.around[lengths < SHORT], -lacking.whole))
+    short = np.where(at_corner, lengths < TOO_NEAR_CORNER, short)
     i, j = net.edges[short].T
     second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
     loser = np.where(second, j, i)
     chosen[loser[interior[loser]]] = True
-    return maximal_independent_set(chosen, net.edges, np.arange(len(chosen)))
+    shortest = np.full(len(valence), np.inf)
+    np.minimum.at(shortest, net.edges, lengths[:, None])
+    rank = np.empty(len(valence), np.int64)
+    rank[np.argsort(shortest, kind="stable")] = np.arange(len(valence))
+    return maximal_independent_set(chosen, net.edges, rank)
 
 
-def _nth_least(numbers: Floats, count: int) -> float:
-    """The number below which there are so many of some (n,); none for a count that is not positive."""
-    return float(np.partition(numbers, count)[count]) if 0 < count < len(numbers) else -np.inf
+def _too_long(ellipses: EllipseNet, lengths: Floats, gone: Booleans, defects: Defects, lacking: Lack) -> Integers:
+    """Edges (k, 2) with room for one more bubble, the longest first, no two of them at bubbles that have an edge.
 
-
-def _too_long(ellipses: EllipseNet, lengths: Floats, gone: Booleans, defects: Defects, lacking: int) -> Integers:
-    """Edges (k, 2) with room for one more bubble, no two of them at one bubble, the longest first."""
+    So each has the room around to itself, in which no bubble has gone either.
+    """
     net = ellipses.net
     crowd = (net.valence >= MANY_NEIGHBOURS)[net.edges].any(axis=1)
-    long = lengths > np.where(crowd, defects.insert_longer_at_crowd, defects.insert_longer)
-    long |= lengths > max(-_nth_least(-lengths, lacking), LONG)
-    long &= net.inner & ~gone[net.edges].any(axis=1)
+    long = (lengths > np.where(crowd, defects.insert_longer_at_crowd, defects.insert_longer)) & (lacking.around > 0)
+    long |= (lengths > LONG) & (lacking.around >= _bar(lacking.around[lengths > LONG], lacking.whole))
+    long &= net.inner & ~net.dilated(gone)[net.edges].any(axis=1)
     edges = net.edges[long]
     edges = np.concatenate([edges[np.argsort(-lengths[long], kind="stable")], _across_wide_corners(ellipses, gone)])
     rank, first = np.arange(len(edges)), np.full(len(net.bubbles), len(edges))
     np.minimum.at(first, edges, rank[:, None])
-    return edges[(first[edges] == rank[:, None]).all(axis=1)]
+    near = first.copy()
+    for some, others in (net.edges.T, net.edges.T[::-1]):
+        np.minimum.at(near, some, first[others])
+    return edges[(near[edges] == rank[:, None]).all(axis=1)]
 
 
 def _across_wide_corners(ellipses: EllipseNet, gone: Booleans) -> Integers:

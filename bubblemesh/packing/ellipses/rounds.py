@@ -1,4 +1,4 @@
-"""The rounds of a packing in a metric, told as those of `packing.rounds`: on levels of doubled aspect."""
+"""The rounds of a packing in a metric, told as those of `packing.rounds`, on a single level."""
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,110 +9,70 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.ellipses.annealing import annealed, relaxed
+from bubblemesh.packing.ellipses.mending import mended
 from bubblemesh.packing.ellipses.net import EllipseNet, connected
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
-from bubblemesh.packing.ellipses.smoothing import shaped, smoothed
+from bubblemesh.packing.ellipses.smoothing import smoothed
+from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.placement.diffusion import boundary_bubbles, near_facets
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.rounds import Round
 from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-CLEAR = 0.05  # of the size of circles of their area: ellipses nearer to a new boundary edge are left out
-CUT_SHORT = 3  # controls of the population on each level that there is no time for
-SETTLED, ANNEALED = 0.2, 0.7  # shares of a level that are done then
+SETTLED, ANNEALED, SETTLED_AGAIN = 0.4, 0.6, 0.7  # shares of the packing that are done then
 
 
 def rounds_in_metric(
     start: Bubbles, domain: Domain, levels: Sequence[MetricSpacing], method: Method, watch: Watch = lambda share: None
 ) -> Iterator[Round]:
-    """Rounds of the method on each level; after the last change of population the packing is finished.
+    """Rounds of the method on the only level; after the last change of population the packing is finished.
 
-    The bubbles of the ``start`` are placed by the first of the levels, which go from the mildest metric to the one
-    asked for. If the watch raises `TimeUp`, the population is brought to the last metric without more ado, and a last
-    round tells so.
+    If the watch raises `TimeUp`, a last round tells so, with the bubbles as they are.
     """
     schemes = Schemes.of(method)
     random = schemes.perturbation.generator()
-    number, finest = 0, len(levels) - 1
-    ellipses = connected(schemes.perturbation(start, levels[0], random), domain, levels[0])
-    progress = Progress(ellipses, watch, len(levels))
+    (spacing,) = levels
+    progress = Progress(connected(schemes.perturbation(start, spacing, random), domain, spacing), watch)
+    run = LevelRun(spacing, schemes, random, progress)
+    number = 0
     try:
-        for level, spacing in enumerate(levels):
-            progress.begin(level)
-            run = LevelRun(domain, spacing, schemes, random, progress)
-            if level:
-                run.refine()
-            number += yield from run.settle(number + 1, SETTLED, opening=level == 0)
-            run.anneal(finest=level == finest)
-            number += yield from run.settle(number + 1, ANNEALED)
+        progress.tell(0.0)
+        number += yield from run.settle(1, SETTLED, opening=True)
+        run.anneal()
+        number += yield from run.settle(number + 1, SETTLED_AGAIN)
         yield run.finish(number + 1)
     except TimeUp as reason:
-        yield _cut_short(progress, domain, levels, schemes, number + 1, str(reason))
-
-
-def _cut_short(
-    progress: "Progress", domain: Domain, levels: Sequence[MetricSpacing], schemes: Schemes, number: int, reason: str
-) -> Round:
-    """A round that does no more than to bring the population to the last metric, level by level."""
-    progress.watch, before, inserted = _unwatched, len(progress.ellipses.tensors), 0
-    random = schemes.perturbation.generator()
-    for spacing in levels[progress.level + 1 :]:
-        run = LevelRun(domain, spacing, schemes, random, progress)
-        run.refine()
-        inserted += sum(run.control() for _ in range(CUT_SHORT))
-    return Round(number, before, inserted, progress.ellipses.net, np.zeros(0), 0, reason)
-
-
-def _unwatched(share: float) -> None:
-    """Let the time pass."""
+        net = progress.ellipses.net
+        yield Round(number + 1, len(net.bubbles), 0, net, np.zeros(0), 0, str(reason))
 
 
 @dataclass
 class Progress:
-    """Count of the work done, for a watch; holds the ellipses so far, in case the watch ends the packing."""
+    """Share of the work that is done, for a watch; holds the ellipses so far, in case the watch ends the packing."""
 
     ellipses: EllipseNet
     watch: Watch
-    levels: int
-    level: int = 0
-
-    def begin(self, level: int) -> None:
-        """Begin a level."""
-        self.level = level
-        self.tell(0.0)
 
     def tell(self, share: float) -> None:
-        """Tell what share of the level is done; TimeUp if the watch says so. Each level takes as long as all before."""
-        done = 2.0 ** (self.level + 1 - self.levels)
-        before = done / 2 if self.level else 0.0
-        self.watch(before + share * (done - before))
+        """Tell what share is done; TimeUp if the watch says so."""
+        self.watch(share)
 
 
 @dataclass(frozen=True)
 class LevelRun:
     """The rounds on one level, and what stays the same through them; the progress holds the ellipses."""
 
-    domain: Domain
     spacing: MetricSpacing
     schemes: Schemes
     random: np.random.Generator
     progress: Progress
 
-    def refine(self) -> None:
-        """Go on from the ellipses of a milder level: the boundary is spaced anew, and too near to it there are none."""
-        bubbles = self.progress.ellipses.net.bubbles
-        x, shell = bubbles.x[bubbles.interior], boundary_bubbles(self.domain, self.spacing)
-        d = self.spacing(x)
-        x = x[near_facets(shell, self.domain)(x, d) > CLEAR * d]
-        self.progress.ellipses = connected(shell.append(x, self.spacing(x)), self.domain, self.spacing)
-
     def settle(self, first: int, share: float, opening: bool = False) -> Generator[Round, None, int]:
         """Rounds, numbered from ``first``, of motion and population control until the termination says stop.
 
-        By then the ``share`` of the level is done.
+        By then the ``share`` of the packing is done.
         """
         schemes, progress = self.schemes, self.progress
         counts: list[tuple[int, int]] = []
@@ -140,23 +100,21 @@ class LevelRun:
         self.progress.ellipses = change.net
         return change.inserted
 
-    def anneal(self, finest: bool) -> None:
+    def anneal(self) -> None:
         """Displace bubbles where the order is broken, again and again, with a short relaxation after each."""
         progress = self.progress
-        for share, ellipses in annealed(progress.ellipses, self.spacing, self.schemes, self.random, finest):
+        for share, ellipses in annealed(progress.ellipses, self.spacing, self.schemes, self.random):
             progress.ellipses = ellipses
             progress.tell(SETTLED + share * (ANNEALED - SETTLED))
 
     def finish(self, number: int) -> Round:
-        """Finish the packing by passes of smoothing: with population control in between, then with flips by shape."""
-        progress, smoothing = self.progress, self.schemes.smoothing
-        before, inserted = len(progress.ellipses.tensors), 0
+        """Finish the packing by passes of smoothing, with mending between the first of them."""
+        progress, smoothing, mending = self.progress, self.schemes.smoothing, self.schemes.mending
+        before = len(progress.ellipses.tensors)
         if isinstance(smoothing, Smoothing):
             for done in range(smoothing.passes):
-                if done:
-                    inserted += self.control()
+                if isinstance(mending, Mending) and 0 < done <= mending.mend_attempts:
+                    progress.ellipses = mended(progress.ellipses, self.spacing, smoothing, mending)
                 progress.ellipses = smoothed(progress.ellipses, self.spacing, smoothing)
-            progress.tell((1 + ANNEALED) / 2)
-            for _ in range(smoothing.passes):
-                progress.ellipses = shaped(progress.ellipses, self.spacing, smoothing)
-        return Round(number, before, inserted, progress.ellipses.net, np.zeros(0), 0, "the last metric is packed")
+                progress.tell(SETTLED_AGAIN + (1 - SETTLED_AGAIN) * (done + 1) / smoothing.passes)
+        return Round(number, before, 0, progress.ellipses.net, np.zeros(0), 0, "the metric is packed")

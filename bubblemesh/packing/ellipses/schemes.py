@@ -4,6 +4,8 @@ from typing import NamedTuple, Self
 
 from bubblemesh.errors import CaseError
 from bubblemesh.packing.annealing import Annealing, NoAnnealing
+from bubblemesh.packing.levels import SingleLevel
+from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.placement import Perturbation
@@ -22,6 +24,7 @@ class Schemes(NamedTuple):
     population: Defects
     annealing: Annealing | NoAnnealing
     smoothing: Smoothing | NoSmoothing
+    mending: Mending | NoMending
     termination: Termination
 
     @classmethod
@@ -32,6 +35,15 @@ class Schemes(NamedTuple):
             raise CaseError("packing.motion: in a metric only semi-implicit is possible: leave it out")
         if not isinstance(population, Defects):
             raise CaseError("packing.population: in a metric only defects is possible: leave it out")
-        others = method.perturbation, method.annealing, method.smoothing, method.termination
-        perturbation, annealing, smoothing, termination = others
-        return cls(perturbation, motion, method.viscosity, population, annealing, smoothing, termination)
+        if not isinstance(method.levels, SingleLevel):
+            raise CaseError("packing.levels: in a metric only single is possible: leave it out")
+        return cls(
+            method.perturbation,
+            motion,
+            method.viscosity,
+            population,
+            method.annealing,
+            method.smoothing,
+            method.mending,
+            method.termination,
+        )

@@ -3,89 +3,65 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.ellipses import moved
-from bubblemesh.kernels.shapes import WORST, eta
+from bubblemesh.kernels import ellipses as kernels
+from bubblemesh.kernels.ellipses import Metrics, costs_in
+from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.edges import SideTable, edge_keys
-from bubblemesh.meshes.tensors import area_sizes, lengths, mapped, mean_lengths, multiplied, roots, solved
+from bubblemesh.meshes.tensors import area_sizes, mapped, roots, unmapped
 from bubblemesh.packing.ellipses.net import EllipseNet
+from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.smoothing import MOMENTUM, MOST_MOVE, Smoothing
+from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-FLATTEST = 0.05  # area in the metric: what is flatter is pushed like that
 MOST_PASSES = 10  # of flips
 GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
+STEP = 0.1  # length of the differences by which it is known how the metric changes
 
 
 def smoothed(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing) -> EllipseNet:
-    """The net after a pass of gradient descent and flips by the circle test."""
-    return ellipses.moved(_descended(ellipses, spacing, smoothing), spacing)
-
-
-def shaped(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing) -> EllipseNet:
-    """The net after flips that better the worse of two triangles, and a pass of gradient descent.
+    """The net after flips that better the worse of two triangles, and a pass of smoothing.
 
     Where the metric changes much from node to node the circle test, in a mean metric, does not find these.
     """
     net = with_better_shapes(ellipses.net, spacing)
-    ellipses = EllipseNet(net, ellipses.tensors, ellipses.known)
-    x = _descended(ellipses, spacing, smoothing)
+    x, triangles = net.bubbles.x, net.triangles
+    metrics, groups = metrics_at(x[triangles].mean(axis=1), spacing), _groups(net, ellipses)
+    weight, own = side_weight(smoothing), roots(ellipses.tensors)
+    x = kernels.smoothed(x, triangles, metrics, own, groups, smoothing.shape_steps, weight)
     tensors = spacing.at(x)
     return EllipseNet(net.of(net.bubbles.moved(x, area_sizes(tensors))), tensors, x)
 
 
-def _descended(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
-    """Places (n, 2) of the bubbles after the steps of a pass, in which no triangle is inverted."""
-    net, tensors, x, free = ellipses.net, ellipses.tensors, ellipses.net.bubbles.x, ellipses.interior
-    of_triangles = roots(spacing.at(x[net.triangles].mean(axis=1)))
-    v = np.zeros_like(x)
-    for _ in range(smoothing.shape_steps):
-        gradient = shape_gradient(x, net.triangles, of_triangles)
-        gradient += smoothing.spacing_weight * length_gradient(x, tensors, net.edges)
-        downhill = solved(tensors, gradient)
-        downhill[~free] = 0
-        v = MOMENTUM * v - smoothing.shape_step * downhill
-        v *= (MOST_MOVE / np.maximum(lengths(tensors, v), MOST_MOVE))[:, None]
-        x, share = moved(x, v, net.triangles)
-        v *= share[:, None]
-    return x
+def side_weight(smoothing: Smoothing) -> float:
+    """Weight of l^2 + 1 / l^2 - 2, which is about 4 (l - 1)^2, of each side of each triangle."""
+    return smoothing.spacing_weight / 8
 
 
-def shape_gradient(x: Floats, triangles: Integers, root: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of eta^4 over triangles (t, 3) of nodes x (n, 2), in metrics with roots (t, 3).
-
-    The shape measure eta is (a^2 + b^2 + c^2) / (4 sqrt(3) A) for sides and area in the metric.
-    """
-    r11, r12, r22 = root.T
-    (px, py), n = x[triangles].transpose(2, 1, 0), len(x)
-    px, py = r11 * px + r12 * py, r22 * py
-    ux, uy, wx, wy = px[1] - px[0], py[1] - py[0], px[2] - px[0], py[2] - py[0]
-    zx, zy = px[2] - px[1], py[2] - py[1]
-    area = np.maximum((ux * wy - uy * wx) / 2, FLATTEST)
-    to_eta = 1 / (4 * np.sqrt(3) * area)
-    eta = (ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy) * to_eta
-    steep = 4 * np.minimum(eta, WORST) ** 3
-    by_squares, by_area = 2 * steep * to_eta, steep * eta / (2 * area)
-    pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))
-    push = ((-zy, zx), (wy, -wx), (-uy, ux))
-    result = np.zeros((n, 2))
-    for node, (toward_x, toward_y), (off_x, off_y) in zip(triangles.T, pull, push, strict=True):
-        gx, gy = by_squares * toward_x - by_area * off_x, by_squares * toward_y - by_area * off_y
-        result[:, 0] += np.bincount(node, r11 * gx, n)
-        result[:, 1] += np.bincount(node, r12 * gx + r22 * gy, n)
-    return result
+def metrics_at(centers: Floats, spacing: MetricSpacing) -> Metrics:
+    """Metrics around places (t, 2), with their changes by differences."""
+    root = roots(spacing.at(centers))
+    steps = [unmapped(root, np.broadcast_to(STEP * axis, centers.shape)) for axis in np.eye(2)]
+    beside = roots(spacing.at(np.concatenate([centers + step for step in steps])))
+    ahead, over = np.split(beside, 2)
+    return Metrics(centers, root, np.column_stack([ahead - root, over - root]) / STEP)
 
 
-def length_gradient(x: Floats, tensors: Floats, edges: Integers) -> Floats:
-    """Gradient (n, 2) of the sum of (l - 1)^2 over edges (m, 2), whose lengths l are as of `edge_lengths`."""
-    (i, j), n = edges.T, len(x)
-    along = x[j] - x[i]
-    first, last = lengths(tensors[i], along), lengths(tensors[j], along)
-    weight = 2 * (mean_lengths(first, last) - 1) / 3
-    by_first = weight * (np.sqrt(last / first) + 0.5) / first  # derivatives of the mean by both lengths
-    by_last = weight * (np.sqrt(first / last) + 0.5) / last
-    pull = by_first[:, None] * multiplied(tensors[i], along) + by_last[:, None] * multiplied(tensors[j], along)
-    return np.column_stack([np.bincount(j, part, n) - np.bincount(i, part, n) for part in pull.T])
+def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
+    """What the triangles (t, 3) of nodes x (n, 2) cost beyond perfect ones, in the sum that smoothing lessens."""
+    centers = x[triangles].mean(axis=1)
+    metrics = Metrics(centers, roots(spacing.at(centers)), np.zeros((len(triangles), 6)))
+    return costs_in(x, triangles, metrics, side_weight(smoothing)) - 1
+
+
+def _groups(net: Net, ellipses: EllipseNet) -> list[Integers]:
+    """Groups (k,) of the inner bubbles, no two of which are neighbours."""
+    left, rank, groups = ellipses.interior, np.arange(len(ellipses.tensors)), list[Integers]()
+    while left.any():
+        chosen = maximal_independent_set(left, net.edges, rank)
+        groups.append(np.flatnonzero(chosen))
+        left = left & ~chosen
+    return groups
 
 
 def shape_measures(x: Floats, triangles: Integers, spacing: MetricSpacing) -> Floats:

@@ -99,7 +99,7 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     held = domain.held
     given = np.bincount(held.piece, minlength=len(total))
     taken = np.zeros(len(total), bool)
-    # Else the spacing is that of a coarser level; metrics of milder levels are as coarse along their ellipses.
+    # Else the spacing is that of a coarser level, which there are none of in a metric.
     enough = 0.0 if isinstance(spacing, MetricSpacing) else HELD
     taken[held.pieces] = intervals[held.pieces] >= enough * (given[held.pieces] + 1)
     # A closed curve has a bubble at its start, an open piece a corner.

@@ -14,7 +14,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 Ellipses = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
 
-STRAIGHT = 1.5  # in the metric of its ends: the most that an edge along the long axis through its middle may measure
+STRAIGHT = 2.0  # in the metric of its ends: the most that an edge along the long axis through its middle may measure
 ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
 CORRECTIONS = 2  # of the length of such an edge
 
@@ -31,18 +31,6 @@ class AreaSizes:
         across, along, _ = self.ellipses(x, y)
         with np.errstate(invalid="ignore"):
             return np.where(across > 0, np.sqrt(across * along), np.nan)
-
-
-@dataclass(frozen=True)
-class Wider:
-    """Ellipses that are wide enough to have no larger aspect."""
-
-    ellipses: Ellipses
-    aspect: float
-
-    def __call__(self, x: Floats, y: Floats) -> Axes:
-        """Axes of the ellipses at x (n,) and y (n,)."""
-        return self.ellipses(x, y).wider(self.aspect)
 
 
 @dataclass(frozen=True)
@@ -102,12 +90,6 @@ class MetricSpacing(Spacing):
         edges = corners[:, 1] - corners[:, 0]
         first, last = (lengths(self.at(corners[:, end]), edges) for end in (0, 1))
         return np.hypot(*edges.T) / mean_lengths(first, last)
-
-    def milder(self, aspect: float) -> "MetricSpacing":
-        """The metric with ellipses that are wider where they are more than ``aspect`` times as long as wide."""
-        if self.bent is not None:
-            return self.bent.milder(aspect).straightened()
-        return MetricSpacing.of(Wider(self.ellipses, aspect), min(aspect, self.aspect))
 
     def straightened(self) -> "MetricSpacing":
         """The metric with the long axes of its ellipses shorter where straight edges cannot follow them.

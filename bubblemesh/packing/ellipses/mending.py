@@ -1,0 +1,81 @@
+"""Mending in a metric: where triangles are bad, bubbles leave if that lessens what the triangles cost."""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers, all_of_rows, members
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.packing.ellipses.net import EllipseNet
+from bubblemesh.packing.ellipses.smoothing import costs
+from bubblemesh.packing.mending import Mending
+from bubblemesh.packing.net import Net
+from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.spacing.metric.metric import MetricSpacing
+
+LEAST_GAIN = 0.1  # of what triangles cost, for which a bubble leaves
+
+
+class Removals(NamedTuple):
+    """Bubbles that could move onto a neighbour and vanish."""
+
+    nodes: Integers  # (k,)
+    onto: Integers  # (k,): the neighbours
+    gains: Floats  # (k,): how much less the triangles would cost
+    around: list[Integers]  # (k,) of all their neighbours
+
+    @classmethod
+    def of(cls, ellipses: EllipseNet, bad: float, spacing: MetricSpacing, smoothing: Smoothing) -> Self:
+        """Inner bubbles of triangles that cost more than ``bad``, and the best neighbour of each."""
+        x, triangles = ellipses.net.bubbles.x, ellipses.net.triangles
+        cost = costs(x, triangles, spacing, smoothing)
+        chosen = np.zeros(len(x), bool)
+        chosen[triangles[cost > bad]] = True
+        chosen &= ellipses.interior
+        # 1. The triangles (node, a, b) around each node: their sides (a, b) enclose the hole that it leaves.
+        row, place = np.divmod(np.flatnonzero(chosen[triangles]), 3)
+        order = np.argsort(triangles[row, place], kind="stable")
+        row, place = row[order], place[order]
+        node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
+        nodes, start, count = np.unique(node, return_index=True, return_counts=True)
+        # 2. From each corner of the hole, triangles to the sides that it is no end of, and what they cost.
+        corner, rank = members(np.repeat(count, count))
+        side = np.repeat(start, count)[corner] + rank
+        apart = (a[side] != a[corner]) & (b[side] != a[corner])
+        fans = np.column_stack([a[corner], a[side], b[side]])[apart]
+        after = np.bincount(corner[apart], costs(x, fans, spacing, smoothing), len(node))
+        # 3. The node moves onto the corner where that is least.
+        best = np.lexsort([after, node])[start]
+        before = np.add.reduceat(cost[row], start)
+        return cls(nodes, a[best], np.asarray(before - after[best]), np.split(a, start[1:]))
+
+    @property
+    def best(self) -> Integers:
+        """Numbers (r,) of those that gain most, no two of which have a neighbour in common."""
+        taken, found = set[int](), list[int]()
+        order = np.argsort(-self.gains, kind="stable")
+        for number in order[self.gains[order] > LEAST_GAIN].tolist():
+            patch = {int(self.nodes[number]), *self.around[number].tolist()}
+            if not patch & taken:
+                taken |= patch
+                found.append(number)
+        return np.array(found, np.int64)
+
+
+def mended(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing, mending: Mending) -> EllipseNet:
+    """The net without the bubbles that gain most by leaving, of those at triangles with a measure above ``mend_worse``.
+
+    What lacks bubbles gets them from population control: triangles of a halved one are worse until they are smoothed.
+    """
+    net, tensors, known = ellipses
+    removals = Removals.of(ellipses, mending.mend_worse**4 - 1, spacing, smoothing)
+    best = removals.best
+    if len(best) == 0:
+        return ellipses
+    onto, stay = np.arange(len(tensors)), np.ones(len(tensors), bool)
+    onto[removals.nodes[best]], stay[removals.nodes[best]] = removals.onto[best], False
+    triangles = onto[net.triangles]
+    triangles = (np.cumsum(stay) - 1)[triangles[all_of_rows(triangles != np.roll(triangles, 1, axis=1))]]
+    bubbles, (edges, _) = net.bubbles.select(np.flatnonzero(stay)), unique_edges(triangles)
+    rest = Net(bubbles, net.facets, net.facet_piece, net.two_sided, triangles, edges)
+    return EllipseNet(rest, tensors[stay], known[stay])
