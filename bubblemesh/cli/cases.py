@@ -349,6 +349,7 @@ def draw_preview(problem: "Problem", picture: Path) -> None:
     from bubblemesh.pictures.plots import require_picture
     from bubblemesh.pictures.repairs import draw_repairs
     from bubblemesh.pictures.spacing_plots import draw_spacing
+    from bubblemesh.problem.ruling import ruling
     from bubblemesh.run.assembly import previewed
 
     require_picture(picture)  # before the work
@@ -357,4 +358,6 @@ def draw_preview(problem: "Problem", picture: Path) -> None:
         draw_repairs(problem.domain.polygon, before, [change.at for change in changes], picture)
         return
     extremes = problem.packing_extremes
-    draw_spacing(*previewed(problem), (extremes[:2], extremes[2:]), picture, problem.task.name)
+    mesh, spacing = previewed(problem)
+    setters = ruling(problem, mesh.points[mesh.triangles[:, :3]].mean(axis=1))
+    draw_spacing(mesh, spacing, (extremes[:2], extremes[2:]), picture, problem.task.name, setters)

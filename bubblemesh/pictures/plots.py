@@ -2,7 +2,7 @@
 
 import io
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -71,13 +71,20 @@ def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> 
         figure.savefig(staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=kept)
 
 
-def mesh_figure(mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> Figure:
-    """Picture of a mesh, with data for ``options.color``; CaseError if an option asks for what there is not."""
+def mesh_figure(
+    mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA, also: Sequence[PlotOptions] = ()
+) -> Figure:
+    """Picture of a mesh, with data for ``options.color``; CaseError if an option asks for what there is not.
+
+    Pictures of it by other options are panels beside the first one if it is tall, or else below it.
+    """
     options.check()
     with _drawing(options):
-        figure, inches_per_unit = _sheet(box_of(mesh, options.view), options)
         aside = is_tall(box_of(mesh, options.view), options)
-        _draw(figure.add_subplot(), mesh, options, data, inches_per_unit, aside=aside)
+        panels = (1, 1 + len(also)) if aside else (1 + len(also), 1)
+        figure, inches_per_unit = _sheet(box_of(mesh, options.view), options, *panels)
+        for number, each in enumerate([options, *also]):
+            _draw(figure.add_subplot(*panels, number + 1), mesh, each, data, inches_per_unit, aside=aside)
     return figure
 
 
@@ -171,17 +178,17 @@ def is_tall(box: View, options: PlotOptions) -> bool:
     return aspect > (TALL if options.whole_width is None else TALL_IN_COLUMN)
 
 
-def _sheet(box: View, options: PlotOptions) -> tuple[Figure, float]:
-    """A figure with room for the mesh, and the inches that a unit of length takes; the empty room is cut off later."""
+def _sheet(box: View, options: PlotOptions, down: int = 1, across: int = 1) -> tuple[Figure, float]:
+    """A figure with room for some panels, and the inches that a unit of length takes; empty room is cut off later."""
     width, height = box[2] - box[0], box[3] - box[1]
     asked, dpi = options.whole_width, options.dpi or options.look.dpi
     long_side = options.look.long_side / MM_PER_INCH
     if asked is None:
         inches = long_side / max(width, height)
-        size = (max(width * inches, 2.5) + 1.2, max(height * inches, 2.0) + 1.0)
+        size = (across * (max(width * inches, 2.5) + 1.2), down * (max(height * inches, 2.0) + 1.0))
     else:
         inches = min(asked / MM_PER_INCH / width, long_side / height)
-        size = (asked / MM_PER_INCH, height * inches + 1.5)
+        size = (asked / MM_PER_INCH, down * (height * inches + 1.5))
     if max(size) * dpi > MOST_PIXELS:
         raise PlotOptionError(
             "dpi", f"the picture would be {max(size) * dpi:.0f} pixels long: at most {MOST_PIXELS} are drawn"

@@ -1,42 +1,65 @@
 """Pictures of a spacing. The module imports matplotlib, and is to be imported where a picture is drawn."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.pictures.colouring import FIELD, WIDE, Colouring, add_colour_bar
 from bubblemesh.pictures.names import add_names
+from bubblemesh.pictures.outlines import add_legend
 from bubblemesh.pictures.plots import box_of, is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
 UNIFORM = 1e-6  # relative: nearly equal values have one colour
 ASIDE = 9  # points from a mark to its text
+LITTLE = 0.01  # share of the area
+# Of what sets the spacing: told apart by colour-blind readers, by lightness too.
+SETTERS = (
+    "#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288", "#aa4499", "#44aa99", "#999933", "#882255", "#bbbbbb",
+    "#661100", "#6699cc",
+)  # fmt: skip
 
 Extreme = tuple[float, tuple[float, float]]
 
 
-def draw_spacing(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], path: Path, title: str) -> None:
+def draw_spacing(
+    mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], path: Path, title: str, ruling: Sequence[str] = ()
+) -> None:
     """Draw a spacing into a file; arguments as of `spacing_figure`, errors as of `save_figure`."""
     require_picture(path)
-    save_figure(spacing_figure(mesh, spacing, extremes, title), path)
+    save_figure(spacing_figure(mesh, spacing, extremes, title, ruling), path)
 
 
-def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], title: str | None = None) -> Figure:
+def spacing_figure(
+    mesh: Mesh,
+    spacing: Floats,
+    extremes: tuple[Extreme, Extreme],
+    title: str | None = None,
+    ruling: Sequence[str] = (),
+) -> Figure:
     """Filled colour map of a spacing (n,) at the nodes of a mesh that is fine enough to show it, with the boundary.
 
     Labels, regions and points have their names.
     The extremes, the least and the largest value with their places (x, y), are marked if they differ.
+    What is ``ruling`` (t,), the names of what sets the spacing in each triangle, has a panel of its own if it differs.
     """
     options = PlotOptions(color="label" if mesh.labels else "none", edges=False, title=title)
-    figure = mesh_figure(mesh, options)
-    (axes,) = figure.axes
+    divided = len(set(ruling)) > 1
+    figure = mesh_figure(mesh, options, also=[PlotOptions(color="none", edges=False, labels=False)] if divided else [])
+    axes = figure.axes[0]
+    if divided:
+        _colour_by_name(figure.axes[1], mesh, ruling, options)
     (low, _), (high, _) = extremes
     uniform = high - low <= UNIFORM * high
     norm = LogNorm(low, high) if high > WIDE * low else Normalize(low, high)
@@ -53,6 +76,28 @@ def spacing_figure(mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme
         if not uniform:
             _mark(axes, place, marker, f"{what} {value:.4g}")
     return figure
+
+
+def _colour_by_name(axes: Axes, mesh: Mesh, names: Sequence[str], options: PlotOptions) -> None:
+    """Colour triangles by names (t,), with their shares of the area in the legend, the largest first."""
+    area = signed_areas(mesh.points, mesh.triangles[:, :3])
+    known, number = np.unique(names, return_inverse=True)
+    share = np.bincount(number, area) / area.sum()
+    order = np.argsort(-share, kind="stable")
+    rank = np.argsort(order)[number]
+    colours = ListedColormap([SETTERS[k % len(SETTERS)] for k in range(len(known))])
+    told = tuple(f"{known[k]} {_percent(share[k])}" for k in order.tolist())
+    colouring = Colouring(rank.astype(float), "", colours, (-0.5, len(known) - 0.5), told)
+    triangles: Any = mesh.points[mesh.triangles[:, :3]]
+    shown = PolyCollection(triangles, array=colouring.values, cmap=colours, norm=colouring.norm, zorder=1.5)
+    shown.set(edgecolors="face", linewidths=0.1, rasterized=len(rank) > options.look.most_vectors)
+    axes.add_collection(shown)
+    axes.set_title("what sets it", color=INK, fontsize=float(mpl.rcParams["font.size"]), pad=6)
+    add_legend(axes, [], colouring)
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}" if share >= LITTLE else f"< {LITTLE:.0%}"
 
 
 def _mark(axes: Axes, place: tuple[float, float], marker: str, text: str) -> None:

@@ -105,9 +105,9 @@ def check_spacing(
     max_nodes = task.max_nodes
     _require_possible(domain, request, task)
     with timed(seconds, "spacing"):
-        spacing, rules, cover = request.at(scale), request.rules, Cover.of(domain)
-        survey = surveyed(domain, spacing, max_nodes, cover)
-        after_rules = rules(domain, replace(spacing, floor=survey.extremes.minimum / 2), max_nodes)
+        before_rules, rules, cover = request.at(scale), request.rules, Cover.of(domain)
+        survey = surveyed(domain, before_rules, max_nodes, cover)
+        after_rules = rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes)
         after_periodic = limited_across_sides(domain, after_rules)
         spacing = after_periodic.spacing
         if max(after_rules.ratio, after_periodic.ratio) > 1:
@@ -147,6 +147,8 @@ def check_spacing(
         filled.spacing.spacing,
         survey,
         filled.expected_nodes,
+        before_rules,
+        rules,
         after_rules,
         after_periodic,
         once_each(told),

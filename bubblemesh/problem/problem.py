@@ -12,6 +12,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.demands import Demands
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes
 
@@ -85,6 +86,8 @@ class Problem:
     packing_spacing: Spacing  # that the packing goes by: finer where the boundary needs it
     survey: Survey
     expected_nodes: float  # the ideal number for the packing spacing, and those of layers
+    before_rules: Spacing  # that of the terms and their limits
+    rules: Rules
     after_rules: LimitedSpacing
     after_periodic: LimitedSpacing  # the spacing after its rules, and after the counterparts of periodic sides
     warnings: tuple[str, ...]

@@ -123,7 +123,7 @@ def with_areas_below(
     def at(scale: float | None) -> Spacing:
         given = request.at(scale)
         both = Combination((given, *limits))
-        return Spacing(both, key=both.key, costly=both.costly, spots=given.spots)
+        return Spacing(both, keys=both.keys, costly=both.costly, spots=given.spots)
 
     return replace(request, at=at)
 
@@ -156,7 +156,7 @@ def spacing_request(
         *_limits_within(terms.regions, domain, rasters),
         *_of_depth(terms, domain, rasters),
         *_near(terms, domain),
-        *(Spacing(_in_plane(data, domain), key=_Always(key)) for key, data in functions.items()),
+        *(Spacing(_in_plane(data, domain), keys=_Always(key)) for key, data in functions.items()),
     )
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
@@ -188,11 +188,11 @@ def _of_depth(terms: SpacingTerms, domain: Domain, rasters: Rasters) -> Iterator
     if terms.waves is not None:
         deep = _deep(terms.waves, domain, rasters, "waves")
         waves = Waves(deep, terms.waves.period, terms.waves.per_length)
-        yield Spacing(waves, key=_Always(Key(["spacing", "waves"])))
+        yield Spacing(waves, keys=_Always(Key(["spacing", "waves"])))
     if terms.slope is not None:
         across = terms.slope.filter or domain.size * SLOPE_ACROSS
         slope = Slope(_deep(terms.slope, domain, rasters, "slope"), terms.slope.per_slope, across)
-        yield Spacing(slope, key=_Always(Key(["spacing", "slope"])))
+        yield Spacing(slope, keys=_Always(Key(["spacing", "slope"])))
 
 
 def _not_below_courant(
@@ -206,7 +206,8 @@ def _not_below_courant(
 
     def bounded(scale: float | None) -> Spacing:
         given = at(scale)
-        return replace(given, function=NotBelow(given.function, deep, keys.dt, keys.largest))
+        raised = NotBelow(given, deep, keys.dt, keys.largest)
+        return replace(given, function=raised, keys=raised.keys)
 
     return bounded
 
@@ -247,7 +248,7 @@ def within_limits(
         if len(found) == 1 and (factor, limits) == (1.0, UNLIMITED):  # as it is, since it is evaluated very often
             return replace(found[0], spots=spots)
         combination = Combination(found, factor, *limits)
-        return Spacing(combination, key=combination.key, costly=combination.costly, spots=spots)
+        return Spacing(combination, keys=combination.keys, costly=combination.costly, spots=spots)
 
     return at
 
@@ -274,15 +275,15 @@ def _in_plane(data: Term, domain: Domain) -> Term:
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """Spacings that are fine near something, and grow from there: one term for all whose distance takes long."""
-    found = tuple(_growing(terms, domain))
+    found, key = tuple(_growing(terms, domain)), _Always(Key(["spacing", "near" if terms.near else "labels"]))
     fast = tuple(near for near in found if not near.costly)
     if len(fast) > MOST_TERMS:
-        yield Spacing(Proximities(fast))
+        yield Spacing(Proximities(fast), keys=key)
     else:
-        yield from map(Spacing, fast)
+        yield from (Spacing(near, keys=key) for near in fast)
     slow = tuple(near for near in found if near.costly)
     if slow:
-        yield Spacing(slow[0] if len(slow) == 1 else Proximities(slow), costly=True)
+        yield Spacing(slow[0] if len(slow) == 1 else Proximities(slow), keys=key, costly=True)
 
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
@@ -362,14 +363,14 @@ def _bound(value: Value, domain: Domain, *path: str | int, rasters: Rasters = Ma
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
         distance_to = partial(distance_to_labels, domain)
         function, term = bound_in(domain.plane, bound, distance_to, rasters)
-    return Spacing(function, key=_Always(Key(path)), costly=costly(term))
+    return Spacing(function, keys=_Always(Key(path)), costly=costly(term))
 
 
 @dataclass(frozen=True)
 class _Always:
-    """The key of a term, at any point."""
+    """The key of a term, at any points."""
 
     key: Key
 
-    def __call__(self, point: Floats) -> Key:
-        return self.key
+    def __call__(self, points: Floats) -> list[Key]:
+        return [self.key] * len(points)

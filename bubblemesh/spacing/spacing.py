@@ -1,6 +1,6 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 
@@ -16,8 +16,8 @@ MOST_SPOTS = 2000  # more are noise
 AT_A_TIME = 1 << 16  # places, where arrays of all would take much memory
 
 
-def _whole(point: Floats) -> Key:
-    return Key(["spacing"])
+def _whole(points: Floats) -> list[Key]:
+    return [Key(["spacing"])] * len(points)
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class Spacing:
 
     function: Callable[[Floats, Floats], Floats]  # values (n,) at the coordinates x (n,) and y (n,)
     floor: float = 0.0  # stands for d outside the domain where the function has no positive value
-    key: Callable[[Floats], Key] = _whole  # key of the case that sets it at a point (2,): a region may have its own
+    # Keys (n) of the case that set it at points (n, 2): a region may have its own.
+    keys: Callable[[Floats], Sequence[Key]] = _whole
     costly: bool = False  # so much that a table of it is worth having
     # Places (k, 2) where it may be fine over so short a distance that samples would pass them by.
     spots: Floats = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
@@ -40,7 +41,7 @@ class Spacing:
         bad = np.flatnonzero(~_usable(d))
         if len(bad):
             k = bad[0]
-            with at_key(*self.key(points[k])):
+            with at_key(*self.keys(points[k : k + 1])[0]):
                 raise CaseError(
                     f"is {d[k]:g} at {place(points[k])}: it has to be positive and finite in the whole domain"
                 )

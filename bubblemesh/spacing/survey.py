@@ -81,7 +81,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | No
     cover = cover or Cover.of(domain)
     found = extremes(domain, spacing, cover)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
-        with at_key(*spacing.key(np.array(found.minimum_at))):
+        with at_key(*spacing.keys(np.array([found.minimum_at]))[0]):
             raise CaseError(
                 f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
             )

@@ -15,6 +15,7 @@ from matplotlib.colors import LogNorm, Normalize
 from bubblemesh.case import load_case
 from bubblemesh.pictures.spacing_plots import draw_spacing, spacing_figure
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.ruling import ruling
 from bubblemesh.run.assembly import previewed
 from bubblemesh.run.estimate import estimate
 
@@ -103,6 +104,36 @@ def test_colours_tell_the_spacing(text, norm):
         np.testing.assert_allclose(pixels[row, column, :3], wanted[:3], atol=0.03)
     column, row = np.rint(axes.transData.transform((1.5, 0.5))).astype(int)
     np.testing.assert_allclose(pixels[row, column, :3], 1)  # the hole
+
+
+def test_what_sets_the_spacing_has_a_panel_of_its_own():
+    terms = "{value: 0.1, near: {point: [0.5, 0.5], size: 0.01, growth: 0.1}, maximum: 0.08}"
+    problem = problem_of(UNIFORM.replace("spacing: 0.1", f"spacing: {terms}"))
+    mesh, spacing = previewed(problem)
+    setters = ruling(problem, mesh.points[mesh.triangles].mean(axis=1))
+    figure = spacing_figure(mesh, spacing, extremes_of(problem), ruling=setters)
+    (first, second, bar) = figure.axes
+    assert first.get_position().y0 > second.get_position().y1  # the domain is wide
+    assert bar.get_xlabel() == "spacing d"
+    told = [text.get_text() for text in second.get_legend().get_texts()]
+    assert [name.split()[0] for name in told] == ["near", "maximum"]
+    x, y = np.meshgrid(np.linspace(0, 2, 801), np.linspace(0, 1, 401))
+    inside = np.hypot(x - 1.5, y - 0.5) > 0.2
+    near = np.hypot(x - 0.5, y - 0.5) < 0.7  # where 0.01 + 0.1 times it is below 0.08
+    assert float(told[0].split()[1].rstrip("%")) == pytest.approx(100 * near[inside].mean(), abs=2)
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[::-1] / 255
+    colours = [patch.get_facecolor() for patch in second.get_legend().get_patches()]
+    for point, name in (((0.6, 0.5), 0), ((1.9, 0.9), 1)):
+        column, row = np.rint(second.transData.transform(point)).astype(int)
+        np.testing.assert_allclose(pixels[row, column, :3], colours[name][:3], atol=0.1)
+
+
+def test_one_term_that_sets_it_everywhere_needs_no_panel():
+    problem = problem_of(UNIFORM)
+    mesh, spacing = previewed(problem)
+    figure = spacing_figure(mesh, spacing, extremes_of(problem), ruling=["value"] * len(mesh.triangles))
+    assert len(figure.axes) == 2  # the map and its bar
 
 
 @pytest.mark.long

@@ -48,7 +48,7 @@ class MetricSpacing(Spacing):
     @classmethod
     def of(cls, ellipses: Ellipses, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
         """The spacing of a metric; ``aspect`` is that of its longest ellipse in a domain."""
-        return cls(AreaSizes(ellipses), key=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
+        return cls(AreaSizes(ellipses), keys=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
 
     @classmethod
     def of_tensors(cls, tensors: Callable[[Floats, Floats], Floats], aspect: float = 1.0) -> "MetricSpacing":
@@ -124,5 +124,5 @@ class MetricSpacing(Spacing):
         return share
 
 
-def _metric(point: Floats) -> Key:
-    return Key(["metric"])
+def _metric(points: Floats) -> list[Key]:
+    return [Key(["metric"])] * len(points)

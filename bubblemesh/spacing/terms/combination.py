@@ -9,6 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.spacing.spacing import Spacing
 
+MINIMUM, MAXIMUM = Key(["spacing", "minimum"]), Key(["spacing", "maximum"])
 Term = Callable[[Floats, Floats], Floats]  # values (n,) at x (n,) and y (n,), infinite where it asks for nothing
 
 
@@ -46,8 +47,16 @@ class Combination:
             limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
         return np.where(smallest > 0, limited, smallest)
 
-    def key(self, point: Floats) -> Key:
-        """Key of the first term that has the value at a point (2,)."""
-        x, y = point[:1], point[1:]
-        values = [float(np.broadcast_to(term.function(x, y), 1)[0]) for term in self.terms]
-        return self.terms[int(np.argmin(values))].key(point)  # the first that is no number, if one is
+    def keys(self, points: Floats) -> list[Key]:
+        """Keys (n) of what sets the value at points (n, 2): the first term that has it, or a limit."""
+        x, y = points.T
+        values = np.array([np.broadcast_to(term.function(x, y), len(points)) for term in self.terms])
+        first = values.argmin(axis=0)  # the first that is no number, if one is
+        d = self.scale * values[first, np.arange(len(points))]
+        low, high = (d > 0) & (d < self.minimum), d > self.maximum
+        keys = [MINIMUM if below else MAXIMUM for below in low.tolist()]
+        for number, term in enumerate(self.terms):
+            mine = np.flatnonzero((first == number) & ~low & ~high)
+            for k, key in zip(mine.tolist(), term.keys(points[mine]), strict=True):
+                keys[k] = key
+        return keys

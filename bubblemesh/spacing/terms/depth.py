@@ -12,9 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.errors import Key
+from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
 GRAVITY = 9.81  # m/s2
+COURANT = Key(["spacing", "courant"])
 
 
 def wave_speed(depth: Floats) -> Floats:
@@ -69,11 +72,21 @@ class Slope:
 class NotBelow:
     """A spacing that is nowhere so fine that a wave passes more than a share of it in a time step."""
 
-    spacing: Term
+    spacing: Spacing
     depth: Deep
     dt: float  # seconds
     largest: float  # Courant number sqrt(g h) dt / d
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Spacing (n,) at x (n,) and y (n,)."""
-        return np.maximum(self.spacing(x, y), wave_speed(self.depth(x, y)) * (self.dt / self.largest))
+        return np.maximum(self.spacing.function(x, y), self._least(x, y))
+
+    def keys(self, points: Floats) -> list[Key]:
+        """Keys (n) of what sets the spacing at points (n, 2)."""
+        x, y = points.T
+        over = self._least(x, y) > self.spacing.function(x, y)
+        given = self.spacing.keys(points)
+        return [COURANT if mine else key for mine, key in zip(over.tolist(), given, strict=True)]
+
+    def _least(self, x: Floats, y: Floats) -> Floats:
+        return wave_speed(self.depth(x, y)) * (self.dt / self.largest)

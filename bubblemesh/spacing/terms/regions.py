@@ -130,7 +130,7 @@ def by_region(rest: Spacing, own: Sequence[RegionSpacing]) -> Spacing:
     if not own:
         return rest
     regions = _Regions(rest, tuple(sorted(own, key=lambda one: -one.region.polygon.area)))
-    return replace(rest, function=regions, key=regions.key, costly=regions.costly)
+    return replace(rest, function=regions, keys=regions.keys, costly=regions.costly)
 
 
 @dataclass(frozen=True)
@@ -177,13 +177,16 @@ class _Regions(Uncached):
             d[at] = np.where(inside[mine], own[mine], np.fmin(d[at], own[mine]))
         return d
 
-    def key(self, point: Floats) -> Key:
-        """Key of what has the value at a point (2,)."""
-        x, y = point[:1], point[1:]
-        _, region = self._found(x, y)
-        d, own = self(x, y), self._own_values(np.repeat(x, len(region)), np.repeat(y, len(region)), region)
-        having = region[(own == d) | (np.isnan(own) & np.isnan(d))]
-        return self.own[having[-1]].key if len(having) else self.rest.key(point)
+    def keys(self, points: Floats) -> list[Key]:
+        """Keys (n) of what has the value at points (n, 2)."""
+        x, y = points.T
+        point, region = self._found(x, y)
+        d, own = self(x, y)[point], self._own_values(x[point], y[point], region)
+        having = (own == d) | (np.isnan(own) & np.isnan(d))
+        keys = list(self.rest.keys(points))
+        for k, number in zip(point[having].tolist(), region[having].tolist(), strict=True):
+            keys[k] = self.own[number].key  # of several the last one, which is the innermost
+        return keys
 
     def _found(self, x: Floats, y: Floats) -> tuple[Integers, Integers]:
         """Points and the regions (m,) that they are in or on the rim of, in order."""

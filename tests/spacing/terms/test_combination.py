@@ -10,7 +10,7 @@ X, Y = np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(4)
 
 def term(*values, key="spacing"):
     """A term with values at the points x = 0, 1, 2 ..."""
-    return Spacing(lambda x, y: np.array(values, float)[x.astype(int)], key=lambda point: Key([key]))
+    return Spacing(lambda x, y: np.array(values, float)[x.astype(int)], keys=lambda points: [Key([key])] * len(points))
 
 
 def test_smallest_term_counts():
@@ -33,7 +33,16 @@ def test_no_term_asks_for_nothing():
     assert np.isinf(Combination(())(X, Y)).all()
 
 
-@pytest.mark.parametrize(("at", "key"), [(0, "a"), (1, "b"), (2, "b"), (3, "a")])
-def test_the_term_that_has_the_value_is_named(at, key):
+def named(made):
+    return list(map(str, made.keys(np.column_stack([X, Y]))))
+
+
+def test_the_term_that_has_the_value_is_named():
     made = Combination((term(1, 2, 3, np.inf, key="a"), term(1, -1, np.nan, np.inf, key="b")))
-    assert str(made.key(np.array([at, 0.0]))) == key
+    assert named(made) == ["a", "b", "b", "a"]
+
+
+def test_limits_are_named_where_they_count():
+    made = Combination((term(1, 2, 3, np.inf, key="a"), term(9, 1.5, 9, 9, key="b")), 0.5, minimum=0.6, maximum=1.2)
+    assert named(made) == ["spacing.minimum", "b", "spacing.maximum", "spacing.maximum"]
+    assert named(Combination((term(-1, 0, np.nan, 1, key="a"),), minimum=0.5)) == ["a"] * 4
