@@ -22,6 +22,7 @@ from bubblemesh.geometry.paths import Area, Change, Ring, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.uncached import Uncached
+from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.geometry.validity import require_domain, simple_polygon
 from bubblemesh.messages import meant, ring_name, tell_places_of
 
@@ -163,6 +164,11 @@ class Domain(Uncached):
         """The longer side of the bounding box."""
         x0, y0, x1, y1 = self.bounds
         return max(x1 - x0, y1 - y0)
+
+    @cached_property
+    def unprojection(self) -> Unprojection | None:
+        """What gives the coordinates, as they were given, of places in it, if these have been taken to a plane."""
+        return None if self.plane is None else Unprojection(self.plane, self.bounds)
 
     @property
     def piece_count(self) -> int:

@@ -25,6 +25,7 @@ from bubblemesh.geometry.paths import Line, Point, Polyline, Ring, Side, as_poin
 DEGREES = "EPSG:4326"
 NEAREST_POLE = 89.0  # degrees of latitude
 WIDEST = 180.0  # degrees of longitude
+HALF_TURN = 180.0
 LARGEST_SCALE = 1.05  # lengths in the plane in terms of those on the ground
 BENT = 0.002  # of its length: what a straight side in degrees may leave that in the plane, or else is a polyline
 PIECES = 1000  # of one side, at most
@@ -128,11 +129,20 @@ class Plane:
 
     def given(self, points: Floats) -> Floats:
         """Coordinates (n, 2), in the system of those that are given, of places (n, 2) in the plane."""
-        return _transformed(self.definition, self.source, points)
+        return self._continuous(self.source, _transformed(self.definition, self.source, points))
 
     def written(self, points: Floats) -> Floats:
         """Coordinates (n, 2), in the system that is written, of places (n, 2) in the plane."""
-        return points if self.target is None else _transformed(self.definition, self.target, points)
+        if self.target is None:
+            return points
+        return self._continuous(self.target, _transformed(self.definition, self.target, points))
+
+    def _continuous(self, system: str, points: Floats) -> Floats:
+        """Points (n, 2) in a system, whose longitudes go on across the date line."""
+        if not known_system(system).is_geographic or abs(self.middle[0]) + WIDEST / 2 < HALF_TURN:
+            return points
+        turns = np.round((points[:, :1] - self.middle[0]) / (2 * HALF_TURN))
+        return points - turns * [2 * HALF_TURN, 0.0]
 
     def first_axis(self, points: Floats) -> Floats:
         """Unit vectors (n, 2) in the plane, at places (n, 2), along the first axis of the given coordinates."""

@@ -15,6 +15,7 @@ from bubblemesh.errors import CaseError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
+from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.problem.files import named_files
 from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names_in
 from bubblemesh.spacing.spacing import Spacing
@@ -71,34 +72,33 @@ class GivenPlaces:
     """A function of coordinates as they were given, as one of places in the plane."""
 
     function: Callable[[Floats, Floats], Floats]
-    plane: Plane
+    unprojection: Unprojection
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values at x and y in the plane, in the arrays' common shape."""
         x, y = np.broadcast_arrays(x, y)
-        points = self.plane.given(np.column_stack([x.ravel(), y.ravel()]))
-        return self.function(*points.T).reshape(x.shape)
+        return self.function(*self.unprojection(x.ravel(), y.ravel())).reshape(x.shape)
 
 
 def bound_in(
-    plane: Plane | None, expression: Expression, distance_to: DistanceTo, rasters: Rasters
+    unprojection: Unprojection | None, expression: Expression, distance_to: DistanceTo, rasters: Rasters
 ) -> tuple[Callable[[Floats, Floats], Floats], Expression]:
     """An expression as a function of places in the domain, and with its values of distances and rasters.
 
     Where coordinates have been taken to a plane, its x and y and its rasters are those that were given. CaseError for
     one that has x or y and measures distances too, which are in metres.
     """
-    if plane is None:
+    if unprojection is None:
         term = expression.measuring(distance_to, rasters)
         return term, term
     used = names_in(expression.text)
     if not {"x", "y"} & used:
-        term = expression.measuring(distance_to, {name: GivenPlaces(f, plane) for name, f in rasters.items()})
+        term = expression.measuring(distance_to, {name: GivenPlaces(f, unprojection) for name, f in rasters.items()})
         return term, term
     if "distance" in used:
         raise CaseError("x and y, in the system of crs.from, and distance, in metres, do not go together: use near")
     term = expression.measuring(distance_to, rasters)
-    return GivenPlaces(term, plane), term
+    return GivenPlaces(term, unprojection), term
 
 
 def given_bounds(domain: Domain) -> tuple[float, float, float, float]:

@@ -270,7 +270,7 @@ def _by_region(rest: Spacing, domain: Domain, own: OwnValues, rasters: Rasters) 
 
 def _in_plane(data: Term, domain: Domain) -> Term:
     """Data, whose places are given ones, as a function of those in the domain."""
-    return data if domain.plane is None else GivenPlaces(data, domain.plane)
+    return data if domain.unprojection is None else GivenPlaces(data, domain.unprojection)
 
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
@@ -362,7 +362,7 @@ def _bound(value: Value, domain: Domain, *path: str | int, rasters: Rasters = Ma
     with at_key(*path):
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
         distance_to = partial(distance_to_labels, domain)
-        function, term = bound_in(domain.plane, bound, distance_to, rasters)
+        function, term = bound_in(domain.unprojection, bound, distance_to, rasters)
     return Spacing(function, keys=_Always(Key(path)), costly=costly(term))
 
 
