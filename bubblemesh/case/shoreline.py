@@ -34,5 +34,5 @@ class ShorelineKeys(Strict):
     )
     narrowest: Positive | None = Field(
         default=None,
-        description="Close channels and bays narrower than so many of the finest spacings along the shore.",
+        description="Close channels and bays narrower than so many of the spacings there.",
     )

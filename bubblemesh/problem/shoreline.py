@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry.geography import projected, projected_ring
@@ -27,6 +27,9 @@ STRAIGHT = 1e-7  # of the box's size: what cutting left of straight sides
 DETAIL = 0.1  # spacings
 SHORT = 0.5  # spacings: of points nearer to each other one is left out, where the detail is auto
 SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are corners
+BAND = 1.05  # ratio of widths that are taken to be one
+TOUCHING = 1.07  # a little more than that
+LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is none is refused later
 HALVINGS = 8  # of the detail, until no rings cross
 
 SpacingAt = Callable[[Floats], Floats]
@@ -75,7 +78,13 @@ def _in_plane(faces: Faces, size: float) -> shapely.Geometry:
     return shapely.union_all(shapely.make_valid(taken))
 
 
-def _kept(sea: shapely.Geometry, sides: Sequence[Floats], smallest: float, told: Sequence[str]) -> Sea:
+def _kept(
+    sea: shapely.Geometry,
+    sides: Sequence[Floats],
+    smallest: float,
+    told: Sequence[str],
+    advice: str = "correct the box, or say of: sea if the shapes are water",
+) -> Sea:
     """Parts of the sea that are open and large, without small islands."""
     found, notes = [part for part in _polygons(sea) if part.area > 0], list(told)
     rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
@@ -88,7 +97,7 @@ def _kept(sea: shapely.Geometry, sides: Sequence[Floats], smallest: float, told:
     if len(large) < len(opened):
         notes.append(f"{counted(len(opened) - len(large), 'part')} of the sea below {smallest:.6g} left out")
     if not large:
-        raise GeometryError("no sea is left in the box: correct the box, or say of: sea if the shapes are water")
+        raise GeometryError(f"no sea is left in the box: {advice}")
     holes = [[ring for ring in part.interiors if shapely.Polygon(ring).area >= smallest] for part in large]
     dropped = sum(len(part.interiors) for part in large) - sum(map(len, holes))
     if dropped:
@@ -98,15 +107,14 @@ def _kept(sea: shapely.Geometry, sides: Sequence[Floats], smallest: float, told:
 
 
 def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
-    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "Polygon"]
+    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "Polygon" and not part.is_empty]
 
 
 def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
     """The sea without narrow channels and with the detail that a spacing can show."""
     shore, notes = keys.shoreline, list(sea.notes)
     if shore.narrowest is not None:
-        width = shore.narrowest * min(float(spacing(shapely.get_coordinates(part)).min()) for part in sea.parts)
-        sea = _without_narrow(sea, width, shore.smallest or 0.0)
+        sea = without_narrow(sea, spacing, shore.narrowest, shore.smallest or 0.0)
         notes = list(sea.notes)
     if shore.detail is None:
         return sea
@@ -131,17 +139,65 @@ def _same(detail: float) -> SpacingAt:
     return lambda points: np.full(len(points), detail / DETAIL)
 
 
-def _without_narrow(sea: Sea, width: float, smallest: float) -> Sea:
-    """The sea without what is narrower than a width, and without what only that joins to the open side."""
+def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: float) -> Sea:
+    """The sea without what is narrower than so many of the spacings there, and what only that joins to the open side.
+
+    What stays is covered by discs in the sea whose middles are half of that width away from each point of the shore, as
+    the spacing is at that point.
+    """
     shape = shapely.union_all(sea.parts)
-    wide = shape.buffer(-width / 2).buffer(width / 2 * 1.01)
-    narrow = [part for part in _polygons(shape.difference(wide)) if part.area > SLIVER * width**2]
+    size = max(np.ptp(np.vstack(sea.sides), axis=0))
+
+    def half_width(points: Floats) -> Floats:
+        return np.maximum(narrowest / 2 * spacing(points), LEAST_WIDTH * size)
+
+    middles = shape.difference(_grown(shape, half_width))
+    wide = shapely.union_all([middles, _grown(middles, _touching(shape))])
+    parts = _polygons(shape.difference(wide))
+    widths = 2 * half_width(shapely.get_coordinates([part.point_on_surface() for part in parts]))
+    narrow = [(part, width) for part, width in zip(parts, widths, strict=True) if part.area > SLIVER * width**2]
     if not narrow:
         return sea
     # A little more, so that no slivers stay between them and the shore.
-    cut = shape.difference(shapely.union_all([part.buffer(0.01 * width, join_style="mitre") for part in narrow]))
-    closed = f"{counted(len(narrow), 'narrow part')} of the sea closed, less than {width:.6g} wide"
-    return _kept(cut, sea.sides, smallest, (*sea.notes, closed))
+    cut = shape.difference(shapely.union_all([part.buffer(0.01 * width, join_style="mitre") for part, width in narrow]))
+    closed = f"{counted(len(narrow), 'part')} of the sea closed, narrower than {narrowest:g} spacings there"
+    return _kept(cut, sea.sides, smallest, (*sea.notes, closed), f"ask for less than narrowest: {narrowest:g}")
+
+
+def _grown(shape: shapely.Geometry, radius: SpacingAt) -> shapely.Geometry:
+    """What is no farther from the boundary of a shape than a radius there, as it is in bands of nearly equal ones."""
+    found = list[shapely.Geometry]()
+    for part in _polygons(shape):
+        for ring in (part.exterior, *part.interiors):
+            points = _with_points_between(shapely.get_coordinates(ring), radius)
+            band = np.floor(np.log(1.02 * radius((points[:-1] + points[1:]) / 2)) / np.log(BAND)).astype(np.int64)
+            first = np.flatnonzero(np.diff(band, prepend=band[0] - 1))
+            for begin, end in pairwise([*first.tolist(), len(band)]):
+                found.append(shapely.LineString(points[begin : end + 1]).buffer(BAND ** int(band[begin])))
+    return shapely.union_all(found)
+
+
+def _with_points_between(line: Floats, radius: SpacingAt) -> Floats:
+    """A line (n, 2) with points (m, 2) in steps of half a radius at most."""
+    length = np.hypot(*np.diff(line, axis=0).T)
+    least = np.minimum(radius(line[:-1]), radius(line[1:]))
+    pieces = np.maximum(np.ceil(2 * length / least), 1).astype(np.int64)
+    side, rank = members(pieces)
+    share = (rank / pieces[side])[:, None]
+    return np.vstack([line[side] * (1 - share) + line[side + 1] * share, line[-1:]])
+
+
+def _touching(shape: shapely.Geometry) -> SpacingAt:
+    """The radii of discs that touch the boundary of a shape, and a little more."""
+    rings = [shapely.get_coordinates(ring) for part in _polygons(shape) for ring in (part.exterior, *part.interiors)]
+    sides = np.vstack([np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings])
+    tree = shapely.STRtree(shapely.linestrings(sides))
+
+    def radius(points: Floats) -> Floats:
+        _, distance = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
+        return TOUCHING * np.asarray(distance, float)
+
+    return radius
 
 
 def _simplified(part: shapely.Polygon, sea: Sea, detail: _Detail) -> shapely.Polygon:

@@ -261,7 +261,9 @@ def test_the_date_line_may_be_crossed_by_continuous_longitudes():
     found = mesh_case(case(pacific, "100 km", {"from": "EPSG:4326"})).mesh
     assert np.ptp(found.points[:, 0]) == pytest.approx(885e3, rel=0.02)
     written = mesh_case(case(pacific, "100 km", {"from": "EPSG:4326", "to": "EPSG:4326"})).mesh
-    np.testing.assert_allclose([written.points.min(axis=0), written.points.max(axis=0)], [[176, -10], [184, -5]], atol=0.02)
+    np.testing.assert_allclose(
+        [written.points.min(axis=0), written.points.max(axis=0)], [[176, -10], [184, -5]], atol=0.02
+    )
 
 
 def test_a_file_in_degrees_is_not_in_metres(in_folder):

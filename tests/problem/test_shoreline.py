@@ -150,10 +150,55 @@ def test_narrow_channels_are_closed():
     write([wide, narrow])
     assert len(set(prepare(case(spacing=2)).domain.boundary.area_of_ring)) == 1
     problem = prepare(case(spacing=2, narrowest=3))
-    assert any("1 narrow part of the sea closed, less than 6 wide" in text for text in problem.warnings)
+    assert any("1 part of the sea closed, narrower than 3 spacings there" in text for text in problem.warnings)
     assert len(set(problem.domain.boundary.area_of_ring)) == 2
     x = problem.domain.boundary.corners
     assert not ((x[:, 0] > 31) & (x[:, 0] < 39) & (x[:, 1] > 1) & (x[:, 1] < 59)).any()
+
+
+FUNNEL = [  # from x = 20, where it is 10 wide, to x = 80, where it is 1 wide
+    shapely.Polygon([(20, -1), (80, -1), (80, 29.5), (20, 25)]),
+    shapely.Polygon([(20, 61), (80, 61), (80, 30.5), (20, 35)]),
+]
+
+
+def width_at(x):
+    return 10 - 9 * (x - 20) / 60
+
+
+@pytest.mark.parametrize(
+    ("spacing", "d"),
+    [
+        ("1", lambda x: 1 + 0 * x),
+        ("0.2 + 0.02*x", lambda x: 0.2 + 0.02 * x),
+        ("2 - 0.015*x", lambda x: 2 - 0.015 * x),
+        ("0.2 + 0.001*abs(x - 50)", lambda x: 0.2 + 0.001 * abs(x - 50)),  # nowhere narrow
+    ],
+)
+def test_channels_end_where_they_are_narrower_than_so_many_of_the_spacings_there(spacing, d):
+    write(FUNNEL)
+    problem = prepare(case(spacing=spacing, narrowest=3))
+    sea = problem.domain.polygon
+    x = np.linspace(20, 80, 601)
+    narrow = x[width_at(x) < 3 * d(x)]
+    first = narrow.min() if len(narrow) else np.inf
+    middle = shapely.contains_xy(sea, x, np.full(len(x), 30))
+    reach = 0.75 * width_at(first) if len(narrow) else 0  # the last disc, half of it and something
+    assert middle[x < first - 0.5].all()
+    assert not middle[(x > first + reach) & (x < 79)].any()
+    assert (len(set(problem.domain.boundary.area_of_ring)) == 2) == bool(len(narrow))
+
+
+def test_nothing_but_narrow_parts_is_closed():
+    write(LAND)
+    domain = prepare(case(spacing=2, narrowest=3, smallest=5)).domain
+    assert domain.polygon.symmetric_difference(sea_of(COAST, ISLAND)).area < 1e-3 * domain.polygon.area
+
+
+def test_a_sea_that_is_narrow_all_over_is_no_sea():
+    write(LAND)
+    with pytest.raises(BubblemeshError, match=r"no sea is left in the box: ask for less than narrowest: 30"):
+        prepare(case(narrowest=30))
 
 
 # Kinds of shapes
