@@ -1,9 +1,9 @@
 """Keys of a spacing that follows the depth of water."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo
+from pydantic import BeforeValidator, Discriminator, Field, PlainValidator, Tag, ValidationInfo
 
 from bubblemesh.case.fields import AS_GIVEN, Positive, Strict, as_expression, evaluated
 from bubblemesh.spacing.expression import Expression, is_raster_name
@@ -22,6 +22,25 @@ def _time(value: object, info: ValidationInfo) -> object:
 Depth = Annotated[Expression, PlainValidator(as_expression(_parsed), json_schema_input_type=str), AS_GIVEN]
 _Duration = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 Duration = Annotated[_Duration, BeforeValidator(_time, json_schema_input_type=_Duration | str)]
+
+
+class NodeDepthKeys(Strict):
+    """The depth that the mesh is written with."""
+
+    of: Depth | None = Field(
+        default=None, description="The name of a raster, or an expression; by default that of waves, slope or courant."
+    )
+    over: Literal["node", "cell"] = Field(
+        default="node",
+        description="Whether it is that at each node, or the mean over the node's cell, a third of each triangle.",
+    )
+
+
+# An expression alone stands for one with the other keys as they are by default.
+NodeDepth = Annotated[
+    Annotated[Depth, Tag("<plain>")] | Annotated[NodeDepthKeys, Tag("<keys>")],
+    Discriminator(lambda value: "<keys>" if isinstance(value, dict | NodeDepthKeys) else "<plain>"),
+]
 
 
 class DepthKeys(Strict):

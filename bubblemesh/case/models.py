@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.data_terms import OneOrMore
-from bubblemesh.case.depth import Depth
+from bubblemesh.case.depth import NodeDepth, NodeDepthKeys
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import (
@@ -87,10 +87,10 @@ class Output(Strict):
         default=None,
         description="Labels of open water, for formats of coasts; else those named open, or open_, open- and more.",
     )
-    depth: Depth | None = Field(
+    depth: NodeDepth | None = Field(
         default=None,
         description="Depth that the mesh is written with, in formats that hold it: the name of a raster, or an "
-        "expression; by default that of waves, slope or courant.",
+        "expression, or both of the keys below; by default that of waves, slope or courant.",
     )
     partition: Count | None = Field(
         default=None, description="Number of parts for a parallel solver, whose files tell the part of each triangle."
@@ -99,6 +99,11 @@ class Output(Strict):
     directory: Annotated[Text, Field(min_length=1)] | None = Field(
         default=None, description="Folder of the files, relative to the case file."
     )
+
+    @property
+    def node_depth(self) -> NodeDepthKeys:
+        """The keys of the depth."""
+        return self.depth if isinstance(self.depth, NodeDepthKeys) else NodeDepthKeys(of=self.depth)
 
     @model_validator(mode="before")
     @classmethod

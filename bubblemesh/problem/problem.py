@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.demands import Demands
 from bubblemesh.spacing.metric.metric import MetricSpacing
@@ -15,6 +14,7 @@ from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes, Survey, extremes
+from bubblemesh.spacing.terms.depth import NodeDepth
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
@@ -44,7 +44,7 @@ class Task:
     inner_node: bool = False  # whether each triangle needs a node that is not on the rings of the domain
     ladders: "tuple[Ladder, ...]" = ()  # of boundary layers
     previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
-    depth: Callable[[Floats, Floats], Floats] | None = None  # that the mesh is written with
+    depth: NodeDepth | None = None  # that the mesh is written with
     open_labels: tuple[str, ...] = ()  # of the boundary, for formats of coasts
     file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
 

@@ -12,7 +12,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
-from bubblemesh.case.depth import DepthKeys
+from bubblemesh.case.depth import DepthKeys, NodeDepthKeys
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.distances import (
@@ -24,23 +24,24 @@ from bubblemesh.geometry.distance.distances import (
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, terms_in
+from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, raster_step, terms_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly, nothing
-from bubblemesh.spacing.terms.depth import Deep, NotBelow, Slope, Waves
+from bubblemesh.spacing.terms.depth import Deep, NodeDepth, NotBelow, Slope, Waves
 from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
 from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
 
 if TYPE_CHECKING:
     from bubblemesh.problem.data_terms import DataFunction
     from bubblemesh.problem.metric import MetricRequest
+    from bubblemesh.spacing.terms.raster import Raster
 
 UNLIMITED = (0.0, np.inf)
 USUAL = 0.75  # of the largest area: mean one of triangles few of which are larger
-NO_RULES = Rules()
+NO_RULES, NOT_GIVEN = Rules(), NodeDepthKeys()
 OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
 MOST_TERMS = 64  # near something: of more of them, only those in question are evaluated
 SLOPE_ACROSS = 1 / 200  # of the domain's size: length over which depths are compared
@@ -56,7 +57,7 @@ class SpacingRequest:
     nodes: int | None = None  # that it is to be scaled for
     warnings: tuple[str, ...] = ()
     metrics: "tuple[MetricRequest, ...]" = ()  # below the spacing
-    depth: Term | None = None  # that the mesh is written with
+    depth: NodeDepth | None = None  # that the mesh is written with
     rasters: Rasters = field(default_factory=dict)  # that expressions may name
 
 
@@ -68,7 +69,7 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
         if (value := case.domain.regions[int(region.key[2])].spacing) is not None
     }
     with own_files(case.spacing_terms, case.root):
-        request = spacing_request(case.spacing, domain, own, case.output.depth, list(_metric_values(case)))
+        request = spacing_request(case.spacing, domain, own, case.output.node_depth, list(_metric_values(case)))
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     if domain.plane is not None:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
@@ -137,7 +138,7 @@ def spacing_request(
     spacing: Value | SpacingTerms,
     domain: Domain,
     own: OwnValues | None = None,
-    depth: Expression | None = None,
+    depth: NodeDepthKeys = NOT_GIVEN,
     others: Sequence[Value] = (),
 ) -> SpacingRequest:
     """Spacing request of a value, or of terms, and of the regions' own values in a domain; errors have the key.
@@ -145,7 +146,7 @@ def spacing_request(
     ``depth`` is that which the mesh is written with, if a case says so; ``others`` may name rasters as well.
     """
     given, plane = as_terms(spacing), domain.plane
-    rasters, told = _variables(given, domain, [depth, *others, *(value for value, _ in (own or {}).values())])
+    rasters, told = _variables(given, domain, [depth.of, *others, *(value for value, _ in (own or {}).values())])
     terms = given if plane is None else terms_in(plane, given)
     key, value = terms.basis
     path = ("spacing", key) if spacing is given else ("spacing",)
@@ -165,7 +166,9 @@ def spacing_request(
     return SpacingRequest(at, rules_of(terms), terms.nodes, (*told, *astray), depth=deep, rasters=rasters)
 
 
-def _variables(terms: SpacingTerms, domain: Domain, others: Sequence[Value | None]) -> tuple[Rasters, tuple[str, ...]]:
+def _variables(
+    terms: SpacingTerms, domain: Domain, others: Sequence[Value | None]
+) -> "tuple[Mapping[str, Raster], tuple[str, ...]]":
     """The rasters that expressions name, and notes on them."""
     keys = [each.depth for each in (terms.waves, terms.slope, terms.courant) if each is not None]
     values = [terms.value, *terms.regions.values(), *keys, *others]
@@ -212,14 +215,21 @@ def _not_below_courant(
     return bounded
 
 
-def _depth_of_nodes(terms: SpacingTerms, domain: Domain, rasters: Rasters, depth: Expression | None) -> Term | None:
+def _depth_of_nodes(
+    terms: SpacingTerms, domain: Domain, rasters: "Mapping[str, Raster]", depth: NodeDepthKeys
+) -> NodeDepth | None:
     """The depth that the mesh is written with: that given, or that of a term of the spacing."""
-    if depth is not None:
-        return _bound(depth, domain, "output", "depth", rasters=rasters).function
-    for keys, name in ((terms.waves, "waves"), (terms.slope, "slope"), (terms.courant, "courant")):
-        if keys is not None:
-            return _bound(keys.depth, domain, "spacing", name, "depth", rasters=rasters).function
-    return None
+    told = {("output", "depth"): depth.of}
+    for name, keys in (("waves", terms.waves), ("slope", terms.slope), ("courant", terms.courant)):
+        told["spacing", name] = None if keys is None else keys.depth
+    path, value = next(((path, value) for path, value in told.items() if value is not None), ((), None))
+    if value is None:
+        return None
+    function = _bound(value, domain, *path, rasters=rasters).function
+    if depth.over == "node":
+        return NodeDepth(function)
+    steps = (raster_step(rasters[name], domain) for name in value.rasters)
+    return NodeDepth(function, over=min(steps, default=np.inf))
 
 
 def _data(

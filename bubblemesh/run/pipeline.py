@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
@@ -30,7 +28,7 @@ from bubblemesh.run.measured import measured
 from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
-from bubblemesh.run.water import WaterRow
+from bubblemesh.run.water import WaterRow, depths_of
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -149,7 +147,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     if isinstance(mesh, Mesh) and task.open_labels:
         mesh = replace(mesh, open_labels=task.open_labels)
     if isinstance(mesh, Mesh) and task.depth is not None:
-        mesh = replace(mesh, depth=np.asarray(task.depth(*mesh.points.T), float))
+        mesh = replace(mesh, depth=depths_of(mesh, task.depth))
         water = WaterRow.of(mesh, mesh.depth)
     plane = problem.domain.plane
     if isinstance(mesh, Mesh) and isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):

@@ -6,10 +6,22 @@ from typing import Self
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.meshes.cell_means import cell_means
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.shores import is_open
-from bubblemesh.spacing.terms.depth import wave_speed
+from bubblemesh.spacing.terms.depth import NodeDepth, wave_speed
+
+
+def depths_of(mesh: Mesh, depth: NodeDepth) -> Floats:
+    """Depths (n,) at the nodes of a mesh; where they are means over cells, those on edges have that of both ends."""
+    if depth.over is None:
+        return np.asarray(depth.function(*mesh.points.T), float)
+    corners = mesh.triangles[:, :3]
+    means = cell_means(mesh.points, corners, depth.function, depth.over)
+    for number, middle in enumerate(mesh.triangles[:, 3:].T):
+        means[middle] = means[corners[:, [number, (number + 1) % 3]]].mean(axis=1)
+    return means
 
 
 @dataclass(frozen=True)

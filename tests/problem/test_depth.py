@@ -10,6 +10,7 @@ from scipy.io import netcdf_file
 from bubblemesh.api import Mesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
@@ -149,6 +150,74 @@ def test_without_a_key_the_depth_is_that_of_the_terms():
     assert len(mesh_case(case(10e3)).mesh.depth) == 0
     given = mesh_case(case(10e3, output={"depth": "5 + 0.001 * y", "order": 2})).mesh
     np.testing.assert_allclose(given.depth, 5 + 0.001 * given.points[:, 1])
+
+
+def cell_areas(mesh):
+    corners = mesh.triangles[:, :3]
+    return np.bincount(corners.ravel(), np.repeat(signed_areas(mesh.points, corners) / 3, 3), len(mesh.points))
+
+
+@pytest.mark.parametrize("depth", ["depth", {"of": "depth"}, {"of": "depth", "over": "node"}, {"over": "node"}])
+def test_depth_at_nodes_may_be_given_with_keys_or_without(depth):
+    terms = {"value": 20e3, "raster": {"file": "bed.nc", "name": "depth"}, "waves": TIDE | {"period": 3600}}
+    mesh = mesh_case(case(terms, output={"depth": depth})).mesh
+    np.testing.assert_allclose(mesh.depth, depth_at(*mesh.points.T))
+
+
+def test_depth_over_cells_holds_as_much_water_as_a_raster_that_is_finer(folder):
+    x, y = np.arange(-50, 100e3 + 100, 100), np.arange(-50, 50e3 + 100, 100)
+    ripples = 20 + 5 * (-1.0) ** np.arange(len(x))[None] + 0 * y[:, None]  # a pixel of 15, a pixel of 25
+    ripples[y > 25e3] += 30
+    np.savez(folder / "ripples.npz", x=x, y=y, depth=ripples)
+    terms = {"value": 5e3, "raster": {"file": "ripples.npz", "name": "depth"}}
+    at, over = (
+        mesh_case(case(terms, output={"depth": {"of": "depth", "over": over}})).mesh for over in ("node", "cell")
+    )
+    areas = cell_areas(over)
+    assert areas @ over.depth == pytest.approx(35 * 100e3 * 50e3, rel=1e-4)
+    south, north = (over.points[:, 1] < 20e3), (over.points[:, 1] > 30e3)
+    np.testing.assert_allclose(over.depth[south], 20, atol=0.3)
+    np.testing.assert_allclose(over.depth[north], 50, atol=0.3)
+    assert np.std(at.depth[south]) > 2
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_means_of_linear_depths_are_those_at_the_middles_of_cells(order):
+    mesh = mesh_case(case(10e3, output={"depth": {"of": "5 + 0.001 * y", "over": "cell"}, "order": order})).mesh
+    corners = mesh.triangles[:, :3]
+    n = corners.max() + 1
+    areas = cell_areas(mesh)[:n]
+    assert areas @ mesh.depth[:n] == pytest.approx(30 * 100e3 * 50e3, rel=1e-12)
+    if order == 2:
+        ends = corners[:, [1, 2]]
+        np.testing.assert_allclose(mesh.depth[mesh.triangles[:, 4]], mesh.depth[ends].mean(axis=1))
+
+
+def test_the_step_of_a_raster_in_degrees_is_that_on_the_ground(folder):
+    pytest.importorskip("pyproj")
+    x, y = np.linspace(-7, -4, 301), np.linspace(49, 51, 201)
+    np.savez(folder / "sea.npz", x=x, y=y, depth=50 + 10 * (x[None] + 6) + 0 * y[:, None])
+    keys = {
+        "domain": {"outer": {"rectangle": [-6.5, 49.2, -4.5, 50.8], "label": "open"}},
+        "crs": {"from": "EPSG:4326"},
+        "spacing": {"value": "20 km", "raster": {"file": "sea.npz", "name": "depth"}},
+        "output": {"depth": {"of": "depth", "over": "cell"}},
+    }
+    problem = prepare(load_case("sea.yaml", text=json.dumps(keys)))
+    assert problem.task.depth.over == pytest.approx(0.01 * 111.3e3 * np.cos(np.radians(50)), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("depth", "message"),
+    [
+        ({"over": "pixel"}, "output.depth.over: must be 'node' or 'cell'"),
+        ({"of": "deep"}, "output.depth.*: .*deep"),
+        ({"at": "cell"}, "output.depth.at: unknown key"),
+    ],
+)
+def test_wrong_keys_of_the_depth_are_refused(depth, message):
+    with pytest.raises(CaseError, match=message):
+        prepare(case(1e4, output={"depth": depth}))
 
 
 def test_depth_is_at_given_places(folder):

@@ -26,6 +26,14 @@ def wave_speed(depth: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
+class NodeDepth:
+    """A depth that a mesh is written with."""
+
+    function: Term
+    over: float | None = None  # length between its values, if means over the cells of nodes are written
+
+
+@dataclass(frozen=True)
 class Deep:
     """Depth of water, that of the shallowest where it is less or none."""
 
