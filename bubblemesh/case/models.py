@@ -135,6 +135,9 @@ class Limits(Strict):
 UNTRUSTED: Mapping[str, int] = {"max_nodes": 200_000, "seconds": 300, "max_memory_mb": 2000}
 
 
+NotNegative = Annotated[int, Field(strict=True, ge=0)]
+
+
 class Requirements(Strict):
     """The quality that a mesh must reach for the run to succeed."""
 
@@ -146,6 +149,12 @@ class Requirements(Strict):
         default=None, description="Least angle of any triangle, in degrees."
     )
     valence_max: Count | None = Field(default=None, description="Largest number of edges at any node.")
+    dead_ends_max: NotNegative | None = Field(
+        default=None, description="Largest number of triangles with two sides on closed boundaries."
+    )
+    cut_off_max: NotNegative | None = Field(
+        default=None, description="Largest number of triangles that are joined to the open sea by a point only."
+    )
 
 
 class RangeKeys(Strict):

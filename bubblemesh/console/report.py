@@ -200,7 +200,8 @@ def _water(figures: Mapping[str, Any]) -> str:
         step = f"Courant number 1 at a time step of {figures['time_step']:.3g} s, at {place(figures['time_step_at'])}"
     return (
         f"depth {least:.4g} to {largest:.4g} m; {step}; at most {figures['most_neighbours']} neighbours, "
-        f"{counted(figures['land_triangles'], 'triangle')} with all nodes on closed boundaries"
+        f"{counted(figures['land_triangles'], 'triangle')} with all nodes on closed boundaries, "
+        f"{counted(figures['dead_ends'], 'dead end')}, {figures['cut_off']} cut off"
     )
 
 

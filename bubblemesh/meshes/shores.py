@@ -6,7 +6,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, components
+from bubblemesh.meshes.edges import edge_keys, find_sides, neighbour_pairs
 from bubblemesh.meshes.mesh import Mesh
 
 Kind = Literal["open", "land", "island"]
@@ -27,6 +28,35 @@ class Stretch(NamedTuple):
 def is_open(mesh: Mesh, label: str) -> bool:
     """Whether a label is that of an open boundary: one of the mesh's ``open_labels``, or if it has none by its name."""
     return label in mesh.open_labels if mesh.open_labels else OPEN.match(label) is not None
+
+
+def closed_facets(mesh: Mesh) -> Integers:
+    """Boundary facets (k, 2) that are no open ones, as pairs of nodes."""
+    shut = np.array([not is_open(mesh, label) for label in mesh.labels])
+    return mesh.facets[mesh.outer & shut[mesh.facet_labels], :2]
+
+
+def dead_ends(mesh: Mesh) -> Booleans:
+    """Mask (t,) of the triangles that are joined to the sea by one side at most: two are closed."""
+    count = np.zeros(len(mesh.triangles), np.int64)
+    owner, _ = find_sides(mesh.triangles, len(mesh.points), closed_facets(mesh))
+    np.add.at(count, owner[owner >= 0], 1)
+    return count > 1
+
+
+def cut_off(mesh: Mesh) -> Booleans:
+    """Mask (t,) of the triangles that no open side reaches through sides of triangles, but through points at most.
+
+    Where nothing is open, it is the largest part that others are cut off from.
+    """
+    triangles = mesh.triangles
+    part = components(neighbour_pairs(triangles[:, :3]), len(triangles))
+    shut = closed_facets(mesh)
+    opened = mesh.facets[mesh.outer, :2]
+    opened = opened[~np.isin(edge_keys(opened, len(mesh.points)), edge_keys(shut, len(mesh.points)))]
+    owner, _ = find_sides(triangles, len(mesh.points), opened)
+    reached = part[owner[owner >= 0]] if len(opened) else [np.bincount(part).argmax()]
+    return ~np.isin(part, reached)
 
 
 def stretches(mesh: Mesh) -> list[Stretch]:

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from bubblemesh.problem.node_target import NodeTarget
 
 
+SEA_REQUIREMENTS = {"dead_ends_max", "cut_off_max"}  # that need all triangles at once
+
+
 @dataclass(frozen=True)
 class Task:
     """Method, limits and requirements of a mesh; methods are loaded when one is asked for, as no estimate does."""
@@ -127,6 +130,7 @@ class Problem:
             and not isinstance(self.spacing, MetricSpacing)
             and self.task.order == 1
             and self.task.partition is None
+            and not SEA_REQUIREMENTS & self.task.requirements.keys()
             and (self.domain.plane is None or self.domain.plane.target is None)
         )
 

@@ -21,14 +21,14 @@ from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.problem import Problem
+from bubblemesh.problem.problem import SEA_REQUIREMENTS, Problem
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import measured
 from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
-from bubblemesh.run.water import WaterRow, depths_of
+from bubblemesh.run.water import WaterRow, depths_of, sea_figures
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
@@ -206,7 +206,8 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         crs=None if plane is None else PlaneRow.of(plane, figures["bounds"]),
         metric=found.metric,
     )
-    verdict = _verdict(best, figures)
+    of_sea = sea_figures(mesh) if isinstance(mesh, Mesh) and SEA_REQUIREMENTS & task.requirements.keys() else {}
+    verdict = _verdict(best, figures, of_sea)
     if isinstance(mesh, Mesh):
         return Result(mesh, found.fields, report, best.speeds, verdict)
     return SlicedResult(problem, mesh, report, best.speeds, verdict)
@@ -217,7 +218,7 @@ def _misses(packing: Packing, target: NodeTarget) -> bool:
     return not packing.clock.over and bool(warnings.missed_node_target(target.nodes, packing.nodes))
 
 
-def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | None:
+def _verdict(packing: Packing, figures: Mapping[str, Any], of_sea: Mapping[str, int]) -> BubblemeshError | None:
     """Why the mesh is not what the case requires, if it is not."""
     if packing.clock.over:
         return LimitError(f"limits.seconds: stopped by {packing.stop_reason}: the mesh is written as it was then")
@@ -226,7 +227,7 @@ def _verdict(packing: Packing, figures: Mapping[str, Any]) -> BubblemeshError | 
     quality = figures["quality"]
     required = packing.problem.task.requirements
     least = {"quality_min": quality["min"], "quality_mean": quality["mean"], "angle_min": quality["angle_min"]}
-    largest = {"valence_max": quality["valence_max"]}
+    largest = {"valence_max": quality["valence_max"]} | {f"{name}_max": count for name, count in of_sea.items()}
     low = {key: value for key, value in least.items() if value < required.get(key, value)}
     high = {key: value for key, value in largest.items() if value > required.get(key, value)}
     missed = [f"{key} is {value:.4g}, below {required[key]:.4g}" for key, value in low.items()]

@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.meshes.cell_means import cell_means
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.shores import is_open
+from bubblemesh.meshes.shores import closed_facets, cut_off, dead_ends
 from bubblemesh.spacing.terms.depth import NodeDepth, wave_speed
 
 
@@ -24,12 +24,18 @@ def depths_of(mesh: Mesh, depth: NodeDepth) -> Floats:
     return means
 
 
+def sea_figures(mesh: Mesh) -> dict[str, int]:
+    """Numbers of triangles that are dead ends of a sea, and that are cut off from it."""
+    return {"dead_ends": int(dead_ends(mesh).sum()), "cut_off": int(cut_off(mesh).sum())}
+
+
 @dataclass(frozen=True)
 class WaterRow:
-    """Depths, the time step, neighbours, and triangles that cannot flow.
+    """Depths, the time step, neighbours, and triangles that water does not flow through.
 
     ``time_step`` is that in which long waves pass the edge that they pass first, in seconds: at a Courant number of 1;
-    ``time_step_at`` the middle of that edge. ``land_triangles`` have all of their nodes on closed boundaries.
+    ``time_step_at`` the middle of that edge. ``land_triangles`` have all of their nodes on closed boundaries,
+    ``dead_ends`` two sides; ``cut_off`` are those that are joined to the open sea by a point only.
     """
 
     depth: tuple[float, float]
@@ -37,6 +43,8 @@ class WaterRow:
     time_step_at: tuple[float, float] | None
     most_neighbours: int
     land_triangles: int
+    dead_ends: int
+    cut_off: int
 
     @classmethod
     def of(cls, mesh: Mesh, depth: Floats) -> Self:
@@ -51,12 +59,12 @@ class WaterRow:
         first = int(np.argmin(times))
         x, y = ends[first].mean(axis=0).tolist()
         closed = np.zeros(len(mesh.points), bool)
-        shut = np.array([not is_open(mesh, label) for label in mesh.labels])
-        closed[mesh.facets[mesh.outer & shut[mesh.facet_labels], :2]] = True
+        closed[closed_facets(mesh)] = True
         return cls(
             (float(depth.min()), float(depth.max())),
             float(times[first]) if wet.any() else None,
             (x, y) if wet.any() else None,
             int(np.bincount(edges.ravel()).max()),
             int(closed[corners].all(axis=1).sum()),
+            **sea_figures(mesh),
         )

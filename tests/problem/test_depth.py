@@ -1,6 +1,7 @@
 """Depth of water: rasters as variables, sizes by waves, slope and Courant number, depth at nodes of the files."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from bubblemesh.api import Mesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshes.shores import cut_off, dead_ends
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
@@ -278,6 +280,38 @@ def test_the_report_tells_the_time_step_and_what_cannot_flow():
     assert told["land_triangles"] == closed[mesh.triangles].all(axis=1).sum()
     assert mesh_case(case(10e3, output={"depth": "-1"})).report["water"]["time_step"] is None
     assert "water" not in mesh_case(case(10e3)).report
+
+
+BOW_TIE = Mesh(  # two triangles and a third one that a point joins to them; the first is the sea's
+    np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [2, 1], [2, 2]]),
+    np.array([[0, 1, 2], [0, 2, 3], [2, 4, 5]]),
+    np.array([[0, 1], [1, 2], [2, 3], [3, 0], [2, 4], [4, 5], [5, 2]]),
+    np.array([1, 0, 0, 0, 0, 0, 0]),
+    ("land", "open"),
+)
+
+
+def test_dead_ends_and_triangles_cut_off_are_counted():
+    np.testing.assert_array_equal(dead_ends(BOW_TIE), [False, True, True])
+    np.testing.assert_array_equal(cut_off(BOW_TIE), [False, False, True])
+    closed = replace(BOW_TIE, labels=("land", "island"))
+    np.testing.assert_array_equal(dead_ends(closed), [True, True, True])
+    np.testing.assert_array_equal(cut_off(closed), [False, False, True])
+    far = replace(BOW_TIE, facet_labels=np.array([0, 0, 0, 0, 0, 1, 0]))  # the point joins two to the sea
+    np.testing.assert_array_equal(cut_off(far), [True, True, False])
+
+
+SPIT = {"outer": {"polygon": [[0, 0], [9, 0], [9, 1], [3, 1], [3, 9], [0, 9]], "label": "land"}}
+
+
+def test_dead_ends_are_split_where_asked():
+    plain = mesh_case(case(3.0, domain=SPIT, output={"depth": "40 + 0*x"}))
+    assert plain.report["water"]["dead_ends"] > 0
+    missed = mesh_case(case(3.0, domain=SPIT, require={"dead_ends_max": 0}))
+    assert "dead_ends_max is" in str(missed.verdict)
+    split = mesh_case(case(3.0, domain=SPIT, overconstrained="split", require={"dead_ends_max": 0, "cut_off_max": 0}))
+    assert split.verdict is None
+    assert not dead_ends(split.mesh).any()
 
 
 def test_the_terminal_tells_it(folder):
