@@ -14,5 +14,13 @@ class Demands:
     inner_node: bool = False  # whether each triangle needs a node that is not on the rings
     max_nodes: int = 2_000_000
 
+    @property
+    def corner_angle(self) -> float:
+        """Angle in degrees below which a corner of the domain excuses triangles.
+
+        Where each triangle needs a node inside, an edge leaves each corner into the domain, which halves its angle.
+        """
+        return self.angle * (2 if self.inner_node else 1)
+
     def __bool__(self) -> bool:
         return self.angle > 0 or min(self.areas) < np.inf or self.inner_node

@@ -22,7 +22,7 @@ from bubblemesh.geometry.periodic import counterparts, matching_edges
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.quality import angles, signed_areas
 from bubblemesh.meshes.triangulation import circumcircles, regions
-from bubblemesh.messages import node_limit
+from bubblemesh.messages import node_limit, place
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
@@ -33,6 +33,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 ROUNDS = 1000
 SHORTEST = 1e-10  # of the domain's size: edges that are not split any more
+SHORTEST_IN_SPACINGS = 1e-4  # the same, in spacings: so short is no edge but where corners ask each other for nodes
 ROUNDING = 1e-9  # relative
 ALMOST = 0.99  # of the way to where the angle would be exactly as wanted
 AROUND = 3  # rings of nodes around new ones that are smoothed
@@ -98,11 +99,12 @@ class Refinement:
             except TimeUp as reason:
                 stopped = f"by {reason}"
                 break
-            freeing = len(overconstrained) > 0
-            additions = self._freeing(net, overconstrained) if freeing else self._additions(net, faults)
-            grown = self._grown(net, additions)
+            grown = self._grown(net, self._freeing(net, overconstrained))
+            if grown is None and len(faults.triangles):
+                grown = self._grown(net, self._additions(net, faults))
             if grown is None:
-                stopped = "where edges are too short or too near to each other to be split"
+                left = net.bubbles.x[net.triangles[np.append(faults.triangles, overconstrained)[0]]].mean(axis=0)
+                stopped = f"where edges are too short or too near to each other to be split, as at {place(left)}"
                 break
             out_of_nodes = len(grown.bubbles) > most
             if out_of_nodes:
@@ -123,7 +125,7 @@ class Refinement:
         least = np.nan_to_num(angles(net.bubbles.x, net.triangles).min(axis=1))
         excusing = np.full(len(least), -1)
         found = np.flatnonzero(least < self.demands.angle * (1 - ROUNDING))
-        excusing[found] = self._corners.excusing(net, net.triangles[found], self.demands.angle)
+        excusing[found] = self._corners.excusing(net, net.triangles[found], self.demands.corner_angle)
         return least, excusing
 
     def _excess(self, net: Net) -> Floats:
@@ -168,6 +170,7 @@ class Refinement:
         facet, length = facet[rows, longest], length[rows, longest]
         points = np.where(length[:, None] > 0, x[sides[rows, longest]].mean(axis=1), x[corners].mean(axis=1))
         order = np.argsort(-length, kind="stable")
+        order = order[(length[order] == 0) | (length[order] / 2 > self._least_half(points[order]))]
         chosen = order[_apart(points[order], length[order] / 2)]
         on_line = (facet[chosen] >= 0) & (length[chosen] > 0)
         return Additions(np.unique(facet[chosen[on_line]]), points[chosen[~on_line]])
@@ -183,10 +186,15 @@ class Refinement:
         free = np.setdiff1d(np.arange(len(points)), np.append(number, blind))
         facet = facet[np.sort(np.unique(facet, return_index=True)[1])]
         middles, half = (a[facet] + b[facet]) / 2, np.hypot(*(b[facet] - a[facet]).T) / 2
-        facet, middles, half = (some[half > SHORTEST * self.domain.size] for some in (facet, middles, half))
+        long = half > self._least_half(middles)
+        facet, middles, half = (some[long] for some in (facet, middles, half))
         chosen = _apart(np.vstack([middles, points[free]]), np.append(half, room[free]))
         split = facet[chosen[chosen < len(facet)]]
         return Additions(split, points[free[chosen[chosen >= len(facet)] - len(facet)]])
+
+    def _least_half(self, points: Floats) -> Floats:
+        """Half (n,) of the length of edges around points (n, 2) that are not split any more."""
+        return np.maximum(SHORTEST * self.domain.size, SHORTEST_IN_SPACINGS * self.spacing.extended(points))
 
     def _centres(self, net: Net, faults: Faults) -> tuple[Floats, Floats]:
         """Points (k, 2) at which nodes mend the triangles, and their distances (k,) from the triangles' nodes.
@@ -339,6 +347,8 @@ class Refinement:
             for corner, (x, y) in zip(corners, net.bubbles.x[corners], strict=True)
         )
         angle, excess = float(least[excusing < 0].min(initial=60.0)), float(self._excess(net).max())
+        if len(self._broken(net)) == 0:  # smoothing has mended the last ones
+            stopped, out_of_nodes = None, False
         return Refined(net, added, angle, excess, len(self._overconstrained(net)), excused, stopped, out_of_nodes)
 
 
@@ -366,4 +376,5 @@ def _locally_spaced(net: Net) -> Net:
     bubbles, ends = net.bubbles, net.edges
     length = np.hypot(*(bubbles.x[ends[:, 1]] - bubbles.x[ends[:, 0]]).T)
     total = np.bincount(ends.ravel(), np.repeat(length, 2), minlength=len(bubbles))
-    return replace(net, bubbles=replace(bubbles, d=total / np.maximum(net.valence, 1)))
+    mean = np.where(net.valence > 0, total / np.maximum(net.valence, 1), bubbles.d)  # some may have left the domain
+    return replace(net, bubbles=replace(bubbles, d=mean))

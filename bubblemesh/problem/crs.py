@@ -19,7 +19,6 @@ from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.problem.files import named_files
 from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names_in
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.raster import Raster
 
 AUTO = "auto"
 
@@ -100,17 +99,6 @@ def bound_in(
         raise CaseError("x and y, in the system of crs.from, and distance, in metres, do not go together: use near")
     term = expression.measuring(distance_to, rasters)
     return GivenPlaces(term, unprojection), term
-
-
-def raster_step(raster: Raster, domain: Domain) -> float:
-    """The least distance between neighbouring pixels of a raster, near the middle of a domain and in its plane."""
-    x0, y0, x1, y1 = given_bounds(domain)
-    x, y = (x0 + x1) / 2, (y0 + y1) / 2
-    dx, dy = (np.abs(np.diff(at)).min(initial=np.inf) for at in (raster.x, raster.y))
-    if domain.plane is None or not np.isfinite([dx, dy]).all():
-        return float(min(dx, dy))
-    middle, east, north = domain.plane.to(np.array([[x, y], [x + dx, y], [x, y + dy]]))
-    return float(min(np.hypot(*(east - middle)), np.hypot(*(north - middle))))
 
 
 def given_bounds(domain: Domain) -> tuple[float, float, float, float]:

@@ -1,6 +1,6 @@
 """Data terms of a spacing: their values read, and made functions of the place."""
 
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Protocol
@@ -12,13 +12,17 @@ from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTer
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.files import local_copy
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.read import read_field
+from bubblemesh.problem.crs import given_bounds
 from bubblemesh.readers.grids import Box, completed, is_grid, read_grid
 from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
 from bubblemesh.spacing.terms.raster import Raster
+
+Variables = Mapping[str, Raster]  # rasters by the names that expressions have for them
 
 
 class DataFunction(Protocol):
@@ -78,6 +82,17 @@ def rasters_in(
     terms = (RasterTerm(file=file, name=name, bounds=bounds) for name in names)
     found, notes = zip(*(_grid(term, box, system) for term in terms), strict=True)
     return found, tuple(dict.fromkeys(note for several in notes for note in several))
+
+
+def raster_step(raster: Raster, domain: Domain) -> float:
+    """The least distance between neighbouring pixels of a raster, near the middle of a domain and in its plane."""
+    x0, y0, x1, y1 = given_bounds(domain)
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    dx, dy = (np.abs(np.diff(at)).min(initial=np.inf) for at in (raster.x, raster.y))
+    if domain.plane is None or not np.isfinite([dx, dy]).all():
+        return float(min(dx, dy))
+    middle, east, north = domain.plane.to(np.array([[x, y], [x + dx, y], [x, y + dy]]))
+    return float(min(np.hypot(*(east - middle)), np.hypot(*(north - middle))))
 
 
 def _models(terms: SpacingTerms) -> Iterator[tuple[Key, DataTerm]]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.case.domain import ShoreDomain
@@ -33,6 +34,8 @@ LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is none is refused later
 HALVINGS = 8  # of the detail, until no rings cross
 
 SpacingAt = Callable[[Floats], Floats]
+Complex = NDArray[np.complex128]
+NO_POINTS: Complex = np.zeros(0, complex)
 
 
 class Sea(NamedTuple):
@@ -114,7 +117,10 @@ def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
     """The sea without narrow channels and with the detail that a spacing can show."""
     shore, notes = keys.shoreline, list(sea.notes)
     if shore.narrowest is not None:
+        given = _points_of(sea.parts)
         sea = without_narrow(sea, spacing, shore.narrowest, shore.smallest or 0.0)
+        # Of the arcs that close channels no more points stay than the spacing can show.
+        sea = sea._replace(parts=[_simplified(part, sea, _Detail(spacing, SHORT), given) for part in sea.parts])
         notes = list(sea.notes)
     if shore.detail is None:
         return sea
@@ -200,16 +206,26 @@ def _touching(shape: shapely.Geometry) -> SpacingAt:
     return radius
 
 
-def _simplified(part: shapely.Polygon, sea: Sea, detail: _Detail) -> shapely.Polygon:
-    """A part of the sea with fewer points; rings that would cross or vanish keep more of them."""
+def _points_of(parts: Sequence[shapely.Polygon]) -> Complex:
+    """All points (n,) of some parts, as complex numbers."""
+    return _as_complex(shapely.get_coordinates(parts))
+
+
+def _as_complex(points: Floats) -> Complex:
+    return points[:, 0] + 1j * points[:, 1]
+
+
+def _simplified(part: shapely.Polygon, sea: Sea, detail: _Detail, kept: Complex = NO_POINTS) -> shapely.Polygon:
+    """A part of the sea with fewer points, but those ``kept``; rings that would cross or vanish keep more of them."""
     rings = [shapely.get_coordinates(ring)[:-1] for ring in (part.exterior, *part.interiors)]
     sides = [_of_box(ring, sea.sides) for ring in rings]
     spacings = [detail.spacing(ring) for ring in rings]
+    stay = [np.isin(_as_complex(ring), kept) for ring in rings]
     halvings, few = np.zeros(len(rings), np.int64), list(rings)
     changed = np.arange(len(rings))
     for _ in range(HALVINGS):
         for k in changed.tolist():
-            fixed = sides[k] | np.roll(sides[k], 1)
+            fixed = sides[k] | np.roll(sides[k], 1) | stay[k]
             few[k] = _few_points(rings[k], fixed, spacings[k] / 2 ** halvings[k], detail.short)
         changed = _faulty(few)
         if len(changed) == 0:

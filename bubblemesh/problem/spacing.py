@@ -24,7 +24,7 @@ from bubblemesh.geometry.distance.distances import (
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, raster_step, terms_in
+from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, terms_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.rules.rules import Rules
@@ -35,9 +35,8 @@ from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
 from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
 
 if TYPE_CHECKING:
-    from bubblemesh.problem.data_terms import DataFunction
+    from bubblemesh.problem.data_terms import DataFunction, Variables
     from bubblemesh.problem.metric import MetricRequest
-    from bubblemesh.spacing.terms.raster import Raster
 
 UNLIMITED = (0.0, np.inf)
 USUAL = 0.75  # of the largest area: mean one of triangles few of which are larger
@@ -168,7 +167,7 @@ def spacing_request(
 
 def _variables(
     terms: SpacingTerms, domain: Domain, others: Sequence[Value | None]
-) -> "tuple[Mapping[str, Raster], tuple[str, ...]]":
+) -> "tuple[Variables, tuple[str, ...]]":
     """The rasters that expressions name, and notes on them."""
     keys = [each.depth for each in (terms.waves, terms.slope, terms.courant) if each is not None]
     values = [terms.value, *terms.regions.values(), *keys, *others]
@@ -216,7 +215,7 @@ def _not_below_courant(
 
 
 def _depth_of_nodes(
-    terms: SpacingTerms, domain: Domain, rasters: "Mapping[str, Raster]", depth: NodeDepthKeys
+    terms: SpacingTerms, domain: Domain, rasters: "Variables", depth: NodeDepthKeys
 ) -> NodeDepth | None:
     """The depth that the mesh is written with: that given, or that of a term of the spacing."""
     told = {("output", "depth"): depth.of}
@@ -228,8 +227,12 @@ def _depth_of_nodes(
     function = _bound(value, domain, *path, rasters=rasters).function
     if depth.over == "node":
         return NodeDepth(function)
+    if not value.rasters:
+        return NodeDepth(function, over=np.inf)
+    from bubblemesh.problem.data_terms import raster_step
+
     steps = (raster_step(rasters[name], domain) for name in value.rasters)
-    return NodeDepth(function, over=min(steps, default=np.inf))
+    return NodeDepth(function, over=min(steps))
 
 
 def _data(

@@ -17,6 +17,7 @@ from bubblemesh.spacing.spacing import Spacing
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
     from bubblemesh.meshes.partition import Partition
+    from bubblemesh.packing.demands import Demands
     from bubblemesh.packing.refinement import Refined
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
@@ -193,7 +194,7 @@ def divided_by_geometry(partition: "Partition") -> list[str]:
     return [f"the mesh is divided by geometry: {partition.reason}"]
 
 
-def sharper_corners(refined: "Refined", angle: float) -> list[str]:
+def sharper_corners(refined: "Refined", demands: "Demands") -> list[str]:
     """Corners in which triangles are sharper than the least angle that is asked for."""
     corners = sorted(refined.excused, key=lambda corner: corner.angle)
     if not corners:
@@ -201,7 +202,10 @@ def sharper_corners(refined: "Refined", angle: float) -> list[str]:
     told = ", ".join(f"{corner.angle:.3g} degrees at {place(corner.at)}" for corner in corners[:MOST_ANGLES])
     more = f" and {len(corners) - MOST_ANGLES} more" if len(corners) > MOST_ANGLES else ""
     which = "a corner that is" if len(corners) == 1 else f"{len(corners)} corners that are"
-    return [f"angle_min: {angle:g} holds but in {which} sharper, with {told}{more}: no mesh can do better there"]
+    sharper = "below twice that, which an edge inside halves" if demands.inner_node else "sharper"
+    return [
+        f"angle_min: {demands.angle:g} holds but in {which} {sharper}, with {told}{more}: no mesh can do better there"
+    ]
 
 
 def missed_node_target(wanted: int, found: int) -> list[str]:

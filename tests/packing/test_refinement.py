@@ -61,6 +61,14 @@ def random_polygon(seed):
     return {"outer": {"polygon": ring}}
 
 
+def spiky_polygon(seed):
+    """A star with arms and bays that are some degrees wide."""
+    random_ = random.Random(seed)
+    turns = sorted(random_.uniform(0, 2 * math.pi) for _ in range(20))
+    ring = [[r * math.cos(a), r * math.sin(a)] for k, a in enumerate(turns) for r in [1 if k % 2 else 0.25]]
+    return {"outer": {"polygon": ring}}
+
+
 def corner_angles(ring):
     """Inner angles in degrees at the vertices of a counter-clockwise polygon."""
     x = np.array(ring)
@@ -280,6 +288,37 @@ def test_each_triangle_of_a_random_polygon_has_a_node_inside(seed):
     assert on_rings_only(split.mesh) == 0
     check_mesh(split.mesh)
     assert split.verdict is None
+
+
+@pytest.mark.parametrize("degrees", [5, 10, 15, 25, 35, 39])
+def test_corners_less_than_twice_the_angle_are_excused_where_each_triangle_has_a_node_inside(degrees):
+    result = meshed(wedge(degrees), angle_min=20, overconstrained="split")
+    refinement = result.report.refinement
+    assert result.verdict is None
+    assert (refinement.overconstrained, refinement.stopped) == (0, None)
+    assert refinement.least_angle >= 20
+    assert refinement.nodes_added < 200
+    if degrees < 39:
+        assert (0.0, 0.0) in [excused["at"] for excused in result.report["refinement"]["excused"]]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("angle", [20, 25])
+def test_sharp_corners_end_with_both_demands_and_no_tiny_edges(seed, angle):
+    result = meshed(spiky_polygon(seed), spacing={"value": 0.1}, angle_min=angle, overconstrained="split")
+    check_mesh(result.mesh)
+    assert len(result.mesh.points) < 3 * len(meshed(spiky_polygon(seed), spacing={"value": 0.1}).mesh.points)
+    edges = result.mesh.points[result.mesh.triangles]
+    shortest = np.hypot(*np.moveaxis(edges - np.roll(edges, 1, axis=1), 2, 0)).min()
+    assert shortest > 1e-7
+    if result.verdict is not None:  # it is told where
+        assert "too near to each other to be split, as at (" in str(result.verdict)
+
+
+def test_what_smoothing_throws_out_of_the_domain_is_put_back():
+    """Nodes that have left the domain have no edges, whose mean length is no number."""
+    for seed in range(6):
+        check_mesh(meshed(spiky_polygon(seed), angle_min=30, overconstrained="split").mesh)
 
 
 def test_triangles_that_may_not_be_split_are_told():
