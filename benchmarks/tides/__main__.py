@@ -18,12 +18,14 @@ import numpy as np
 
 from benchmarks.ablation import ROOT, renewed
 from benchmarks.tides.archipelago import draw
+from benchmarks.tides.beside import table
 from benchmarks.tides.model import Grid, State, advanced
 from bubblemesh.cli import app
 from bubblemesh.meshfiles.read import read_mesh
 
 PAGE = ROOT / "docs" / "coasts.md"
 BEGIN, END = "<!-- tides: begin -->", "<!-- tides: end -->"
+PEERS_BEGIN, PEERS_END = "<!-- coast of peers: begin -->", "<!-- coast of peers: end -->"
 PERIOD, HEIGHT = 12.42 * 3600, 1.0  # seconds and metres of the tide
 SHARE = 0.2  # of the report's time step: triangles are lower than their edges are long, and water flows
 TRIAL = 500  # steps at rest, and with closed boundaries
@@ -41,6 +43,7 @@ spacing:
   courant: {{depth: depth, dt: 20 s, largest: 0.7}}
 output: {{for: adcirc}}
 {more}"""
+LARGER = CASE.format(narrowest="", more="").replace("value: 15 km", "value: 15 km\n  scale: 0.5")
 FIT = "overconstrained: split\nrequire: {valence_max: 8}\n"
 CASES = {  # seed of the drawing, and the case
     "islands": (3, CASE.format(narrowest="", more="")),
@@ -64,14 +67,25 @@ class Run:
 
 def main() -> None:
     """Mesh, run, print, and put the table on the page."""
-    argparse.ArgumentParser("python -m benchmarks.tides", description=__doc__).parse_args()
+    parser = argparse.ArgumentParser("python -m benchmarks.tides", description=__doc__)
+    parser.add_argument("--peers", action="store_true", help="mesh one coast by several tools, and renew that table")
+    if parser.parse_args().peers:
+        beside = table(LARGER)
+        print(beside)
+        renew(beside, PEERS_BEGIN, PEERS_END)
+        return
     columns = {name: dict(rows(meshed(*case))) for name, case in CASES.items()}
     lines = ["| | " + " | ".join(columns) + " |", "|---" * (1 + len(columns)) + "|"]
     for row in next(iter(columns.values())):
         lines.append(f"| {row} | " + " | ".join(column[row] for column in columns.values()) + " |")
-    table = "\n".join(lines) + "\n"
-    print(table)
-    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8"), table, BEGIN, END), encoding="utf-8")
+    both = "\n".join(lines) + "\n"
+    print(both)
+    renew(both, BEGIN, END)
+
+
+def renew(text: str, begin: str, end: str) -> None:
+    """Put a table on the page."""
+    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8"), text, begin, end), encoding="utf-8")
 
 
 def meshed(seed: int, text: str) -> Run:
