@@ -89,7 +89,7 @@ def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> Me
         value = getattr(model, name)
         with at_key(*key, name):
             expression = value if isinstance(value, Expression) else Expression.parse(repr(float(value)))
-            return bound_in(plane, expression, partial(distance_to_labels, domain), rasters)[0]
+            return bound_in(domain.unprojection, expression, partial(distance_to_labels, domain), rasters)[0]
 
     plane = domain.plane
     along = None if getattr(model, "along", None) is None else number("along")
