@@ -221,28 +221,41 @@ def _simplified(part: shapely.Polygon, sea: Sea, detail: _Detail, kept: Complex 
     sides = [_of_box(ring, sea.sides) for ring in rings]
     spacings = [detail.spacing(ring) for ring in rings]
     stay = [np.isin(_as_complex(ring), kept) for ring in rings]
+    stay = [kept | shared for kept, shared in zip(stay, _shared(rings), strict=True)]
     halvings, few = np.zeros(len(rings), np.int64), list(rings)
     changed = np.arange(len(rings))
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS + len(rings)):
         for k in changed.tolist():
             fixed = sides[k] | np.roll(sides[k], 1) | stay[k]
-            few[k] = _few_points(rings[k], fixed, spacings[k] / 2 ** halvings[k], detail.short)
+            least = spacings[k] / 2 ** halvings[k]
+            few[k] = rings[k] if halvings[k] > HALVINGS else _few_points(rings[k], fixed, least, detail.short)
         changed = _faulty(few)
+        changed = changed[halvings[changed] <= HALVINGS]
         if len(changed) == 0:
-            made = shapely.Polygon(few[0], few[1:])
-            return made if made.is_valid else part
+            break
         halvings[changed] += 1
-    return part
+    made = shapely.Polygon(few[0], few[1:])
+    return made if made.is_valid else part
+
+
+def _shared(rings: Sequence[Floats]) -> list[Booleans]:
+    """Mask (n,) for each of some rings (n, 2) of the points at which it touches another one."""
+    _, number, count = np.unique(_as_complex(np.vstack(rings)), return_inverse=True, return_counts=True)
+    return np.split(count[number] > 1, np.cumsum([len(ring) for ring in rings])[:-1])
 
 
 def _faulty(rings: Sequence[Floats]) -> Integers:
-    """Numbers (k,) of rings that have no area, or that cross themselves or another one."""
-    closed = [np.vstack([ring, ring[:1]]) for ring in rings]
+    """Numbers (k,) of rings that have no area, or that cross themselves or another one; the first is around others."""
     whole = np.array([len(ring) > 2 and shapely.Polygon(ring).is_valid for ring in rings])
-    lines = np.array([shapely.LineString(line) for line in closed], dtype=object)
+    lines = np.array([shapely.LineString(np.vstack([ring, ring[:1]])) for ring in rings], dtype=object)
     first, second = shapely.STRtree(lines).query(lines, predicate="intersects")
+    first, second = first[first < second], second[first < second]
+    checked = whole[first] & whole[second]
+    first, second = first[checked], second[checked]
     crossing = np.zeros(len(rings), bool)
-    crossing[first[first != second]] = True
+    for one, other in zip(first.tolist(), second.tolist(), strict=True):
+        touching = shapely.covers if one == 0 else shapely.touches
+        crossing[[one, other]] |= not touching(shapely.Polygon(rings[one]), shapely.Polygon(rings[other]))
     return np.flatnonzero(~whole | crossing)
 
 

@@ -145,6 +145,29 @@ def test_rings_that_would_cross_keep_their_points():
     assert len(part.interiors) == 2
 
 
+def test_islands_that_touch_have_less_detail_too():
+    around = shapely.Point(30, 30).buffer(8, quad_segs=200)
+    east = shapely.affinity.translate(around, 16, 0)
+    write([around, east])
+    shared = shapely.intersection(around, east)
+    assert shared.geom_type == "Point"
+    domain = prepare(case(detail="auto")).domain
+    assert len(domain.boundary.corners) < 80
+    assert domain.polygon.area == pytest.approx(sea_of(around, east).area, rel=2e-3)
+
+
+def test_a_ring_that_cannot_have_less_detail_keeps_others_from_nothing():
+    """A spit so thin that its sides would cross stays as it is; the island beside it does not."""
+    x = np.linspace(60, 110, 400)
+    wave = 30 + 2 * np.sin(x)
+    spit = shapely.Polygon(np.vstack([np.column_stack([x, wave]), np.column_stack([x, wave + 1e-4])[::-1]]))
+    write([spit, shapely.Point(30, 30).buffer(8, quad_segs=200)])
+    keys = case(detail=3).domain
+    (part,) = fitted(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
+    assert part.is_valid
+    assert min(len(ring.coords) for ring in part.interiors) < 40
+
+
 def test_narrow_channels_are_closed():
     wide, narrow = shapely.box(30, -1, 40, 25), shapely.box(30, 26, 40, 61)  # a channel of 1
     write([wide, narrow])
