@@ -13,18 +13,15 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.errors import GeometryError, prefixed
-from bubblemesh.geometry.geography import projected, projected_ring
-from bubblemesh.geometry.paths import Area, Line, Polyline, Ring, Side, as_point
-from bubblemesh.geometry.rings import rectangle
+from bubblemesh.geometry.geography import projected, projected_line
+from bubblemesh.geometry.paths import Area, Line, Point, Polyline, Ring, Side, as_point
 from bubblemesh.messages import counted
-from bubblemesh.readers.shores import Faces, land_in
+from bubblemesh.readers.shores import ON_SIDE, land_in
 
 OPEN, LAND, ISLAND = "open", "land", "island"
 SHORE = LAND, ISLAND
-ON_SIDE = 1e-7  # of the box's size: what is nearer to a side of it is on it
-AROUND = 0.1  # of the box's size: land beyond it that is looked at
-PARTS_OF_SIDES = 200  # of the box: longer sides of land are cut before they are projected
-STRAIGHT = 1e-7  # of the box's size: what cutting left of straight sides
+PARTS_OF_SIDES = 1000  # of the box, before it is projected
+STRAIGHT = 1e-7  # of the box's size: how far points are from a straight side that are left out
 DETAIL = 0.1  # spacings
 SHORT = 0.5  # spacings: of points nearer to each other one is left out, where the detail is auto
 SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are corners
@@ -52,33 +49,25 @@ def sea_in_box(keys: ShoreDomain) -> Sea:
     Parts without an open side, which no tide reaches, and what is smaller than the smallest area are left out.
     """
     x0, y0, x1, y1 = keys.box
-    box = projected_ring(rectangle(x0, y0, x1, y1))
-    sides = tuple(_points(side) for side in box.sides)
-    around = shapely.Polygon(np.vstack([side[:-1] for side in sides]))
+    corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
+    step = max(x1 - x0, y1 - y0) / PARTS_OF_SIDES
+    around = shapely.transform(shapely.segmentize(shapely.MultiLineString(list(pairwise(corners))), step), projected)
+    straight = STRAIGHT * max(np.ptp(np.array(around.bounds).reshape(2, 2), axis=0))
+    sides = tuple(map(shapely.get_coordinates, shapely.get_parts(shapely.simplify(around, straight))))
     shore = keys.shoreline
     with prefixed(shore.file):
-        faces = land_in(Path(shore.file), shore.of, shore.layer, keys.box, AROUND)
-        shape = _in_plane(faces, max(x1 - x0, y1 - y0))
-        size = max(np.ptp(np.array(around.bounds).reshape(2, 2), axis=0))
-        shape = shapely.simplify(shape, STRAIGHT * size)
-        sea = around.intersection(shape) if faces.of_sea else around.difference(shape)
-        return _kept(sea, sides, shore.smallest or 0.0, faces.notes)
+        faces = land_in(Path(shore.file), shore.of, shore.layer, keys.box)
+        # Cut where the sides of the box are straight still, so that land which ends on one has no sea beside it.
+        frame, shape = shapely.segmentize(shapely.box(*keys.box), step), shapely.union_all(faces.shapes)
+        sea = frame.intersection(shape) if faces.of_sea else frame.difference(shape)
+        parts = [valid for part in _polygons(sea) for valid in _polygons(shapely.make_valid(_in_plane(part)))]
+        return _kept(shapely.simplify(shapely.MultiPolygon(parts), straight), sides, shore.smallest or 0.0, faces.notes)
 
 
-def _points(side: Side) -> Floats:
-    """Points (k, 2) along a side of a projected box."""
-    curve = side.curve
-    if isinstance(curve, Polyline):
-        return curve.points
-    assert isinstance(curve, Line)
-    return np.array([curve.start, curve.end])
-
-
-def _in_plane(faces: Faces, size: float) -> shapely.Geometry:
-    """The shapes of a file in the plane, one of all of them."""
-    cut = shapely.segmentize(np.array(faces.shapes, dtype=object), size / PARTS_OF_SIDES)
-    taken = shapely.transform(cut, projected) if len(cut) else cut
-    return shapely.union_all(shapely.make_valid(taken))
+def _in_plane(part: shapely.Polygon) -> shapely.Polygon:
+    """A part of the sea in the plane, with more points on sides that are not straight there."""
+    around, *islands = (projected_line(shapely.get_coordinates(ring)) for ring in (part.exterior, *part.interiors))
+    return shapely.Polygon(around, islands)
 
 
 def _kept(
@@ -327,7 +316,8 @@ def _side_of_box(ring: Floats, sides: Sequence[Floats]) -> Integers:
     found = np.full(len(ring), -1)
     for number, side in enumerate(sides):
         line = shapely.LineString(side)
-        near = [shapely.distance(shapely.points(at), line) <= ON_SIDE * size for at in (ring, ends, (ring + ends) / 2)]
+        shapely.prepare(line)
+        near = [shapely.dwithin(line, shapely.points(at), ON_SIDE * size) for at in (ring, ends, (ring + ends) / 2)]
         found[np.all(near, axis=0)] = number
     return found
 
@@ -349,11 +339,12 @@ def _ring(loop: shapely.LinearRing, sides: Sequence[Floats], closed: str) -> Rin
     first = np.flatnonzero((side != np.roll(side, 1)) | (side < 0))
     start = int(first[0]) if len(first) else 0
     points, side = np.roll(points, -start, axis=0), np.roll(side, -start)
-    made = list(_sides(points, side, closed))
-    return Ring(tuple(made), tuple(as_point(_start(each)) for each in made))
+    starts, made = zip(*_sides(points, side, closed), strict=True)
+    return Ring(made, starts)
 
 
-def _sides(points: Floats, side: Integers, closed: str) -> Iterator[Side]:
+def _sides(points: Floats, side: Integers, closed: str) -> Iterator[tuple[Point, Side]]:
+    """Where each side of a ring by points (n, 2) starts, and the side."""
     around = np.vstack([points, points[:1]])
     begin = 0
     while begin < len(points):
@@ -361,12 +352,7 @@ def _sides(points: Floats, side: Integers, closed: str) -> Iterator[Side]:
         while side[begin] >= 0 and end < len(points) and side[end] == side[begin]:
             end += 1
         label = OPEN if side[begin] >= 0 else closed
-        if end == begin + 1:
-            yield Side(Line(as_point(around[begin]), as_point(around[end])), label)
-        else:
-            yield Side(Polyline(around[begin : end + 1]), label)
+        start = as_point(around[begin])
+        single = end == begin + 1
+        yield start, Side(Line(start, as_point(around[end])) if single else Polyline(around[begin : end + 1]), label)
         begin = end
-
-
-def _start(side: Side) -> Floats:
-    return _points(side)[0]

@@ -16,7 +16,7 @@ from bubblemesh.readers.formats import content_of
 from bubblemesh.readers.selection import Selection
 
 Box = tuple[float, float, float, float]
-NEAR = 1e-9  # of the box's size: points of a line that are in one place
+ON_SIDE = 2e-6  # of the box's size: what ends nearer to a side of it ends on it
 
 
 class Faces(NamedTuple):
@@ -27,8 +27,8 @@ class Faces(NamedTuple):
     notes: tuple[str, ...]
 
 
-def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, box: Box, around: float) -> Faces:
-    """Polygons of a file in a box (x0, y0, x1, y1) and ``around`` it, by that share of its size.
+def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, box: Box) -> Faces:
+    """Polygons of a file in a box (x0, y0, x1, y1); what ends at a side of it, but for rounding, ends on that side.
 
     Lines are closed along the box; what has no line in it is sea. FileError or CaseError if the file cannot be read,
     has nothing of that kind, or lines cross.
@@ -38,18 +38,29 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
     features = selection.of(content.features)
     if is_projecting():
         require_geographic(content.degrees)
-    x0, y0, x1, y1 = box
-    wide = around * max(x1 - x0, y1 - y0)
-    frame = shapely.box(x0 - wide, y0 - wide, x1 + wide, y1 + wide)
+    frame = shapely.box(*box)
     if of == "lines":
-        frame = shapely.box(*box)
-        return Faces(_beyond(_left_of(_lines(features), frame), frame, wide), of_sea=False, notes=content.notes)
+        lines = [_on_sides(line, box) for line in _lines(features)]
+        return Faces(_left_of(lines, frame), of_sea=False, notes=content.notes)
     found = _shapes(features)
     if not found:
         raise CaseError("has no areas: give polygons, or say of: lines")
-    cut = shapely.intersection(shapely.make_valid(np.array(found, dtype=object)), frame)
+    ending = shapely.transform(np.array(found, dtype=object), lambda points: _on_sides(points, box))
+    cut = shapely.intersection(shapely.make_valid(ending), frame)
     polygons = [part for part in shapely.get_parts(shapely.get_parts(cut)) if part.geom_type == "Polygon"]
     return Faces([part for part in polygons if not part.is_empty], of == "sea", content.notes)
+
+
+def _on_sides(points: Floats, box: Box) -> Floats:
+    """Points (n, 2) of which those that nearly are on the line of a side of a box are on it.
+
+    Of land that a box was cut out of before no slivers of sea stay along it, and lines reach it.
+    """
+    x0, y0, x1, y1 = box
+    near, moved = ON_SIDE * max(x1 - x0, y1 - y0), points.copy()
+    for axis, value in ((0, x0), (0, x1), (1, y0), (1, y1)):
+        moved[np.abs(points[:, axis] - value) <= near, axis] = value
+    return moved
 
 
 def _shapes(features: Sequence[Feature]) -> list[shapely.Polygon]:
@@ -66,14 +77,6 @@ def _lines(features: Sequence[Feature]) -> list[Floats]:
     if not found:
         raise CaseError("has no lines: give lines of the shore, or polygons")
     return found
-
-
-def _beyond(faces: Sequence[shapely.Polygon], frame: shapely.Polygon, wide: float) -> list[shapely.Polygon]:
-    """Faces of a frame, and strips of this width outside of it along them, so that none ends at the frame itself."""
-    land = shapely.union_all(list(faces))
-    strips = land.boundary.intersection(frame.boundary).buffer(wide, cap_style="flat", join_style="mitre")
-    parts = shapely.get_parts(shapely.union_all([land, strips.difference(frame)]))
-    return [part for part in parts.tolist() if part.geom_type == "Polygon"]
 
 
 def _left_of(lines: Sequence[Floats], frame: shapely.Polygon) -> list[shapely.Polygon]:

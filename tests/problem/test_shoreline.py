@@ -91,6 +91,48 @@ def test_what_no_open_side_reaches_is_left_out():
     assert len(problem.domain.boundary.area_of_ring) == 2
 
 
+BANKS = {  # of an estuary from the west to the east side of a box
+    "north": [(0, 38 + 2 * np.sin(3)), *((x, 38 + 2 * np.sin(3 + x / 9)) for x in range(5, 100, 5)), (100, 36)],
+    "south": [(0, 22), *((x, 22 + 2 * np.sin(x / 11)) for x in range(5, 100, 5)), (100, 24)],
+}
+
+
+def banks(off, scale=1.0, corner=(0.0, 0.0)):
+    """Land on both sides of an estuary, cut off where the box ends, or by this share of its size within it."""
+    (x0, x1), (y0, y1) = (100 * off, 100 - 100 * off), (100 * off, 60 - 100 * off)
+    shores = [[(min(max(x, x0), x1), y) for x, y in shore] for shore in BANKS.values()]
+    north, south = [(x0, y1), *shores[0], (x1, y1)], [(x0, y0), *shores[1], (x1, y0)]
+    return [shapely.Polygon(np.array(corner) + scale * np.array(ring)) for ring in (north, south)]
+
+
+@pytest.mark.parametrize("off", [0, 1e-9, 1e-7, 1e-6])
+def test_land_that_was_cut_at_the_box_leaves_no_slivers_along_it(off):
+    write(banks(off))
+    result = mesh_case(case(3))
+    check_mesh(result.mesh)
+    assert set(result.mesh.labels) == {"open", "land"}
+    assert lengths(result.mesh)["open"] == pytest.approx(38 + 2 * np.sin(3) - 22 + 36 - 24, rel=1e-5)
+    assert result.report["area"] == pytest.approx(sea_of(*banks(0)).area, rel=1e-5)
+    assert result.report["quality"]["angle_min"] > 20
+
+
+@pytest.mark.parametrize("off", [0, 1e-9, 1e-7, 1e-6])
+def test_land_that_was_cut_at_the_box_in_degrees_leaves_no_slivers_along_it(off):
+    pyproj = pytest.importorskip("pyproj")
+    write(banks(off, 0.06, (-6, 50)))
+    crs = {"from": "EPSG:4326", "to": "auto"}
+    result = mesh_case(case("15 km", box=[-6, 50, 0, 53.6], crs=crs))
+    check_mesh(result.mesh)
+    assert set(result.mesh.labels) == {"open", "land"}
+    ground = pyproj.Geod(ellps="WGS84")
+    sea = shapely.box(-6, 50, 0, 53.6).difference(shapely.union_all(banks(0, 0.06, (-6, 50))))
+    area, _ = ground.geometry_area_perimeter(shapely.segmentize(sea, 0.01))
+    assert result.report["area"] == pytest.approx(abs(area), rel=2e-3)
+    mouths = [sea.exterior.intersection(shapely.LineString([(x, 50), (x, 53.6)])) for x in (-6, 0)]
+    assert lengths(result.mesh)["open"] == pytest.approx(sum(map(ground.geometry_length, mouths)), rel=2e-3)
+    assert result.report["quality"]["angle_min"] > 20
+
+
 def test_small_parts_of_the_sea_are_left_out():
     write([shapely.box(40, -10, 45, 70), shapely.box(45, 4, 120, 70)])
     assert len(set(prepare(case(spacing=2)).domain.boundary.area_of_ring)) == 2
