@@ -27,6 +27,7 @@ SHORT = 0.5  # spacings: of points nearer to each other one is left out, where t
 SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are corners
 BAND = 1.05  # ratio of widths that are taken to be one
 TOUCHING = 1.07  # a little more than that
+PIECE = 16  # sides of a line that are grown at once: the time of long ones goes with the square of their points
 LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is none is refused later
 HALVINGS = 8  # of the detail, until no rings cross
 
@@ -161,15 +162,16 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
 
 def _grown(shape: shapely.Geometry, radius: SpacingAt) -> shapely.Geometry:
     """What is no farther from the boundary of a shape than a radius there, as it is in bands of nearly equal ones."""
-    found = list[shapely.Geometry]()
+    pieces, radii = list[shapely.LineString](), list[float]()
     for part in _polygons(shape):
         for ring in (part.exterior, *part.interiors):
             points = _with_points_between(shapely.get_coordinates(ring), radius)
             band = np.floor(np.log(1.02 * radius((points[:-1] + points[1:]) / 2)) / np.log(BAND)).astype(np.int64)
-            first = np.flatnonzero(np.diff(band, prepend=band[0] - 1))
-            for begin, end in pairwise([*first.tolist(), len(band)]):
-                found.append(shapely.LineString(points[begin : end + 1]).buffer(BAND ** int(band[begin])))
-    return shapely.union_all(found)
+            first = np.flatnonzero((np.diff(band, prepend=band[0]) != 0) | (np.arange(len(band)) % PIECE == 0))
+            ends = [*first[1:].tolist(), len(band)]
+            pieces += [shapely.LineString(points[begin : end + 1]) for begin, end in zip(first, ends, strict=True)]
+            radii += (BAND ** band[first].astype(float)).tolist()
+    return shapely.union_all(shapely.buffer(pieces, radii))
 
 
 def _with_points_between(line: Floats, radius: SpacingAt) -> Floats:

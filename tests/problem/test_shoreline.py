@@ -12,7 +12,7 @@ from invariants import check_mesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.shoreline import fitted, sea_in_box
+from bubblemesh.problem.shoreline import BAND, fitted, sea_in_box, without_narrow
 from bubblemesh.run.pipeline import mesh_case
 
 BOX = [0, 0, 100, 60]
@@ -252,6 +252,20 @@ def test_channels_end_where_they_are_narrower_than_so_many_of_the_spacings_there
     assert middle[x < first - 0.5].all()
     assert not middle[(x > first + reach) & (x < 79)].any()
     assert (len(set(problem.domain.boundary.area_of_ring)) == 2) == bool(len(narrow))
+
+
+def test_long_shores_are_closed_as_discs_say():
+    t = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
+    inlets = np.clip((np.cos(12 * t) - 0.95) / 0.02, 0, 1)
+    r = 20 + 0.1 * np.sin(700 * t) - 8 * inlets
+    write([shapely.Polygon(np.column_stack([50 + r * np.cos(t), 30 + r * np.sin(t)]))])
+    before = sea_in_box(case().domain)
+    after = without_narrow(before, lambda points: np.full(len(points), 1.0), 3, 0)
+    (sea,), (part,) = before.parts, after.parts
+    inner, outer = (sea.difference(sea.boundary.buffer(radius)).buffer(1.5) for radius in (1.5, 1.5 / BAND))
+    assert inner.intersection(sea).difference(part).area < 1e-3 * sea.area
+    assert part.difference(outer).area < 0.25 * 3**2 * 24  # corners that stay
+    assert part.area < sea.area - 12 * 5
 
 
 def test_nothing_but_narrow_parts_is_closed():
