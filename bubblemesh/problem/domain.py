@@ -78,7 +78,7 @@ def _sea(case: Case) -> Domain:
             [area.about(Key((*DOMAIN, "shoreline"))) for area in areas_of_sea(sea, keys.shoreline.file)], parts
         )
         shore = tuple(label for label in SHORE if label in domain.labels)
-        return replace(domain, plane=given_plane(), groups={"shore": shore} if shore else {})
+        return replace(domain, plane=given_plane(), groups={"shore": shore})
 
     if keys.shoreline.narrowest is not None or keys.shoreline.detail == "auto":
         request = case_spacing(case, domain_of(sea))

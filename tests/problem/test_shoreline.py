@@ -84,6 +84,22 @@ def test_shore_is_land_and_islands():
         prepare(case({"value": 8, "labels": {"coast": 2}}))
 
 
+@pytest.mark.parametrize(
+    "terms",
+    [
+        {"value": 8, "near": {"label": "shore", "size": 2}},
+        {"value": 8, "labels": {"shore": 2}},
+        "distance('shore') + 1",
+    ],
+)
+def test_a_box_without_a_shore_is_told(terms):
+    write([shapely.box(-50, -50, -20, -20)])
+    with pytest.raises(BubblemeshError, match=r"no shore lies in the box: correct the box or the file, or leave out"):
+        prepare(case(terms))
+    with pytest.raises(BubblemeshError, match=r"unknown label 'island'; known: open$"):
+        prepare(case({"value": 8, "labels": {"island": 2}}))
+
+
 def test_what_no_open_side_reaches_is_left_out():
     write([COAST, shapely.Point(30, 30).buffer(10).difference(shapely.Point(30, 30).buffer(4))])
     problem = prepare(case())

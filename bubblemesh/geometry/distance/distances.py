@@ -48,9 +48,15 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
 
 def require_labels(domain: Domain, labels: Sequence[str]) -> None:
     """CaseError, with the known labels, if nothing in a domain has one of these."""
+    known = [*domain.labels, *(group for group, own in domain.groups.items() if own)]
     for label in labels:
-        if label not in domain.labels and label not in domain.groups:
-            raise CaseError(unknown("label", label, [*domain.labels, *domain.groups]))
+        if label in known:
+            continue
+        if label in domain.groups:
+            raise CaseError(
+                f"no {label} lies in the box: correct the box or the file, or leave out what is measured from {label}"
+            )
+        raise CaseError(unknown("label", label, known))
 
 
 def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
