@@ -29,7 +29,8 @@ BAND = 1.05  # ratio of widths that are taken to be one
 TOUCHING = 1.07  # a little more than that
 PIECE = 16  # sides of a line that are grown at once: the time of long ones goes with the square of their points
 LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is none is refused later
-HALVINGS = 8  # of the detail, until no rings cross
+HALVINGS = 8  # of the detail where rings cross; then all points stay there
+ATTEMPTS = 40  # until none does; after half of them they are whole rings that get more detail
 
 SpacingAt = Callable[[Floats], Floats]
 Complex = NDArray[np.complex128]
@@ -207,26 +208,56 @@ def _as_complex(points: Floats) -> Complex:
 
 
 def _simplified(part: shapely.Polygon, sea: Sea, detail: _Detail, kept: Complex = NO_POINTS) -> shapely.Polygon:
-    """A part of the sea with fewer points, but those ``kept``; rings that would cross or vanish keep more of them."""
+    """A part of the sea with fewer points, but those ``kept``; where rings would cross or vanish more of them stay."""
     rings = [shapely.get_coordinates(ring)[:-1] for ring in (part.exterior, *part.interiors)]
     sides = [_of_box(ring, sea.sides) for ring in rings]
     spacings = [detail.spacing(ring) for ring in rings]
     stay = [np.isin(_as_complex(ring), kept) for ring in rings]
     stay = [kept | shared for kept, shared in zip(stay, _shared(rings), strict=True)]
-    halvings, few = np.zeros(len(rings), np.int64), list(rings)
+    halvings = [np.zeros(len(ring), np.int64) for ring in rings]
+    left = [np.arange(len(ring)) for ring in rings]
     changed = np.arange(len(rings))
-    for _ in range(HALVINGS + len(rings)):
+    for attempt in range(ATTEMPTS):
         for k in changed.tolist():
-            fixed = sides[k] | np.roll(sides[k], 1) | stay[k]
-            least = spacings[k] / 2 ** halvings[k]
-            few[k] = rings[k] if halvings[k] > HALVINGS else _few_points(rings[k], fixed, least, detail.short)
+            fixed = sides[k] | np.roll(sides[k], 1) | stay[k] | (halvings[k] > HALVINGS)
+            left[k] = _few_points(rings[k], fixed, spacings[k] / 2.0 ** halvings[k], detail.short)
+        few = [ring[points] for ring, points in zip(rings, left, strict=True)]
         changed = _faulty(few)
-        changed = changed[halvings[changed] <= HALVINGS]
+        crossing = [_between(left[k], side, len(rings[k])) for k, side in _crossing_sides(few, changed)]
+        for k, near in zip(changed.tolist(), crossing, strict=True):
+            halvings[k] += near if near.any() and attempt < ATTEMPTS // 2 else 1
+        changed = np.array([k for k in changed.tolist() if len(left[k]) < len(rings[k])], np.int64)
         if len(changed) == 0:
             break
-        halvings[changed] += 1
     made = shapely.Polygon(few[0], few[1:])
     return made if made.is_valid else part
+
+
+def _crossing_sides(rings: Sequence[Floats], among: Integers) -> Iterator[tuple[int, Integers]]:
+    """Numbers (k,) of the sides of each of some rings (n, 2) that meet another side elsewhere than at common ends."""
+    if len(among) == 0:
+        return
+    starts = np.vstack([rings[k] for k in among])
+    ends = np.vstack([np.roll(rings[k], -1, axis=0) for k in among])
+    lines = shapely.linestrings(np.stack([starts, ends], axis=1))
+    first, second = shapely.STRtree(lines).query(lines, predicate="intersects")
+    first, second = first[first < second], second[first < second]
+    own = np.column_stack([_as_complex(starts), _as_complex(ends)])
+    common = (own[first][:, :, None] == own[second][:, None]).any(axis=(1, 2))
+    crossing = np.zeros(len(lines), bool)
+    bad = ~(common & shapely.touches(lines[first], lines[second]))
+    crossing[first[bad]] = crossing[second[bad]] = True
+    parts = np.split(crossing, np.cumsum([len(rings[k]) for k in among])[:-1])
+    yield from zip(among.tolist(), map(np.flatnonzero, parts), strict=True)
+
+
+def _between(points: Integers, sides: Integers, n: int) -> Booleans:
+    """Mask (n,) of the points of a ring from the start of each of some sides to its end, by those left (k,) of it."""
+    last = np.append(points[1:], points[0] + n)
+    side, rank = members((last - points)[sides] + 1)
+    near = np.zeros(n, bool)
+    near[(points[sides][side] + rank) % n] = True
+    return near
 
 
 def _shared(rings: Sequence[Floats]) -> list[Booleans]:
@@ -250,8 +281,8 @@ def _faulty(rings: Sequence[Floats]) -> Integers:
     return np.flatnonzero(~whole | crossing)
 
 
-def _few_points(ring: Floats, fixed: Booleans, spacing: Floats, short: float) -> Floats:
-    """Points of a ring (n, 2) of which those left out are no farther from it than a tenth of the spacing (n,) at each.
+def _few_points(ring: Floats, fixed: Booleans, spacing: Floats, short: float) -> Integers:
+    """Numbers (k,) of points of a ring (n, 2), so that others are off by a tenth of the spacing (n,) at each at most.
 
     By Douglas and Peucker, between points that stay: those fixed, and two that are far from each other. Then those are
     left out that are nearer to the last one than ``short`` spacings.
@@ -278,7 +309,7 @@ def _few_points(ring: Floats, fixed: Booleans, spacing: Floats, short: float) ->
         kept[stay] = False
         kept[_near(ring, np.flatnonzero(kept), stay, short * spacing)] = False
         kept[stay] = True
-    return ring[kept]
+    return np.flatnonzero(kept)
 
 
 def _near(ring: Floats, points: Integers, stay: Integers, least: Floats) -> list[int]:

@@ -226,6 +226,23 @@ def test_a_ring_that_cannot_have_less_detail_keeps_others_from_nothing():
     assert min(len(ring.coords) for ring in part.interiors) < 40
 
 
+def test_a_shore_keeps_its_points_near_a_crossing_only():
+    t = np.linspace(0.1, 2 * np.pi - 0.1, 2000)
+    r = 20 + 0.2 * np.sin(300 * t)
+    mainland = np.column_stack([35 + r * np.cos(t), 30 + r * np.sin(t)])
+    there, back = np.linspace(55, 90, 3000), np.linspace(90, 55, 2891)
+    spit = [np.column_stack([x, 30 + off + np.sin(x)]) for x, off in ((there, -1e-3), (back, 1e-3))]
+    land = np.vstack([mainland, *spit])
+    write([shapely.Polygon(land)])
+    keys = case(detail=0.5).domain
+    (part,) = fitted(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
+    assert part.is_valid
+    (ring,) = part.interiors
+    left = shapely.get_coordinates(ring)
+    assert (left[:, 0] > 56).sum() > 50
+    assert (left[:, 0] < 50).sum() < 50
+
+
 def test_narrow_channels_are_closed():
     wide, narrow = shapely.box(30, -1, 40, 25), shapely.box(30, 26, 40, 61)  # a channel of 1
     write([wide, narrow])
