@@ -1,5 +1,7 @@
 """Splicing: a few nodes leave a triangulation, others come to middles of its edges, and all else stays as it is."""
 
+from typing import NamedTuple, Self
+
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
@@ -31,6 +33,33 @@ def _on_rim(triangles: Integers, nodes: Booleans) -> bool:
     return not np.array_equal(np.sort(begins), np.sort(ends))
 
 
+class Holes(NamedTuple):
+    """The holes that nodes would leave: their triangles (node, a, b), whose sides (a, b) enclose them."""
+
+    row: Integers  # (m,): of these triangles
+    node: Integers  # (m,): ascending
+    a: Integers  # (m,)
+    b: Integers  # (m,)
+    nodes: Integers  # (k,): each of the nodes once
+    start: Integers  # (k,): place of its first triangle
+    sides: Integers  # (k,): how many it has
+
+    @classmethod
+    def of(cls, triangles: Integers, chosen: Booleans) -> Self:
+        """Holes of the nodes chosen (n,), all inner ones of the triangles (t, 3)."""
+        row, place = np.divmod(np.flatnonzero(chosen[triangles]), 3)
+        order = np.argsort(triangles[row, place], kind="stable")
+        row, place = row[order], place[order]
+        node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
+        return cls(row, node, a, b, *np.unique(node, return_index=True, return_counts=True))
+
+    def fans(self) -> tuple[Integers, Integers, Booleans]:
+        """For each corner of a hole all of its sides, in order: corner, side (p,), and whether it is no end of that."""
+        corner, rank = members(np.repeat(self.sides, self.sides))
+        side = np.repeat(self.start, self.sides)[corner] + rank
+        return corner, side, (self.a[side] != self.a[corner]) & (self.b[side] != self.a[corner])
+
+
 def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, Booleans]:
     """Triangles (u, 3) after nodes have moved onto a neighbour, which makes two of their own vanish; which did (n,).
 
@@ -39,20 +68,14 @@ def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, B
     """
     if not gone.any():
         return triangles, gone
-    # 1. The triangles (node, a, b) around each node: their sides (a, b) enclose the hole that it leaves.
-    row, place = np.divmod(np.flatnonzero(gone[triangles]), 3)
-    order = np.argsort(triangles[row, place], kind="stable")
-    row, place = row[order], place[order]
-    node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
-    # 2. From each corner of the hole, the least area of triangles to the sides that it is no end of.
-    nodes, start, count = np.unique(node, return_index=True, return_counts=True)
-    corner, rank = members(np.repeat(count, count))
-    side = np.repeat(start, count)[corner] + rank
+    holes = Holes.of(triangles, gone)
+    row, node, a, b, nodes, start, _ = holes
+    # From each corner of a hole, the least area of triangles to the sides that it is no end of.
+    corner, side, apart = holes.fans()
     u, v = x[a[side]] - x[a[corner]], x[b[side]] - x[a[corner]]
-    apart = (a[side] != a[corner]) & (b[side] != a[corner])
     area = np.where(apart, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.inf)
-    least = np.minimum.reduceat(area, np.flatnonzero(rank == 0))
-    # 3. The node moves onto the corner where that is largest.
+    least = np.minimum.reduceat(area, np.searchsorted(corner, np.arange(len(node))))
+    # The node moves onto the corner where that is largest.
     best = np.lexsort([-least, node])[start]
     possible = least[best] > 0
     onto, done = np.arange(len(x)), np.zeros(len(x), bool)

@@ -4,13 +4,14 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, all_of_rows, members
+from bubblemesh.arrays import Floats, Integers, all_of_rows
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.smoothing import costs
 from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.packing.splicing import Holes
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 LEAST_GAIN = 0.1  # of what triangles cost, for which a bubble leaves
@@ -32,19 +33,13 @@ class Removals(NamedTuple):
         chosen = np.zeros(len(x), bool)
         chosen[triangles[cost > bad]] = True
         chosen &= ellipses.interior
-        # 1. The triangles (node, a, b) around each node: their sides (a, b) enclose the hole that it leaves.
-        row, place = np.divmod(np.flatnonzero(chosen[triangles]), 3)
-        order = np.argsort(triangles[row, place], kind="stable")
-        row, place = row[order], place[order]
-        node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
-        nodes, start, count = np.unique(node, return_index=True, return_counts=True)
-        # 2. From each corner of the hole, triangles to the sides that it is no end of, and what they cost.
-        corner, rank = members(np.repeat(count, count))
-        side = np.repeat(start, count)[corner] + rank
-        apart = (a[side] != a[corner]) & (b[side] != a[corner])
+        holes = Holes.of(triangles, chosen)
+        row, node, a, b, nodes, start, _ = holes
+        # From each corner of a hole, triangles to the sides that it is no end of, and what they cost.
+        corner, side, apart = holes.fans()
         fans = np.column_stack([a[corner], a[side], b[side]])[apart]
         after = np.bincount(corner[apart], costs(x, fans, spacing, smoothing), len(node))
-        # 3. The node moves onto the corner where that is least.
+        # The node moves onto the corner where that is least.
         best = np.lexsort([after, node])[start]
         before = np.add.reduceat(cost[row], start)
         return cls(nodes, a[best], np.asarray(before - after[best]), np.split(a, start[1:]))
