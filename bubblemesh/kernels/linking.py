@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, ShortIntegers, each_once
-from bubblemesh.kernels.library import Library, library
+from bubblemesh.kernels.library import library
 
-NO_PLACES, NO_FACETS = np.zeros((0, 2)), np.zeros((0, 2), np.int64)
+UNCHANGED = 2  # outcome of the kernel
 
 
 class Legal(NamedTuple):
@@ -15,7 +15,8 @@ class Legal(NamedTuple):
 
     triangles: Integers  # (t, 3)
     edges: Integers  # (m, 2)
-    quads: ShortIntegers  # (k, 4): two triangles with an edge that is no facet: its ends, and their other nodes
+    twins: ShortIntegers  # (t, 3): of the side from each node to the next, that of the triangle across: its number in
+    # these three columns, -1 on the rim and on facets
 
 
 def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -26,9 +27,9 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     compiled = library()
     if compiled is None:
         return in_order_in_numpy(triangles, n)
-    found = _linked(compiled, triangles, n, 0, NO_PLACES, NO_PLACES, NO_FACETS)
-    assert found is not None  # only flips may be undecided
-    return found.triangles, found.edges
+    result, edges, count = _room(triangles)
+    compiled.call("order_triangles", n, len(result), np.ascontiguousarray(triangles), result, edges, count)
+    return result, _shortened(edges, count)
 
 
 def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -40,43 +41,40 @@ def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     return np.column_stack([a, b, c])[order], np.stack(np.divmod(each_once(sides), n), axis=1)
 
 
-def legalised(triangles: Integers, start: Floats, x: Floats, facets: Integers) -> Legal | None:
+def legalised(
+    triangles: Integers, start: Floats, x: Floats, facets: Integers, known: Legal | None = None
+) -> Legal | None:
     """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
 
     The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Where nodes would invert
     triangles they go to x step by step from ``start`` (n, 2), with flips on the way. Triangles and edges come as from
     `in_order`; None where rounding would decide, a triangle stays inverted, or no kernels are compiled: triangulate
-    anew.
+    anew. What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
 
     References
     ----------
     C. L. Lawson, "Software for C1 surface interpolation", in: Mathematical Software III (1977).
     """
     compiled = library()
-    return None if compiled is None else _linked(compiled, triangles, len(x), 1, start, x, facets)
-
-
-def is_legal(known: Legal, x: Floats) -> bool:
-    """Whether a triangulation is the constrained Delaunay one for sure, also with its nodes at x (n, 2)."""
-    compiled, outcome = library(), np.empty(1, np.int64)
-    assert compiled is not None  # nothing else makes one
-    rows = len(known.triangles), known.triangles, len(known.quads), known.quads
-    compiled.call("check_quads", *rows, np.ascontiguousarray(x, np.float64), outcome)
-    return not outcome[0]
-
-
-def _linked(
-    compiled: Library, triangles: Integers, n: int, flips: int, start: Floats, x: Floats, facets: Integers
-) -> Legal | None:
-    """Triangles and edges in order, and quads, after flips if these are wanted; None where they are undecided."""
-    result, edges = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64)
-    quads = np.empty((3 * len(triangles) // 2, 4), np.int32)  # they are kept for long, and are many
-    counts, outcome = np.zeros(2, np.int64), np.zeros(1, np.int64)
-    places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
-    given = flips, *places, len(facets), np.ascontiguousarray(facets)
-    compiled.call("link_triangles", n, len(result), result, *given, edges, quads, counts, outcome)
-    if outcome[0]:
+    if compiled is None:
         return None
-    edges.resize((int(counts[0]), 2), refcheck=False)  # in place: a copy would double what large meshes take
-    quads.resize((int(counts[1]), 4), refcheck=False)
-    return Legal(result, edges, quads)
+    result, edges, count = _room(triangles)
+    twins, outcome = np.empty(result.shape, np.int32), np.empty(1, np.int64)
+    before = (twins, 0) if known is None else (known.twins, 1)
+    places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
+    given = np.ascontiguousarray(triangles), *before, *places, len(facets), np.ascontiguousarray(facets)
+    compiled.call("legalise_triangles", len(x), len(result), *given, result, twins, edges, count, outcome)
+    if outcome[0] == UNCHANGED:
+        return known
+    return None if outcome[0] else Legal(result, _shortened(edges, count), twins)
+
+
+def _room(triangles: Integers) -> tuple[Integers, Integers, Integers]:
+    """Room for as many triangles (t, 3), for their edges (3 t, 2), and for the number of these (1,)."""
+    return np.empty(triangles.shape, np.int64), np.empty((3 * len(triangles), 2), np.int64), np.empty(1, np.int64)
+
+
+def _shortened(edges: Integers, count: Integers) -> Integers:
+    """The first ``count`` (1,) of the edges."""
+    edges.resize((int(count[0]), 2), refcheck=False)  # in place: a copy would double what large meshes take
+    return edges

@@ -8,7 +8,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.linking import Legal, is_legal, legalised
+from bubblemesh.kernels.linking import Legal, legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
@@ -120,11 +120,11 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
     moved = net.of(bubbles)
     held = _same_on_boundary(net.bubbles, bubbles)
     start = net.bubbles.x if held and triangles is None else bubbles.x
-    known = net.triangles if triangles is None else triangles
-    if triangles is None and net.legal is not None and is_legal(net.legal, bubbles.x):
-        found: Legal | None = net.legal
-    else:
-        found = legalised(known, start, bubbles.x, net.facets) if _all_within(known, bubbles) else None
+    found: Legal | None = None
+    if triangles is None and net.legal is not None:
+        found = legalised(net.triangles, start, bubbles.x, net.facets, net.legal)
+    elif _all_within(known := net.triangles if triangles is None else triangles, bubbles):
+        found = legalised(known, start, bubbles.x, net.facets)
     # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
     if found is not None and (held or moved.has_simple_rim):
         return Net(bubbles, net.facets, net.facet_piece, net.two_sided, found.triangles, found.edges, found)

@@ -91,7 +91,11 @@ def test_triangles_that_are_no_triangulation_are_left_alone_or_flipped(seed):
     triangles = different(random, n, random.integers(1, 60))
     facets = np.sort(random.integers(0, n, (int(random.integers(1, 10)), 2)), axis=1)
     found = legalised(triangles, odd(random, (n, 2)), odd(random, (n, 2)), facets)
-    assert found is None or all(((part >= 0) & (part < n)).all() for part in found)
+    if found is not None:
+        assert all(((part >= 0) & (part < n)).all() for part in (found.triangles, found.edges))
+        assert ((found.twins >= -1) & (found.twins < found.twins.size)).all()
+        again = legalised(found.triangles, odd(random, (n, 2)), odd(random, (n, 2)), facets, found)
+        assert again is None or again.triangles.shape == found.triangles.shape
 
 
 @pytest.mark.parametrize("seed", range(TRIALS))
