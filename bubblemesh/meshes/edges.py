@@ -92,8 +92,11 @@ def unique_edges(triangles: Integers) -> tuple[Integers, Integers]:
 def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
     """Edges (e, 2) as of `unique_edges`, and the numbers (t, 3) among them of each triangle's sides 0-1, 1-2, 2-0."""
     keys, n = _undirected_keys(triangles)
-    keys, number = np.unique(keys, return_inverse=True)
-    return np.stack(np.divmod(keys, n), axis=1), number.reshape(3, -1).T
+    order = np.argsort(keys, kind="stable")  # it merges runs that ascend already, which keys of triangles have
+    ascending, number = keys[order], np.empty_like(order)
+    fresh = np.append(True, ascending[1:] != ascending[:-1])[: len(keys)]
+    number[order] = np.cumsum(fresh) - 1
+    return np.stack(np.divmod(ascending[fresh], n), axis=1), number.reshape(3, -1).T
 
 
 def neighbour_pairs(triangles: Integers) -> Integers:

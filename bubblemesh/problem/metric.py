@@ -24,12 +24,13 @@ from bubblemesh.problem.crs import bound_in, given_bounds
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.readers.netcdf import netcdf
+from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Cover, Survey, surveyed
+from bubblemesh.spacing.survey import Survey, surveyed
 
 Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
@@ -275,7 +276,7 @@ def in_metric(
     CaseError where a metric is not positive, with the place; LimitError if there would be more than ``max_nodes``
     nodes.
     """
-    points = np.vstack([domain.polygonal_copy.points, cover.triangles.reshape(-1, 2), cover.triangles.mean(axis=1)])
+    points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
     told = tuple(_too_long(metrics, spacing, points))
     asked = below(metrics, spacing)
     survey = surveyed(domain, asked, max_nodes, cover)

@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources
-from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes
+from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
 MOST_TIMES, MORE = 4.0, 1000  # the nodes without it, and nodes beside: what narrow parts may lead to
 CUTS = (1.0, 0.2, 0.04)  # of these nodes, that narrow parts alone may take; they make the spacing fine beside them too

@@ -26,11 +26,12 @@ from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
+from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import ESTIMATE, Cover, ideal_nodes, surveyed
+from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes, surveyed
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder

@@ -7,8 +7,11 @@ from bubblemesh.geometry.arrangement.regions import Parts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import LineTo, circle, open_path, rectangle
+from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.spacing.cover import Cover
+from bubblemesh.spacing.integrals import Intervals, Triangles, mean_inverse, mean_inverse_square
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import Cover, _halves, _sampled_triangles, surveyed
+from bubblemesh.spacing.survey import surveyed
 
 ENOUGH = 10**6
 SQUARE = Domain.of(rectangle(-1, -1, 1, 1))
@@ -34,12 +37,39 @@ def test_ideal_nodes_of_a_uniform_square(d):
     assert found == pytest.approx(ideal(4 / d**2, 8 / d), rel=1e-9)
 
 
-def test_halves_of_triangles_have_the_spacing_on_their_edges_to_the_last_bit():
+@pytest.mark.parametrize("domain", [SQUARE, PERFORATED])
+def test_divided_parts_have_the_spacing_at_their_ends_to_the_last_bit(domain):
     spacing = Spacing(lambda x, y: 0.02 + 0.1 * np.hypot(x - 0.1, y))
-    whole = _sampled_triangles(Cover.of(PERFORATED).triangles, spacing)
+    cover = Cover.of(domain)
+    triangles, intervals = Triangles.of(cover, spacing), Intervals.of(cover, spacing, domain.boundary)
+    area = np.abs(doubled_areas(cover.corners)).sum()
+    length = np.diff(cover.intervals[:, 1:]).sum()
     for _ in range(3):
-        whole = _halves(whole, spacing)
-        np.testing.assert_array_equal(whole.d, _sampled_triangles(whole.corners, spacing).d)
+        triangles, intervals = triangles.divided(), intervals.divided()
+        np.testing.assert_array_equal(triangles.d, spacing(triangles.points))
+        assert np.abs(doubled_areas(triangles.points[triangles.corners])).sum() == pytest.approx(area, rel=1e-12)
+        for d, s in zip(intervals.d.T, intervals.ends.T, strict=True):
+            np.testing.assert_array_equal(d, spacing.along(domain.boundary, intervals.piece, s))
+        assert np.diff(intervals.ends).sum() == pytest.approx(length, rel=1e-12)
+
+
+@pytest.mark.parametrize("values", [(0.3, 1, 2), (2, 0.1, 1), (1, 1, 1), (1, 1, 5), (3, 1, 1), (1, 1 + 1e-5, 1 + 1e-3)])
+def test_means_over_triangles_are_those_of_a_linear_spacing(values):
+    (a, b, c), (nodes, weights) = values, np.polynomial.legendre.leggauss(100)
+    u, weights = (nodes + 1) / 2, weights / 2
+    inverse = 1 / (a + (b - a) * u)[:, None]
+    square = 1 / (a + (b - a) * u[:, None] * (1 - u) + (c - a) * u) ** 2  # (1 - u) is the width at a height
+    assert mean_inverse(np.array([a]), np.array([b]))[0] == pytest.approx(weights @ inverse[:, 0], rel=1e-6)
+    expected = 2 * weights @ square @ (weights * (1 - u))
+    assert mean_inverse_square(np.array([values], float))[0] == pytest.approx(expected, rel=1e-6)
+    for swapped in ((b, a, c), (c, a, b), (c, b, a)):
+        assert mean_inverse_square(np.array([swapped], float))[0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("change", [1e-12, 1e-9, 2e-6, 1e-5])
+def test_means_over_triangles_of_nearly_one_spacing_keep_their_digits(change):
+    d = np.array([[0.1, 0.1 * (1 + change / 2), 0.1 * (1 + change)]])
+    assert mean_inverse_square(d)[0] == pytest.approx(100 * (1 - change), rel=1e-9)
 
 
 def test_each_hole_takes_one_node_off():
@@ -61,6 +91,16 @@ def test_inner_lines_take_no_nodes_of_their_own():
 def test_ideal_nodes_of_a_uniform_disc(d):
     found = surveyed(Domain.of(circle((3, 4), 1)), uniform(d), ENOUGH).ideal_nodes
     assert found == pytest.approx(ideal(np.pi / d**2, 2 * np.pi / d), rel=5e-3)
+
+
+@pytest.mark.parametrize("growth", [0.1, 0.3])
+def test_ideal_nodes_of_a_far_field_are_right_to_a_thousandth(growth):
+    far, least = 40.0, 0.01
+    domain = Domain.of(circle((0, 0), far), [circle((0, 0), 0.5)])
+    spacing = Spacing(lambda x, y: least + growth * (np.hypot(x, y) - 0.5))
+    area, _ = quad(lambda r: 2 * np.pi * r / (least + growth * (r - 0.5)) ** 2, 0.5, far, points=[0.6, 1, 4], limit=200)
+    boundary = 2 * np.pi * (0.5 / least + far / (least + growth * (far - 0.5)))
+    assert surveyed(domain, spacing, ENOUGH).ideal_nodes == pytest.approx(ideal(area, boundary, holes=1), rel=2e-3)
 
 
 def test_ideal_nodes_of_a_graded_annulus():
@@ -169,4 +209,4 @@ def test_the_spacing_is_asked_at_few_places_also_beside_curves():
         return np.full(len(x), 0.1)
 
     surveyed(domain, Spacing(function), ENOUGH)
-    assert sum(asked) < 80_000
+    assert sum(asked) < 30_000

@@ -1,0 +1,119 @@
+"""Integrals that count nodes: a spacing that is linear over each of many parts, divided where it is not."""
+
+from dataclasses import dataclass, replace
+from typing import Protocol, Self
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers, taken
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.meshes.edges import numbered_edges
+from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.spacing.cover import Cover
+from bubblemesh.spacing.spacing import Spacing
+
+ALIKE = 1e-6  # relative difference of spacings that are one: the error is that of its square
+
+
+class Parts(Protocol):
+    """Parts of a domain or of its boundary, with the spacing at their ends."""
+
+    def nodes(self) -> Floats:
+        """Nodes (k,) that a perfect packing has on each part, if the spacing is linear over it."""
+
+    def divided(self) -> Self:
+        """The parts of half their size: all first ones, then all second ones, and so on."""
+
+    def select(self, which: Booleans) -> Self:
+        """Some of the parts (k,)."""
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """Triangles with the spacing at their corners."""
+
+    spacing: Spacing
+    points: Floats  # (n, 2)
+    d: Floats  # (n,): at the points
+    corners: Integers  # (t, 3)
+
+    @classmethod
+    def of(cls, cover: Cover, spacing: Spacing) -> "Triangles":
+        """Triangles of a cover."""
+        return cls(spacing, cover.points, spacing(cover.points), cover.triangles)
+
+    def nodes(self) -> Floats:
+        """Nodes (t,) in each triangle: the integral of 2 / (sqrt(3) d^2)."""
+        areas = np.abs(doubled_areas(taken(self.points, self.corners))) / 2
+        return 2 / np.sqrt(3) * areas * mean_inverse_square(self.d[self.corners])
+
+    def divided(self) -> "Triangles":
+        """Quarters between the corners and the middles of the edges."""
+        edges, number = numbered_edges(self.corners)
+        middles = (taken(self.points, edges[:, 0]) + taken(self.points, edges[:, 1])) / 2
+        (a, b, c), (ab, bc, ca) = self.corners.T, (number + len(self.points)).T
+        quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        return Triangles(
+            self.spacing,
+            np.vstack([self.points, middles]),
+            np.append(self.d, self.spacing(middles)),
+            np.concatenate([np.column_stack(corners) for corners in quarters]),
+        )
+
+    def select(self, which: Booleans) -> "Triangles":
+        """Some of the triangles (t,)."""
+        return replace(self, corners=taken(self.corners, which))
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Intervals of the boundary with the spacing at their ends."""
+
+    spacing: Spacing
+    boundary: Boundary
+    piece: Integers  # (k,)
+    ends: Floats  # (k, 2): arc lengths
+    d: Floats  # (k, 2): at the ends
+
+    @classmethod
+    def of(cls, cover: Cover, spacing: Spacing, boundary: Boundary) -> "Intervals":
+        """Intervals of a cover."""
+        piece, ends = cover.intervals[:, 0].astype(np.int64), cover.intervals[:, 1:]
+        d = [spacing.along(boundary, piece, s) for s in ends.T]
+        return cls(spacing, boundary, piece, ends, np.column_stack(d))
+
+    def nodes(self) -> Floats:
+        """Nodes (k,) of each interval beside those of the area: the integral of 1 / (2 d)."""
+        return np.diff(self.ends, axis=1)[:, 0] * mean_inverse(*self.d.T) / 2
+
+    def divided(self) -> "Intervals":
+        """Halves."""
+        middle = self.ends.mean(axis=1)
+        d = self.spacing.along(self.boundary, self.piece, middle)
+        ends = [np.column_stack([self.ends[:, 0], middle]), np.column_stack([middle, self.ends[:, 1]])]
+        values = [np.column_stack([self.d[:, 0], d]), np.column_stack([d, self.d[:, 1]])]
+        return replace(self, piece=np.tile(self.piece, 2), ends=np.concatenate(ends), d=np.concatenate(values))
+
+    def select(self, which: Booleans) -> "Intervals":
+        """Some of the intervals (k,)."""
+        return replace(self, piece=self.piece[which], ends=self.ends[which], d=self.d[which])
+
+
+def mean_inverse(a: Floats, b: Floats) -> Floats:
+    """Mean (k,) of 1 / d where d changes linearly from a (k,) to b (k,): ln(b / a) / (b - a)."""
+    rise = (b - a) / a
+    same = rise == 0
+    return np.where(same, 1.0, np.log1p(rise)) / np.where(same, a, rise * a)
+
+
+def mean_inverse_square(d: Floats) -> Floats:
+    """Mean (t,) of 1 / d^2 over triangles in which d is linear between its values d (t, 3) at the corners.
+
+    It is twice the divided difference of -ln d at these, by the formula of Hermite and Genocchi (C. de Boor, "Divided
+    differences", Surveys in Approximation Theory 1, 2005).
+    """
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # no nodes, or more than any limit
+        low, middle, high = np.sort(d, axis=1).T
+        alike = high - low <= ALIKE * low
+        differences = mean_inverse(low, middle) - mean_inverse(middle, high)
+        return np.where(alike, 1 / middle**2, 2 * differences / np.where(alike, 1.0, high - low))
