@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
-from benchmarks.layers.shapes import straight_area
+from benchmarks.layers.made import Made
 from benchmarks.robustness.soundness import faults
 from bubblemesh.arrays import Booleans, Floats, Integers
 
@@ -48,16 +49,6 @@ class Figures:
     aspect: float
 
 
-@dataclass(frozen=True)
-class Made:
-    """A mesh: points (n, 2), triangles (t, 3), boundary edges (b, 2), and edges (w, 2) of the walls with layers."""
-
-    points: Floats
-    triangles: Integers
-    facets: Integers
-    walls: Integers
-
-
 class Sides:
     """Finds the triangle on the left of a directed edge."""
 
@@ -85,6 +76,16 @@ def wrong(made: Made, keys: Mapping[str, Any]) -> list[str]:
     if "periodic" in keys["domain"] and not _matching(made):
         found.append("nodes on periodic sides differ")
     return found
+
+
+def straight_area(keys: Mapping[str, Any]) -> float | None:
+    """Area of the domain of a case, unless it has curves."""
+    domain = keys["domain"]
+    rings = [domain["outer"], *domain.get("holes", ())]
+    if any("polygon" not in ring or "smooth" in ring for ring in rings):
+        return None
+    outer, *holes = (ring["polygon"] for ring in rings)
+    return float(shapely.Polygon(outer, holes).area)
 
 
 def measured(made: Made, keys: Mapping[str, Any]) -> Figures:

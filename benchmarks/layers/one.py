@@ -9,7 +9,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from benchmarks.layers.figures import Made
+from benchmarks.layers.made import Made
 from benchmarks.layers.shapes import Keys, bare, shapes
 from benchmarks.layers.tools import TOOLS
 from benchmarks.peers.clock import Clock

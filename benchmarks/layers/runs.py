@@ -15,7 +15,8 @@ from textwrap import shorten
 
 import numpy as np
 
-from benchmarks.layers.figures import Figures, Made, measured, wrong
+from benchmarks.layers.figures import Figures, measured, wrong
+from benchmarks.layers.made import Made
 from benchmarks.layers.shapes import shapes
 from benchmarks.layers.tools import FANS, OURS, TOOLS
 from benchmarks.peers.runs import ONE_THREAD, ROOT
@@ -101,7 +102,7 @@ def _program(name: str, tool: str) -> float:
         case.write_text(json.dumps(shapes()[name]))
         commands = {
             OURS: ["bubblemesh", "run", str(case), "-q", "-o", str(file)],
-            FANS: ["benchmarks.layers.program", name, str(file)],
+            FANS: ["benchmarks.layers.program", str(case), str(file)],
         }
         if tool not in commands:
             return NAN

@@ -5,7 +5,6 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-import shapely
 
 from bubblemesh.arrays import Floats
 
@@ -46,16 +45,6 @@ def thickness(keys: Mapping[str, Any]) -> float:
     """Height of all layers of a case."""
     (entry,) = keys["layers"]
     return entry["first"] * float(np.sum(entry["growth"] ** np.arange(entry["count"])))
-
-
-def straight_area(keys: Mapping[str, Any]) -> float | None:
-    """Area of the domain of a case, unless it has curves."""
-    domain = keys["domain"]
-    rings = [domain["outer"], *domain.get("holes", ())]
-    if any("polygon" not in ring or "smooth" in ring for ring in rings):
-        return None
-    outer, *holes = (ring["polygon"] for ring in rings)
-    return float(shapely.Polygon(outer, holes).area)
 
 
 def naca(digits: str, points: int = 80, sharp: bool = False) -> Floats:

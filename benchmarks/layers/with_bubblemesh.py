@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from benchmarks.layers.figures import Made
+from benchmarks.layers.made import Made
 from benchmarks.layers.shapes import Keys
 from benchmarks.peers.clock import Clock
 from bubblemesh.case import load_case

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.layers.figures import Made
+from benchmarks.layers.made import Made
 from benchmarks.layers.shapes import SMOOTH, Keys, thickness
 from benchmarks.peers.clock import Clock
-from benchmarks.peers.with_gmsh import FRONTAL, OPTIONS, TRIANGLE
+from benchmarks.peers.gmsh_settings import FRONTAL, OPTIONS, TRIANGLE
 from bubblemesh.arrays import Floats, Integers
 
 LINE = 1  # Gmsh's number of the element

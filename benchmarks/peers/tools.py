@@ -6,6 +6,7 @@ from functools import partial
 
 from benchmarks.peers import with_bubblemesh, with_distmesh, with_gmsh, with_jigsaw, with_netgen, with_triangle
 from benchmarks.peers.clock import Clock
+from benchmarks.peers.gmsh_settings import DELAUNAY, FRONTAL
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 
@@ -46,13 +47,13 @@ TOOLS = {
     "bubblemesh-fast": Tool("bubblemesh, fast", with_bubblemesh.mesh, ("packing.effort=fast",), ours=True),
     OURS: Tool("bubblemesh", with_bubblemesh.mesh, ours=True),
     BEST: Tool("bubblemesh, best", with_bubblemesh.mesh, ("packing.effort=best",), ours=True),
-    REFERENCE: Tool("Gmsh Frontal-Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL)),
+    REFERENCE: Tool("Gmsh Frontal-Delaunay", partial(with_gmsh.mesh, algorithm=FRONTAL)),
     "gmsh-relocate": Tool(
         "Gmsh Frontal-Delaunay + Relocate2D",
-        partial(with_gmsh.mesh, algorithm=with_gmsh.FRONTAL, relocations=RELOCATIONS),
+        partial(with_gmsh.mesh, algorithm=FRONTAL, relocations=RELOCATIONS),
         most_nodes=LARGE,
     ),
-    "gmsh-delaunay": Tool("Gmsh Delaunay", partial(with_gmsh.mesh, algorithm=with_gmsh.DELAUNAY), most_nodes=LARGE),
+    "gmsh-delaunay": Tool("Gmsh Delaunay", partial(with_gmsh.mesh, algorithm=DELAUNAY), most_nodes=LARGE),
     "jigsaw": Tool("JIGSAW", with_jigsaw.mesh, installed=with_jigsaw.installed),
     "jigsaw-long": Tool(
         f"JIGSAW, {ITERATIONS} iterations",

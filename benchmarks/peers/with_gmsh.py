@@ -5,22 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.peers.clock import Clock
+from benchmarks.peers.gmsh_settings import OPTIONS, TRIANGLE
 from benchmarks.peers.matheval import matheval
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case import Case
 from bubblemesh.geometry.paths import Arc, Line, Point, Ring
 from bubblemesh.problem.domain import domain_areas
 
-DELAUNAY, FRONTAL = 5, 6
-OPTIONS = {
-    "General.Terminal": 0,
-    "General.NumThreads": 1,
-    "Mesh.MeshSizeExtendFromBoundary": 0,
-    "Mesh.MeshSizeFromPoints": 0,
-    "Mesh.MeshSizeFromCurvature": 0,
-}
 WIDEST_ARC = 0.9 * np.pi  # of those that Gmsh's own kernel knows, which have to be less than half a circle
-TRIANGLE = 2  # Gmsh's number of the element
 
 
 def mesh(case: Case, clock: Clock, algorithm: int, relocations: int = 0) -> tuple[Floats, Integers]:

@@ -1,6 +1,8 @@
 """The benchmark of boundary layers measures what it says, and its page has all that it makes."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +10,13 @@ import pytest
 from paths import ROOT
 
 from benchmarks.layers import gradients
-from benchmarks.layers.figures import Figures, Made, measured, wrong
+from benchmarks.layers.figures import Figures, measured, straight_area, wrong
 from benchmarks.layers.gradients import CLOSE, FLOWS, Needed, isotropic, needed, with_layers
+from benchmarks.layers.made import Made
 from benchmarks.layers.page import FEWEST, page
 from benchmarks.layers.runs import Run, run
 from benchmarks.layers.section import Checked, Section, Written, section
-from benchmarks.layers.shapes import bare, naca, shapes, straight_area, thickness
+from benchmarks.layers.shapes import bare, naca, shapes, thickness
 from benchmarks.layers.tools import FANS, OURS, PLAIN
 from benchmarks.layers.with_gmsh import COARSEST
 from bubblemesh.case import load_case
@@ -174,3 +177,9 @@ def test_a_growth_that_is_not_named_is_that_of_case_files():
     near = [term for keys in shapes().values() if isinstance(keys["spacing"], dict) for term in keys["spacing"]["near"]]
     assert COARSEST == 0.2
     assert all(term.get("growth", COARSEST) == COARSEST for term in near)
+
+
+def test_a_program_of_gmsh_loads_next_to_nothing_of_ours():
+    listed = "import sys, benchmarks.layers.program; print(*(name for name in sys.modules if name[:6] == 'bubble'))"
+    done = subprocess.run([sys.executable, "-c", listed], cwd=ROOT, check=True, capture_output=True, text=True)
+    assert set(done.stdout.split()) == {"bubblemesh", "bubblemesh.arrays", "bubblemesh.resources"}
