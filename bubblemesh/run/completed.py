@@ -1,0 +1,52 @@
+"""What a mesh gets before it is written: curved edges, depths, its metric, other coordinates, and a partition."""
+
+from dataclasses import replace
+from typing import NamedTuple, Self
+
+from bubblemesh.errors import at_key
+from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.partition import Partition
+from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.problem.problem import Problem
+from bubblemesh.run.water import WaterRow, depths_of
+from bubblemesh.spacing.metric.metric import MetricSpacing
+
+
+class Completed(NamedTuple):
+    """A mesh as it is written."""
+
+    mesh: Mesh | SlicedMesh
+    straight: int = 0  # edges along curves that stay straight in a mesh of second order
+    water: WaterRow | None = None  # if the mesh has depths
+
+    @property
+    def partition(self) -> Partition | None:
+        """The partition of the mesh, if it has one."""
+        return self.mesh.partition if isinstance(self.mesh, Mesh) else None
+
+    def divided(self, parts: int) -> Self:
+        """The same with a partition into so many parts; a mesh in slices stays as it is."""
+        if not isinstance(self.mesh, Mesh):
+            return self
+        with at_key("output", "partition"):
+            return self._replace(mesh=self.mesh.partitioned(parts))
+
+
+def completed(mesh: Mesh | SlicedMesh, problem: Problem) -> Completed:
+    """The mesh with what its case asks for beside nodes and triangles; in slices it is complete as it is."""
+    if not isinstance(mesh, Mesh):
+        return Completed(mesh)
+    task, plane, straight, water = problem.task, problem.domain.plane, 0, None
+    if task.order == 2:
+        mesh, straight = mesh.second_order()
+    if task.open_labels:
+        mesh = replace(mesh, open_labels=task.open_labels)
+    if task.depth is not None:
+        mesh = replace(mesh, depth=depths_of(mesh, task.depth))
+        water = WaterRow.of(mesh, mesh.depth)
+    # Tensors belong to the plane of the packing.
+    if isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):
+        mesh = replace(mesh, metric=problem.spacing.at(mesh.points))
+    if plane is not None:
+        mesh = mesh.mapped(plane.written)
+    return Completed(mesh, straight, water)
