@@ -118,3 +118,11 @@ def each_once(numbers: Integers) -> Integers:
     """The different ones (k,) of numbers (n,), ascending: much faster than NumPy's ``unique``, which hashes them."""
     ascending = np.sort(numbers)
     return ascending[np.append(True, ascending[1:] != ascending[:-1])[: len(ascending)]]
+
+
+def contained(numbers: Integers, some: Integers) -> Booleans:
+    """Whether each of the numbers (n,) is among ``some`` (k,), which ascend; none is negative.
+
+    NumPy's ``isin`` would load its masked arrays.
+    """
+    return np.append(some, -1)[np.searchsorted(some, numbers)] == numbers

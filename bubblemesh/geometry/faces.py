@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.boundary import COLUMNS, Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans
 from bubblemesh.geometry.curves import Family, selected
@@ -45,7 +45,7 @@ def compact(boundary: Boundary, kept: Integers) -> tuple[Boundary, Integers]:
         columns["kind"][mine] = len(families)
         families += [selected(curves, used)] if len(used) else []
     open_ = ~boundary.closed
-    corners = np.unique(np.concatenate([boundary.start[open_], boundary.end[open_], kept]))
+    corners = each_once(np.concatenate([boundary.start[open_], boundary.end[open_], kept]))
     for name in ("start", "end"):
         columns[name][open_] = np.searchsorted(corners, columns[name][open_])
     labels, columns["label"] = np.unique(boundary.label, return_inverse=True)

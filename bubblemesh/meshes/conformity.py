@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, contained
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
@@ -67,11 +67,10 @@ def require_piece(measures: Measures, facets: Integers, rim: Integers, own: Bool
     unused = own & (np.bincount(measures.triangles.ravel(), minlength=len(points)) == 0)
     if unused.any():
         raise _fault("a node belongs to no triangle", points[unused][0])
-    open_, known, to_meet = (
-        edge_keys(np.sort(pairs, axis=1), len(points))
-        for pairs in (edges[count == 1], np.concatenate([facets, rim]), rim)
-    )
-    stray, missing = edges[count == 1][~np.isin(open_, known)], rim[~np.isin(to_meet, open_)]
+    at_one, n = edges[count == 1], len(points)
+    open_, of_facets, to_meet = (edge_keys(pairs, n) for pairs in (at_one, np.sort(facets), np.sort(rim)))
+    known = np.sort(np.append(of_facets, to_meet))
+    stray, missing = at_one[~contained(open_, known)], rim[~contained(to_meet, open_)]
     for pair in (*stray[:1], *missing[:1], *edges[count > 2][:1]):
         raise _fault("pieces do not meet", points[pair].mean(axis=0))
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, ShortIntegers, any_of_rows
+from bubblemesh.arrays import Floats, Integers, ShortIntegers, any_of_rows, contained, each_once
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.conformity import require_piece
@@ -94,7 +94,8 @@ def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) 
     region = regions(np.concatenate([near_cuts, rest]), facets, places.left[piece], places.right[piece])
     sides = directed_sides(near_cuts)
     open_ = np.sort(one_sided(sides, n))
-    at_rim = open_[~np.isin(edge_keys(sides[open_], n), edge_keys(facets[~net.two_sided], n))]
+    walls = np.sort(edge_keys(facets[~net.two_sided], n))
+    at_rim = open_[~contained(edge_keys(sides[open_], n), walls)]
     rim, rim_region = sides[at_rim], region[at_rim % max(len(near_cuts), 1)]
     band = Band(x[:count], bubbles.corners, bubbles.piece, bubbles.s, near_cuts, rim, rim_region)
     own, valence = np.arange(n) >= count, np.zeros(n, np.int64)
@@ -111,4 +112,4 @@ def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) 
     inner = region[len(near_cuts) :].astype(np.int32)
     core = Core(x[count:], rest.astype(np.int32), inner, quality, target)
     sizes = len(core.x), len(rest)
-    return Part(core, Margin(band, census, valence[:count], np.unique(inner), *sizes, done.record))
+    return Part(core, Margin(band, census, valence[:count], each_once(inner), *sizes, done.record))

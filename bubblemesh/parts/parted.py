@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Integers
+from bubblemesh.arrays import Booleans, Integers, each_once
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.edges import unique_edges
@@ -209,7 +209,7 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
         numbers=numbers,
         store=together.store,
         sizes=np.array([(margin.nodes, margin.triangles) for margin in margins]),
-        regions=np.unique(np.concatenate([margin.regions for margin in margins])),
+        regions=each_once(np.concatenate([margin.regions for margin in margins])),
         census=tuple(margin.census for margin in margins if margin.census is not None),
         valence=valence,
         on_cuts=len(along),

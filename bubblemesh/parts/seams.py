@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, any_of_rows, components
+from bubblemesh.arrays import Booleans, Floats, Integers, any_of_rows, components, each_once
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
@@ -80,7 +80,7 @@ class Strips:
     def __getitem__(self, number: int) -> Strip:
         net, free, triangles, lines = self.net, self.free, self.triangles[number], self.lines[number]
         sides = directed_sides(net.triangles[triangles])
-        nodes = np.unique(sides)
+        nodes = each_once(sides.ravel())
         rim, inside = nodes[~free[nodes]], nodes[free[nodes]]
         outer = sides[np.sort(one_sided(sides, len(net.bubbles)))]
         ends = np.searchsorted(rim, np.concatenate([outer, lines]))

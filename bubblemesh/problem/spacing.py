@@ -28,7 +28,7 @@ from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_g
 from bubblemesh.problem.files import own_files
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.rules.rules import Rules
-from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly, nothing
 from bubblemesh.spacing.terms.depth import Deep, NodeDepth, NotBelow, Slope, Waves
 from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
@@ -156,7 +156,7 @@ def spacing_request(
         *_limits_within(terms.regions, domain, rasters),
         *_of_depth(terms, domain, rasters),
         *_near(terms, domain),
-        *(Spacing(_in_plane(data, domain), keys=_Always(key)) for key, data in functions.items()),
+        *(Spacing(_in_plane(data, domain), keys=OneKey(key)) for key, data in functions.items()),
     )
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
@@ -190,11 +190,11 @@ def _of_depth(terms: SpacingTerms, domain: Domain, rasters: Rasters) -> Iterator
     if terms.waves is not None:
         deep = _deep(terms.waves, domain, rasters, "waves")
         waves = Waves(deep, terms.waves.period, terms.waves.per_length)
-        yield Spacing(waves, keys=_Always(Key(["spacing", "waves"])))
+        yield Spacing(waves, keys=OneKey(Key(["spacing", "waves"])))
     if terms.slope is not None:
         across = terms.slope.filter or domain.size * SLOPE_ACROSS
         slope = Slope(_deep(terms.slope, domain, rasters, "slope"), terms.slope.per_slope, across)
-        yield Spacing(slope, keys=_Always(Key(["spacing", "slope"])))
+        yield Spacing(slope, keys=OneKey(Key(["spacing", "slope"])))
 
 
 def _not_below_courant(
@@ -288,7 +288,7 @@ def _in_plane(data: Term, domain: Domain) -> Term:
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """Spacings that are fine near something, and grow from there: one term for all whose distance takes long."""
-    found, key = tuple(_growing(terms, domain)), _Always(Key(["spacing", "near" if terms.near else "labels"]))
+    found, key = tuple(_growing(terms, domain)), OneKey(Key(["spacing", "near" if terms.near else "labels"]))
     fast = tuple(near for near in found if not near.costly)
     if len(fast) > MOST_TERMS:
         yield Spacing(Proximities(fast), keys=key)
@@ -376,14 +376,4 @@ def _bound(value: Value, domain: Domain, *path: str | int, rasters: Rasters = Ma
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
         distance_to = partial(distance_to_labels, domain)
         function, term = bound_in(domain.unprojection, bound, distance_to, rasters)
-    return Spacing(function, keys=_Always(Key(path)), costly=costly(term))
-
-
-@dataclass(frozen=True)
-class _Always:
-    """The key of a term, at any points."""
-
-    key: Key
-
-    def __call__(self, points: Floats) -> list[Key]:
-        return [self.key] * len(points)
+    return Spacing(function, keys=OneKey(Key(path)), costly=costly(term))

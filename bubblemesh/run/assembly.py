@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes.edges import edge_keys, find_sides
@@ -77,7 +77,7 @@ def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) 
     walls = np.concatenate([frame.facets, parted.rim])
     sides = (np.append(side[piece], parted.rim_region) for side in (domain.boundary.left, domain.boundary.right))
     region = regions(net.triangles, walls, *sides)
-    numbers = np.unique(parts.name_indices[np.append(region, parted.regions)])
+    numbers = each_once(parts.name_indices[np.append(region, parted.regions)])
     index = np.searchsorted(numbers, parts.name_indices)
     counts = np.bincount(parted.cell, minlength=len(parted.sizes))
     blocks = np.split(np.argsort(parted.cell, kind="stable"), np.cumsum(counts)[:-1])

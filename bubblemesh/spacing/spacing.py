@@ -16,8 +16,17 @@ MOST_SPOTS = 2000  # more are noise
 AT_A_TIME = 1 << 16  # places, where arrays of all would take much memory
 
 
-def _whole(points: Floats) -> list[Key]:
-    return [Key(["spacing"])] * len(points)
+@dataclass(frozen=True)
+class OneKey:
+    """The key of a spacing that is set by the same one at any points."""
+
+    key: Key
+
+    def __call__(self, points: Floats) -> list[Key]:
+        return [self.key] * len(points)
+
+
+WHOLE = OneKey(Key(["spacing"]))
 
 
 @dataclass(frozen=True)
@@ -27,7 +36,7 @@ class Spacing:
     function: Callable[[Floats, Floats], Floats]  # values (n,) at the coordinates x (n,) and y (n,)
     floor: float = 0.0  # stands for d outside the domain where the function has no positive value
     # Keys (n) of the case that set it at points (n, 2): a region may have its own.
-    keys: Callable[[Floats], Sequence[Key]] = _whole
+    keys: Callable[[Floats], Sequence[Key]] = WHOLE
     costly: bool = False  # so much that a table of it is worth having
     # Places (k, 2) where it may be fine over so short a distance that samples would pass them by.
     spots: Floats = field(default_factory=lambda: np.zeros((0, 2)), compare=False)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, each_once, taken
 from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
 
 GRID_LEVELS = 30
@@ -147,7 +147,7 @@ class Quadtree:
 
     def among(self, codes: Integers) -> Booleans:
         """Whether each of the cells (n,) has one of the codes (k,), which ascend."""
-        return _contained(self.codes, codes)
+        return contained(self.codes, codes)
 
     def unbalanced(self) -> Integers:
         """Codes (k,), ascending, of all cells that are split where none is more than twice as large as one beside it.
@@ -162,7 +162,7 @@ class Quadtree:
             beside = _beside(np.append(split, wanted), level + 1)
             split = each_once(np.append(quarters, split) >> 2)
             wanted = each_once(np.append(wanted, beside) >> 2)
-            wanted = wanted[~_contained(wanted, split)]
+            wanted = wanted[~contained(wanted, split)]
             found.append(1 << 2 * level | wanted)
         return np.concatenate(found[::-1])
 
@@ -186,11 +186,6 @@ class Quadtree:
         found = np.concatenate(hanging)
         found = found[np.argsort(found[:, 0], kind="stable")]
         return Vertices(key, self._points(_parted(key)), corners, found[:, 1:], found[:, 0])
-
-
-def _contained(numbers: Integers, some: Integers) -> Booleans:
-    """Whether each of the numbers (n,) is among ``some`` (k,), which ascend; none is negative."""
-    return np.append(some, -1)[np.searchsorted(some, numbers)] == numbers
 
 
 def _to_the_right(key: Integers, columns: Integers) -> Integers:
