@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from bubblemesh.run.packings import OnRound, OnShare
     from bubblemesh.run.pipeline import Result, SlicedResult
 
+PACKING = "bubblemesh.parts.cores"  # what workers call
+
 
 @with_overrides(CASE_OPTIONS)
 def run(
@@ -63,21 +65,23 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Mesh a case and write the mesh files and a report."""
-    from bubblemesh.run import pipeline
-    from bubblemesh.run.destination import OutputOptions
-    from bubblemesh.run.keeping import parts_kept
-
-    loaded = case_at(case, overrides, untrusted)
-    options = OutputOptions(output, formats or (), solvers or (), history, page)
-    place = destination_of(loaded, case, options, as_json, in_slices=True)
-    if dry_run:
-        tell_estimate(loaded, case, picture, as_json, quiet)
-        return
-    if picture is not None:
+    if picture is not None and not dry_run:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
-    with crew_for(loaded, jobs, cluster) as crew, parts_kept(loaded, place, resume) as keeping:
-        meshed = partial(pipeline.mesh_case_in_slices, loaded, keeping, crew=crew)
-        deliver(meshed, loaded, case, place, as_json, quiet)
+    loaded = case_at(case, overrides, untrusted)
+    # Workers start while the rest is loaded here.
+    with crew_for(loaded, jobs, cluster, at_once=not dry_run) as crew:
+        from bubblemesh.run import pipeline
+        from bubblemesh.run.destination import OutputOptions
+        from bubblemesh.run.keeping import parts_kept
+
+        options = OutputOptions(output, formats or (), solvers or (), history, page)
+        place = destination_of(loaded, case, options, as_json, in_slices=True)
+        if dry_run:
+            tell_estimate(loaded, case, picture, as_json, quiet)
+            return
+        with parts_kept(loaded, place, resume) as keeping:
+            meshed = partial(pipeline.mesh_case_in_slices, loaded, keeping, crew=crew)
+            deliver(meshed, loaded, case, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)
@@ -237,22 +241,28 @@ def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None =
     return load_case(case, overrides=overrides, untrusted=untrusted, text=text)
 
 
-def crew_for(case: "Case", jobs: int | None, cluster: str | None) -> "AbstractContextManager[Crew]":
-    """Who packs the parts of a case: worker processes, here or on a cluster; this process, if there is one part."""
-    from bubblemesh.parts.work import alone
+def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bool) -> "AbstractContextManager[Crew]":
+    """Who packs the parts of a case: worker processes, here or on a cluster; this process, if there is one part.
 
+    Processes are started ``at_once``, or for the first part.
+    """
     if case.parts is None:
+        from bubblemesh.parts.work import alone
+
         if jobs is not None or cluster is not None:
             raise CaseError("--jobs and --cluster: a mesh in one piece takes one process: add --parts auto")
         return nullcontext(alone)
-    from bubblemesh import console
-    from bubblemesh.parts.cores import packed_part
     from bubblemesh.workers.crew import crew_of
     from bubblemesh.workers.hire import workers_at
 
+    def warn(message: str) -> None:
+        from bubblemesh import console
+
+        console.warn([message])
+
     # With parts: auto it may turn out that one part is enough.
-    ahead = packed_part if isinstance(case.parts, int) and case.parts > 1 else None
-    return crew_of(workers_at(jobs, cluster), lambda message: console.warn([message]), ahead)
+    at_once = at_once and isinstance(case.parts, int) and case.parts > 1
+    return crew_of(workers_at(jobs, cluster), warn, PACKING if at_once else None)
 
 
 def destination_of(

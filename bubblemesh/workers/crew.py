@@ -5,23 +5,26 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from time import sleep
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
-from bubblemesh.parts.work import Crew, Job
 from bubblemesh.workers.hire import Hire
 from bubblemesh.workers.workers import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of, wait_for_any
 
+if TYPE_CHECKING:  # or workers could not start before all that packs is loaded here, too
+    from bubblemesh.parts.work import Crew, Job
+
 T = TypeVar("T")
-Given = tuple[int, Job]  # with its number
+Given = tuple[int, "Job"]  # with its number
 MANY = 1 << 30  # parts: their number does not limit that of the workers
 
 
 @contextmanager
-def crew_of(hire: Hire, warn: Callable[[str], None], ahead: Callable[..., Any] | None = None) -> Iterator[Crew]:
+def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None) -> Iterator["Crew"]:
     """Crew of workers that end with the block.
 
-    They are hired at once if a function is given that they will call, and load it meanwhile; else for the first job.
+    They are hired at once if a module is named that has what they will call, and load it meanwhile; else for the first
+    job.
     """
     with ExitStack() as stack:
         hired: list[Workers] = []
@@ -29,7 +32,7 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: Callable[..., Any] |
             hired.append(stack.enter_context(hire(MANY)))
             hired[0].load(ahead)
 
-        def call(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:
+        def call(function: Callable[..., T], jobs: Iterable["Job"]) -> Iterator[tuple[int, T]]:
             if not hired:
                 hired.append(stack.enter_context(hire(MANY)))
             return called(hired[0], function, jobs, warn)
@@ -38,7 +41,7 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: Callable[..., Any] |
 
 
 def called(
-    workers: Workers, function: Callable[..., T], jobs: Iterable[Job], warn: Callable[[str], None]
+    workers: Workers, function: Callable[..., T], jobs: Iterable["Job"], warn: Callable[[str], None]
 ) -> Iterator[tuple[int, T]]:
     """Results of a function for all jobs, as they come; a job whose worker dies is given to another one.
 

@@ -9,10 +9,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from queue import SimpleQueue
 from subprocess import PIPE, Popen
 from threading import Lock, Thread
-from typing import IO, Any, TypeVar
+from typing import IO, TypeVar
 
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
@@ -86,9 +87,9 @@ class LocalWorkers(Workers):
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
         return self._threads.submit(self._call, function, arguments)
 
-    def load(self, function: Callable[..., Any]) -> None:
+    def load(self, module: str) -> None:
         for _ in range(self._count):
-            self.submit(callable, function)  # to receive a function is to load its module
+            self.submit(load, module)
 
     def failure(self, error: BaseException) -> tuple[int, str]:
         if isinstance(error, WorkerDied):
@@ -203,6 +204,11 @@ def serve(staging: str) -> None:
         while True:
             _send(to_parent[0], _answer(calls.get()))
     listener.join()
+
+
+def load(module: str) -> None:
+    """Load a module."""
+    import_module(module)
 
 
 def _answer(call: bytes) -> tuple[str, object]:

@@ -50,8 +50,8 @@ class Workers(ABC):
     def failure(self, error: BaseException) -> tuple[int, str]:
         """Exit code and words for a job that could not be run, from the exception of its future."""
 
-    def load(self, function: Callable[..., Any]) -> None:  # noqa: B027 - workers that are there already need not
-        """Let workers that are starting load what a function needs, before they are asked to call it."""
+    def load(self, module: str) -> None:  # noqa: B027 - workers that are there already need not
+        """Let workers that are starting load a module, before they are asked to call what is in it."""
 
     def missing(self) -> str | None:
         """Warning while there are no workers; else None."""

@@ -9,8 +9,10 @@ from contextlib import contextmanager
 import pytest
 from commands import command
 
+from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.parts.work import Job
+from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.workers.crew import called, crew_of
 from bubblemesh.workers.hire import workers_at
 from bubblemesh.workers.local import local_workers
@@ -110,6 +112,24 @@ def test_hired_workers_are_those_of_the_command_line():
         assert len(pids) == 1
         assert {pid for _, pid in crew(os.getpid, [Job("", ())])} == pids
     assert os.getpid() not in pids
+
+
+def test_workers_load_only_what_packing_needs(tmp_path):
+    case = tmp_path / "plate.yaml"
+    case.write_text(CASE.replace("0.05", "{value: 0.05 + 0.01*x, near: [{point: [1, 0.5], size: 0.03}]}"))
+    with crew_of(workers_at(1, None), print) as crew:
+        mesh_case(load_case(case, parts=3), crew=crew)
+        (_, loaded), *_ = crew(eval, [Job("", ("{*__import__('sys').modules}",))])
+    assert "bubblemesh.parts.cores" in loaded
+    assert not loaded & {
+        "pydantic",
+        "yaml",
+        "rich",
+        "numpy.ma",
+        "bubblemesh.case",
+        "bubblemesh.problem",
+        "bubblemesh.run",
+    }
 
 
 @pytest.mark.parametrize("more", ["", "metric: {angle: x + y, across: 0.02}\n"])

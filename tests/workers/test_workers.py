@@ -18,7 +18,6 @@ from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_o
 from bubblemesh import resources
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import OWNER
-from bubblemesh.parts.cores import packed_part
 from bubblemesh.parts.work import Job
 from bubblemesh.workers.crew import crew_of
 from bubblemesh.workers.hire import workers_at
@@ -67,7 +66,7 @@ def test_processes_load_what_they_will_call_before_they_are_asked_to():
     loaded = "'bubblemesh.parts.cores' in __import__('sys').modules"
     with local_workers(1) as workers:
         assert not workers.submit(eval, loaded).result()
-    with crew_of(lambda jobs: local_workers(1), print, ahead=packed_part) as crew:
+    with crew_of(lambda jobs: local_workers(1), print, ahead="bubblemesh.parts.cores") as crew:
         assert list(crew(eval, [Job("", (loaded,))])) == [(0, True)]
 
 
