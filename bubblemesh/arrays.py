@@ -116,7 +116,11 @@ def different_rows(rows: Rows) -> tuple[Rows, Integers]:
 
 def each_once(numbers: Integers) -> Integers:
     """The different ones (k,) of numbers (n,), ascending: much faster than NumPy's ``unique``, which hashes them."""
-    ascending = np.sort(numbers)
+    return different(np.sort(numbers))
+
+
+def different(ascending: Integers) -> Integers:
+    """The different ones (k,) of numbers (n,) that ascend."""
     return ascending[np.append(True, ascending[1:] != ascending[:-1])[: len(ascending)]]
 
 

@@ -52,6 +52,12 @@ class Format:
             raise CaseError(f"{self.files[0]} has a file for each part, {MOST_PIECES:,} at most: ask for fewer parts")
         return (*self.files, *map(self.piece.format, range(parts)))
 
+    def load(self) -> None:
+        """Load what writes the format, which else is loaded when it is used."""
+        for function in (self.writer, self.slices):
+            if function is not None:
+                _loaded(function)
+
     def write(self, mesh: "Mesh", fields: "Fields", path: Path, *, alone: bool = False) -> None:
         """Write a mesh to the main file's path, and the other files beside it, or ``alone`` to one file only."""
         _loaded((alone and self.alone) or self.writer)(mesh if self.quads else mesh.in_triangles(), fields, path)

@@ -89,6 +89,11 @@ class Destination:
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
         return file_names(self.name, self.formats, tables, self.parts)
 
+    def load(self) -> None:
+        """Load what writes the formats."""
+        for name in self.formats:
+            FORMATS[name].load()
+
     def deliver(self, result: Result | SlicedResult) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
@@ -118,6 +123,10 @@ class StreamDestination:
 
     stream: BinaryIO
     format_name: FormatName
+
+    def load(self) -> None:
+        """Load what writes the format."""
+        FORMATS[self.format_name].load()
 
     def deliver(self, result: Result | SlicedResult) -> dict[str, Any]:
         """Write the mesh, and return the report, which has no files; a FileError if that cannot be done."""

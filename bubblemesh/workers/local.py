@@ -17,7 +17,7 @@ from typing import IO, TypeVar
 
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
-from bubblemesh.resources import seldom_look_for_garbage
+from bubblemesh.resources import available_cores, seldom_look_for_garbage
 from bubblemesh.workers.workers import Note, WorkerDied, Workers
 
 T = TypeVar("T")
@@ -88,8 +88,9 @@ class LocalWorkers(Workers):
         return self._threads.submit(self._call, function, arguments)
 
     def load(self, module: str) -> None:
-        for _ in range(self._count):
-            self.submit(load, module)
+        at_once = max(available_cores() - 1, 1)  # one core is left to the process that is here
+        for first in range(min(at_once, self._count)):
+            self._threads.submit(self._load, module, len(range(first, self._count, at_once)))
 
     def failure(self, error: BaseException) -> tuple[int, str]:
         if isinstance(error, WorkerDied):
@@ -115,6 +116,11 @@ class LocalWorkers(Workers):
         self._threads.shutdown()
         for process in self.processes:
             process.end()
+
+    def _load(self, module: str, times: int) -> None:
+        """Let processes load a module, one after the other: the one that is idle longest is the next."""
+        for _ in range(times):
+            self._call(load, (module,))
 
     def _call(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
         process = self._idle.get()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -91,8 +92,6 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
 @contextmanager
 def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> Iterator[list[Any]]:
     """Data sets for points, cells and data of the shapes of these arrays, to be filled; with the XML beside them."""
-    import h5py
-
     heavy = path.with_suffix(".h5")
     with heavy.open("w+b", buffering=0) as stream:
         sink = _Sink(stream)
@@ -181,8 +180,6 @@ def _nodal_data(mesh: Mesh) -> _Data:
 
 
 def _write_pair(path: Path, mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data) -> None:
-    import h5py
-
     heavy = path.with_suffix(".h5")
     # Built in memory, so that a full disk is a plain OSError and no file lock is needed on a network drive.
     with h5py.File(str(heavy), "w", driver="core", backing_store=False) as file:

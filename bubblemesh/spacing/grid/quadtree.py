@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, contained, each_once, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, different, each_once, taken
 from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
 
 GRID_LEVELS = 30
@@ -160,7 +160,7 @@ class Quadtree:
         for level in range(int(self.level.max(initial=0)) - 1, -1, -1):
             quarters = self.key[self.level == level + 1] >> 2 * (GRID_LEVELS - level - 1)
             beside = _beside(np.append(split, wanted), level + 1)
-            split = each_once(np.append(quarters, split) >> 2)
+            split = each_once(np.append(different(quarters >> 2), split >> 2))
             wanted = each_once(np.append(wanted, beside) >> 2)
             wanted = wanted[~contained(wanted, split)]
             found.append(1 << 2 * level | wanted)
