@@ -4,12 +4,14 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from time import perf_counter
 from xml.etree import ElementTree as ET
 
 import h5py
 import numpy as np
 import pytest
 
+from bubblemesh import limits
 from bubblemesh.case import load_case
 from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.partition import Partition
@@ -233,6 +235,22 @@ def test_what_is_written_in_slices_is_read_as_a_whole(made, form, tmp_path):
     read = read_mesh(path).mesh
     assert (len(read.points), len(read.triangles)) == (sliced.nodes, sliced.triangles)
     assert set(read.regions) == set(mesh.regions)
+
+
+def test_a_time_limit_does_not_stop_the_hdf5_library_half_way(tmp_path, monkeypatch):
+    for name in ("GRACE", "GRACE_SHARE"):
+        monkeypatch.setattr(limits, name, 0.0)
+    sliced = sliced_of(DISC, tmp_path)
+
+    def slowly(part):
+        end = perf_counter() + 0.3
+        while perf_counter() < end:
+            pass
+        return sliced.read(part)
+
+    slow, path = replace(sliced, read=slowly), tmp_path / "disc.xdmf"
+    limits.within(lambda: FORMATS["xdmf"].write_slices(slow, path), 0.2, None, perf_counter())
+    assert len(read_mesh(path).mesh.triangles) == sliced.triangles
 
 
 FULL_DISK = """

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
+from bubblemesh.limits import settle
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_ids, cell_values, facet_ids, group_names
@@ -68,6 +69,7 @@ def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
 def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
     """Write the files of `write_xdmf`, slice by slice; nothing is compressed, which would take as long as all else."""
     _require_name(path)
+    settle()  # an exception of a time limit, where the HDF5 library calls back, would leave it without an answer
     frame = replace(mesh.frame, points=_unwritten((mesh.nodes, 2)))
     data = {"material": _unwritten((mesh.triangles,), np.int32)}
     data |= {name: _unwritten((mesh.triangles,)) for name in mesh.fields}
