@@ -145,13 +145,13 @@ def settled(net: Net, spacing: Spacing) -> Net:
     known[net.triangles] = True
     used, number = np.flatnonzero(known), np.cumsum(known) - 1
     x, triangles = net.bubbles.x[used], number[net.triangles]
-    sides, n = directed_sides(triangles), len(used)
-    rim = sides[np.sort(one_sided(sides, n))]
     forth, back = _beside_facets(net)
     lines = number[net.facets[(forth >= 0) & (back >= 0)]]
-    stay = np.concatenate([rim, lines])
-    found = legalised(triangles, x, x, stay)
-    legal = linked(x, stay, np.arange(len(stay)) >= len(rim))[0] if found is None else found.triangles
+    if (found := legalised(triangles, x, x, lines)) is not None:  # what is at the rim has no triangle to flip with
+        return replace(net, triangles=used[found.triangles])
+    sides = directed_sides(triangles)
+    rim = sides[np.sort(one_sided(sides, len(used)))]
+    legal, _ = linked(x, np.concatenate([rim, lines]), np.arange(len(rim) + len(lines)) >= len(rim))
     return replace(net, triangles=used[legal])
 
 
