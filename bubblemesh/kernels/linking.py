@@ -60,7 +60,7 @@ def legalised(
         return None
     result, edges, count = _room(triangles)
     twins, outcome = np.empty(result.shape, np.int32), np.empty(1, np.int64)
-    before = (twins, 0) if known is None else (known.twins, 1)
+    before = (0, edges, twins) if known is None else (len(known.edges), known.edges, known.twins)
     places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
     given = np.ascontiguousarray(triangles), *before, *places, len(facets), np.ascontiguousarray(facets)
     compiled.call("legalise_triangles", len(x), len(result), *given, result, twins, edges, count, outcome)

@@ -18,7 +18,7 @@ typedef struct {
     int64_t n, t;
     int32_t *nodes; /* (t, 3) */
     int32_t *twin;  /* (t, 3): the same edge's side in the triangle across, -1 on the rim and on facets; NULL if unknown */
-    int64_t flips;  /* so far */
+    char *changed;  /* (t,): triangles that are not in order: all of them, or those that flips have changed */
 } Mesh;
 
 static int32_t next_side(int32_t side)
@@ -31,18 +31,27 @@ static int32_t side_before(int32_t side)
     return side % 3 == 0 ? side + 2 : side - 1;
 }
 
-/* Whether there are few enough triangles (t, 3) to number their sides; takes them. */
-static int64_t take(Mesh *mesh, const int64_t *triangles)
+/* Takes triangles (t, 3), if they are few enough to number their sides. */
+static int64_t take(Mesh *mesh, const int64_t *triangles, int in_order)
 {
-    int64_t k;
-    if (mesh->n >= INT32_MAX || 3 * mesh->t >= INT32_MAX)
+    int64_t k, t = mesh->t;
+    if (mesh->n >= INT32_MAX || 3 * t >= INT32_MAX)
         return NO_MEMORY;
-    mesh->nodes = malloc((size_t)(3 * mesh->t + 1) * sizeof *mesh->nodes);
-    if (!mesh->nodes)
+    mesh->nodes = malloc((size_t)(3 * t + 1) * sizeof *mesh->nodes);
+    mesh->changed = malloc((size_t)(t + 1));
+    if (!mesh->nodes || !mesh->changed)
         return NO_MEMORY;
-    for (k = 0; k < 3 * mesh->t; k++)
+    for (k = 0; k < 3 * t; k++)
         mesh->nodes[k] = (int32_t)triangles[k];
+    memset(mesh->changed, !in_order, (size_t)t);
     return DONE;
+}
+
+static void give_back(Mesh *mesh)
+{
+    free(mesh->nodes);
+    free(mesh->twin);
+    free(mesh->changed);
 }
 
 typedef struct {
@@ -80,87 +89,171 @@ static void sort(const Sorting *sorting, int64_t n, int64_t count)
     }
 }
 
-/* Edges (count, 2) with the lower node first, ascending. Where twins are known each one inside is taken once. */
-static int64_t list_edges(const Mesh *mesh, const Sorting *sorting, int64_t *edges)
+/* Triangles (t, 3) and edges (m, 2) in order, as they were before some triangles changed; NULL if none were. */
+typedef struct {
+    const int64_t *triangles, *edges;
+    int64_t m;
+} Known;
+
+static Item edge(int64_t a, int64_t b)
 {
-    const int32_t *node = mesh->nodes;
-    Item *items = sorting->items;
-    int64_t k, sides = 0, count = 0;
-    int j;
-    for (k = 0; k < mesh->t; k++, node += 3)
-        for (j = 0; j < 3; j++)
-            if (!mesh->twin || mesh->twin[3 * k + j] < 3 * k + j) {
-                int32_t a = node[j], b = node[j == 2 ? 0 : j + 1];
-                Item item = {a < b ? a : b, a < b ? b : a, 0};
-                items[sides++] = item;
-            }
-    sort(sorting, mesh->n, sides);
-    for (k = 0; k < sides; k++)
-        if (k == 0 || items[k].low != items[k - 1].low || items[k].high != items[k - 1].high) {
-            edges[2 * count] = items[k].low;
-            edges[2 * count++ + 1] = items[k].high;
+    Item item = {(int32_t)(a < b ? a : b), (int32_t)(a < b ? b : a), 0};
+    return item;
+}
+
+/* -1, 0 or 1 if an edge comes before that of an item, is the same, or comes after it. */
+static int against(const int64_t *edge, const Item *item)
+{
+    int64_t difference = edge[0] != item->low ? edge[0] - item->low : edge[1] - item->high;
+    return (difference > 0) - (difference < 0);
+}
+
+/* Edges that changed triangles had before they changed, in order; how many. */
+static int64_t sort_former_edges(const Mesh *mesh, const Known *known, const Sorting *sorting)
+{
+    int64_t k, count = 0;
+    for (k = 0; k < mesh->t && known->triangles; k++)
+        if (mesh->changed[k]) {
+            const int64_t *node = known->triangles + 3 * k;
+            sorting->items[count++] = edge(node[0], node[1]);
+            sorting->items[count++] = edge(node[1], node[2]);
+            sorting->items[count++] = edge(node[2], node[0]);
         }
+    sort(sorting, mesh->n, count);
     return count;
 }
 
-/* Which of its nodes (3,) is the lowest, if they differ. */
-static int lowest(const int32_t *node)
+/* Whether an edge of a changed triangle is listed by this side of it, and not by its twin. */
+static int is_listed(const Mesh *mesh, int64_t side)
 {
+    int64_t twin = mesh->twin ? mesh->twin[side] : -1;
+    return twin < side || !mesh->changed[twin / 3];
+}
+
+/* Edges of changed triangles, in order, those between two of them once if twins are known; how many. */
+static int64_t sort_new_edges(const Mesh *mesh, const Sorting *sorting)
+{
+    int64_t k, count = 0;
+    int j;
+    for (k = 0; k < mesh->t; k++)
+        for (j = 0; j < 3 && mesh->changed[k]; j++)
+            if (is_listed(mesh, 3 * k + j)) {
+                const int32_t *node = mesh->nodes + 3 * k;
+                sorting->items[count++] = edge(node[j], node[j == 2 ? 0 : j + 1]);
+            }
+    sort(sorting, mesh->n, count);
+    return count;
+}
+
+/* Edges (count, 2) with the lower node first, ascending: those known but for former ones of changed triangles, and new
+   ones. No more than 3 t are listed. */
+static int64_t list_edges(const Mesh *mesh, const Known *known, const Sorting *former, const Sorting *new_ones,
+                          int64_t *edges)
+{
+    int64_t old = 0, gone = 0, come = 0, count = 0;
+    int64_t all_gone = sort_former_edges(mesh, known, former), all_come = sort_new_edges(mesh, new_ones);
+    while ((old < known->m || come < all_come) && count < 3 * mesh->t) {
+        const int64_t *next = known->edges + 2 * old;
+        const Item *item = new_ones->items + come;
+        if (old < known->m && (come == all_come || against(next, item) < 0)) {
+            while (gone < all_gone && against(next, former->items + gone) > 0)
+                gone++;
+            old++;
+            if (gone < all_gone && against(next, former->items + gone) == 0)
+                continue;
+            edges[2 * count] = next[0];
+            edges[2 * count++ + 1] = next[1];
+        } else {
+            old += old < known->m && against(next, item) == 0;
+            come++;
+            if (count > 0 && against(edges + 2 * (count - 1), item) == 0)
+                continue;
+            edges[2 * count] = item->low;
+            edges[2 * count++ + 1] = item->high;
+        }
+    }
+    return count;
+}
+
+/* Which of its nodes the triangle will begin with: the lowest, if they differ. */
+static int first_of(const Mesh *mesh, int64_t triangle)
+{
+    const int32_t *node = mesh->nodes + 3 * triangle;
+    if (!mesh->changed[triangle])
+        return 0;
     return node[1] < node[0] && node[1] < node[2] ? 1 : node[2] < node[0] && node[2] < node[1] ? 2 : 0;
 }
 
-/* Triangles (t, 3) that begin with their lowest node and ascend, and their twins (t, 3) if these are known. */
-static void list_triangles(const Mesh *mesh, const Sorting *sorting, int64_t *triangles, int32_t *twins)
+/* Triangles (t, 3) that begin with their lowest node and ascend, and their twins (t, 3) if these are known; in side
+   (t,) comes where the first side of each is then. */
+static void list_triangles(const Mesh *mesh, const Sorting *sorting, int32_t *side, int64_t *triangles, int32_t *twins)
 {
-    int64_t k, t = mesh->t;
-    int32_t *place = (int32_t *)sorting->spare; /* of the lowest node's side of each triangle, once they are sorted */
+    const int32_t *nodes = mesh->nodes;
+    int64_t k, t = mesh->t, old = 0, come = 0, all_come = 0;
     int j;
+    for (k = 0; k < t; k++)
+        if (mesh->changed[k]) {
+            int first = first_of(mesh, k);
+            Item item = {nodes[3 * k + first], nodes[3 * k + (first + 1) % 3], (int32_t)k};
+            sorting->items[all_come++] = item;
+        }
+    sort(sorting, mesh->n, all_come);
     for (k = 0; k < t; k++) {
-        const int32_t *node = mesh->nodes + 3 * k;
-        int first = lowest(node);
-        Item item = {node[first], node[first == 2 ? 0 : first + 1], (int32_t)k};
-        sorting->items[k] = item;
-    }
-    sort(sorting, mesh->n, t);
-    for (k = 0; k < t; k++) {
-        int32_t old = sorting->items[k].value;
-        const int32_t *node = mesh->nodes + 3 * old;
-        int first = lowest(node);
+        const Item *item = sorting->items + come;
+        int64_t next, first;
+        while (old < t && mesh->changed[old])
+            old++;
+        if (come < all_come && (old == t || item->low < nodes[3 * old] ||
+                                (item->low == nodes[3 * old] && item->high < nodes[3 * old + 1]))) {
+            next = item->value;
+            come++;
+        } else {
+            next = old++;
+        }
+        first = first_of(mesh, next);
+        side[next] = (int32_t)(3 * k);
         for (j = 0; j < 3; j++)
-            triangles[3 * k + j] = node[(first + j) % 3];
-        place[old] = (int32_t)(3 * k);
+            triangles[3 * k + j] = nodes[3 * next + (first + j) % 3];
     }
     for (k = 0; k < t && twins; k++) {
-        int32_t old = sorting->items[k].value;
-        int first = lowest(mesh->nodes + 3 * old);
+        int first = first_of(mesh, k);
         for (j = 0; j < 3; j++) {
-            int32_t side = mesh->twin[3 * old + (first + j) % 3], across = side / 3;
-            int turned = side % 3 - (side < 0 ? 0 : lowest(mesh->nodes + 3 * across));
-            twins[3 * k + j] = side < 0 ? -1 : place[across] + (turned < 0 ? turned + 3 : turned);
+            int32_t twin = mesh->twin[3 * k + (first + j) % 3], across = twin / 3;
+            int turned = twin < 0 ? 0 : twin % 3 - first_of(mesh, across);
+            twins[side[k] + j] = twin < 0 ? -1 : side[across] + (turned < 0 ? turned + 3 : turned);
         }
     }
 }
 
 /* Puts triangles (t, 3) in order, with their twins (t, 3) if these are known, and their edges into edges (3 t, 2), whose
    number goes into count (1,). */
-static int64_t put_in_order(const Mesh *mesh, int64_t *triangles, int32_t *twins, int64_t *edges, int64_t *count)
+static int64_t put_in_order(const Mesh *mesh, const Known *known, int64_t *triangles, int32_t *twins, int64_t *edges,
+                            int64_t *count)
 {
-    Sorting sorting = {NULL, NULL, NULL};
-    int64_t side, most = 0, status = NO_MEMORY;
-    for (side = 0; side < 3 * mesh->t; side++)
-        most += !mesh->twin || mesh->twin[side] < side;
-    most = most < mesh->t ? mesh->t : most;
+    int64_t k, changed = 0, listed = 0, most, status = NO_MEMORY;
+    Sorting former = {NULL, NULL, NULL}, sorting = {NULL, NULL, NULL};
+    int32_t *side = malloc((size_t)(mesh->t + 1) * sizeof *side);
+    for (k = 0; k < mesh->t; k++)
+        if (mesh->changed[k]) {
+            changed++;
+            listed += is_listed(mesh, 3 * k) + is_listed(mesh, 3 * k + 1) + is_listed(mesh, 3 * k + 2);
+        }
+    most = known->triangles ? 3 * changed : listed > changed ? listed : changed;
     sorting.items = malloc((size_t)(most + 1) * sizeof *sorting.items);
     sorting.spare = malloc((size_t)(most + 1) * sizeof *sorting.spare);
     sorting.start = malloc((size_t)(mesh->n + 1) * sizeof *sorting.start);
-    if (sorting.items && sorting.spare && sorting.start) {
-        *count = list_edges(mesh, &sorting, edges);
-        list_triangles(mesh, &sorting, triangles, twins);
+    former = sorting;
+    former.items = malloc((size_t)(known->triangles ? most + 1 : 1) * sizeof *former.items);
+    if (side && sorting.items && sorting.spare && sorting.start && former.items) {
+        *count = list_edges(mesh, known, &former, &sorting, edges);
+        list_triangles(mesh, &sorting, side, triangles, twins);
         status = DONE;
     }
+    free(side);
     free(sorting.items);
     free(sorting.spare);
     free(sorting.start);
+    free(former.items);
     return status;
 }
 
@@ -168,11 +261,12 @@ static int64_t put_in_order(const Mesh *mesh, int64_t *triangles, int32_t *twins
 KERNEL int64_t order_triangles(int64_t n, int64_t t, const int64_t *triangles, int64_t *ordered, int64_t *edges,
                                int64_t *count)
 {
-    Mesh mesh = {n, t, NULL, NULL, 0};
-    int64_t status = take(&mesh, triangles);
+    const Known nothing = {NULL, NULL, 0};
+    Mesh mesh = {n, t, NULL, NULL, NULL};
+    int64_t status = take(&mesh, triangles, 0);
     if (status == DONE)
-        status = put_in_order(&mesh, ordered, NULL, edges, count);
-    free(mesh.nodes);
+        status = put_in_order(&mesh, &nothing, ordered, NULL, edges, count);
+    give_back(&mesh);
     return status;
 }
 
@@ -286,7 +380,7 @@ static void flip(Mesh *mesh, Queue *queue, int32_t side)
         if (mesh->twin[two + k] >= 0)
             ask(queue, two + k);
     }
-    mesh->flips++;
+    mesh->changed[one / 3] = mesh->changed[two / 3] = 1;
 }
 
 static int all_turn_left(const Mesh *mesh, const double *x)
@@ -378,30 +472,30 @@ static int64_t flip_all(Mesh *mesh, const double *start, const double *x, int64_
 
 /* Makes triangles (t, 3) Delaunay at x (n, 2) within facets (m, 2), by flips as the nodes come there from start (n, 2),
    and puts them in order, with their edges in edges (3 t, 2), the number of these in count (1,), and their twins (t, 3),
-   -1 on the rim and on facets. If those of the triangles are known already, which then are in order, nothing is put
-   where there was no flip, and outcome (1,) is 2. Where rounding decides, or triangles are inverted, nothing is sure:
-   then it is 1, else 0. */
-KERNEL int64_t legalise_triangles(int64_t n, int64_t t, const int64_t *triangles, const int32_t *known,
-                                  int64_t has_known, const double *start, const double *x, int64_t m,
-                                  const int64_t *facets, int64_t *ordered, int32_t *twins, int64_t *edges,
-                                  int64_t *count, int64_t *outcome)
+   -1 on the rim and on facets. If their edges (known_m, 2) and twins are known already, they are in order: nothing is
+   put where there is no flip, and outcome (1,) is 2. Where rounding decides, or triangles are inverted, nothing is
+   sure: then it is 1, else 0. */
+KERNEL int64_t legalise_triangles(int64_t n, int64_t t, const int64_t *triangles, int64_t known_m,
+                                  const int64_t *known_edges, const int32_t *known_twins, const double *start,
+                                  const double *x, int64_t m, const int64_t *facets, int64_t *ordered, int32_t *twins,
+                                  int64_t *edges, int64_t *count, int64_t *outcome)
 {
-    Mesh mesh = {n, t, NULL, NULL, 0};
-    int64_t status = take(&mesh, triangles);
+    const Known known = {known_m ? triangles : NULL, known_edges, known_m};
+    Mesh mesh = {n, t, NULL, NULL, NULL};
+    int64_t status = take(&mesh, triangles, known_m > 0);
     mesh.twin = malloc((size_t)(3 * t + 1) * sizeof *mesh.twin);
     if (!mesh.twin)
         status = NO_MEMORY;
-    if (status == DONE && has_known)
-        memcpy(mesh.twin, known, (size_t)(3 * t) * sizeof *mesh.twin);
+    if (status == DONE && known_m)
+        memcpy(mesh.twin, known_twins, (size_t)(3 * t) * sizeof *mesh.twin);
     else if (status == DONE)
         status = find_twins(&mesh, m, facets);
     if (status == DONE)
         status = flip_all(&mesh, start, x, outcome);
-    if (status == DONE && *outcome == DONE && has_known && mesh.flips == 0)
+    if (status == DONE && *outcome == DONE && !memchr(mesh.changed, 1, (size_t)t))
         *outcome = UNCHANGED;
     if (status == DONE && *outcome == DONE)
-        status = put_in_order(&mesh, ordered, twins, edges, count);
-    free(mesh.nodes);
-    free(mesh.twin);
+        status = put_in_order(&mesh, &known, ordered, twins, edges, count);
+    give_back(&mesh);
     return status;
 }
