@@ -15,9 +15,9 @@ typedef struct {
     double cutoff;
 } Pairs;
 
-/* Forces (BLOCK, 2) on the first members of pairs that are dx and dy apart, as in forces.py. There is no branch: so
-   compilers work on several pairs at once. */
-static void block_forces(const double *dx, const double *dy, const double *contact, double cutoff, double *force)
+/* Forces (BLOCK, 2) on the first members of pairs that are dx and dy apart, as in forces.py. */
+SIDE_BY_SIDE static void block_forces(const double *dx, const double *dy, const double *contact, double cutoff,
+                                      double *force)
 {
     int k;
     for (k = 0; k < BLOCK; k++) {
