@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
     from bubblemesh.run.packings import OnRound, OnShare
     from bubblemesh.run.pipeline import Result, SlicedResult
-    from bubblemesh.run.report import RoundRow
 
 PACKING = "bubblemesh.parts.cores"  # what workers call
 
@@ -300,11 +299,11 @@ def deliver(
     def delivered() -> "tuple[Result | SlicedResult, dict[str, Any]]":
         with PackingProgress(f"packing {case.name}", quiet, heed) as progress, located(source, case.origin):
 
-            def on_round(row: "RoundRow") -> None:
-                progress.show(row)
+            def on_share(share: float) -> None:
+                progress.advance(share)
                 place.load()  # while workers pack other parts, if there are any
 
-            result = meshed(on_round, progress.advance)
+            result = meshed(progress.show, on_share)
         return result, place.deliver(result)
 
     result, report = case.within_limits(delivered, f"{source}: ")
