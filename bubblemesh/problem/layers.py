@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.layers import LayerKeys
@@ -12,7 +11,7 @@ from bubblemesh.layers.ladder import Ladder, count_of, first_of, growth_of
 from bubblemesh.layers.layered import layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
-from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.grading import Ground, LimitedSpacing
 from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -58,21 +57,23 @@ def with_layers(
     domain: Domain,
     wanted: Spacing,
     packing: Spacing,
-    spacing: LimitedSpacing,
+    before: LimitedSpacing,
+    ground: Ground | None,
     ladders: Sequence[Ladder],
     max_nodes: int,
 ) -> tuple[Rest, Spacing]:
     """What layers leave of the domain, and the spacing there, which is finer where their edges are.
 
     They are no higher than the ``wanted`` spacing, than which that for the ``packing`` may be finer: in a metric both
-    depend on the direction, and the ``spacing`` that is limited does not.
+    depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already without
+    layers, this goes on from that ``ground``: their edges are more sources in the same domain.
 
     CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
     ``max_nodes`` nodes.
     """
     rest = layered(domain, wanted, packing, ladders, max_nodes)
     sources = short_pieces(rest.domain, packing)
-    return rest, limited_for_packing_across_sides(rest.domain, replace(spacing, ground=None), sources).spacing
+    return rest, limited_for_packing_across_sides(domain, before, sources, ground=ground).spacing
 
 
 def _ladder(keys: LayerKeys, key: Key, size: float) -> Ladder:

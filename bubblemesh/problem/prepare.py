@@ -27,7 +27,7 @@ from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.spacing.cover import Cover
-from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.grading import Ground
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -157,7 +157,7 @@ def check_spacing(
     )
     metric = _metric(problem, request, scale)
     problem = problem if metric is None else _in_metric(problem, metric)
-    return _beside_layers(problem, filled.spacing, metric) if task.ladders else problem
+    return _beside_layers(problem, filled.spacing.ground, metric) if task.ladders else problem
 
 
 def _metric(problem: Problem, request: SpacingRequest, scale: float | None) -> "InMetric | None":
@@ -188,16 +188,17 @@ def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
     )
 
 
-def _beside_layers(problem: Problem, spacing: LimitedSpacing, metric: "InMetric | None") -> Problem:
-    """The problem of what boundary layers leave; the limited spacing for its packing is that without the metric."""
+def _beside_layers(problem: Problem, ground: Ground | None, metric: "InMetric | None") -> Problem:
+    """The problem of what boundary layers leave; its spacing was limited on a ``ground``, if it was."""
     # Imported here since few meshes have layers.
     from bubblemesh.layers.figures import figures
     from bubblemesh.problem.layers import with_layers
 
     enter("layers")
-    task, domain, packing = problem.task, problem.domain, problem.packing_spacing
+    task, domain = problem.task, problem.domain
     with timed(problem.seconds, "layers"):
-        rest, limited = with_layers(domain, problem.spacing, packing, spacing, task.ladders, task.max_nodes)
+        spacings = problem.spacing, problem.packing_spacing, problem.after_periodic
+        rest, limited = with_layers(domain, *spacings, ground, task.ladders, task.max_nodes)
         packing = limited if metric is None else metric.packing(rest.domain, limited, task.max_nodes)
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
         told = (*problem.warnings, *warnings.low_layers(figures(rest.strips)))
