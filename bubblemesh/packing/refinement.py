@@ -223,7 +223,7 @@ class Refinement:
         """Numbers (m,) of points (k, 2) that are hindered, the facets (m,) that hinder them, and points past all help.
 
         A point, seen from its triangle, is hindered by the first facet in its way, or else by those in whose diametral
-        circles it lies. Nothing helps behind a facet that is not split any more.
+        circles it lies. Nothing helps behind a facet that is not split any more, or has its bubbles set beforehand.
         """
         x = net.bubbles.x
         a, b = np.moveaxis(x[net.facets], 1, 0)
@@ -245,7 +245,7 @@ class Refinement:
         at = seen[at]
         within = np.hypot(*(points[at] - middle[near]).T) < (1 - ROUNDING) * half[near]
         within &= net.two_sided[near] | (_cross(b[near] - a[near], points[at] - a[near]) > 0)
-        kept = self._corners.unsplit(net)
+        kept = self._corners.unsplit(net) | np.isin(net.facet_piece, self.domain.held.pieces)
         blind, near, at = number[kept[facet]], near[within], at[within]
         number, facet = np.append(number, at), np.append(facet, near)
         return number[~kept[facet]], facet[~kept[facet]], blind

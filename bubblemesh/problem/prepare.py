@@ -217,11 +217,6 @@ def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> No
         if task.parts != 1 and not task.method.relaxation.boundary_stays:
             raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
     with about(Key(["layers"])):
-        if task.demanding and {*task.layered} & {label for pair in domain.parts.periodic for label in pair}:
-            raise CaseError(
-                "layers: on periodic sides they go without angle_min, largest and overconstrained, "
-                "whose nodes do not match"
-            )
         if task.ladders and not task.method.relaxation.boundary_stays:
             raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
 

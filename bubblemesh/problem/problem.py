@@ -67,11 +67,6 @@ class Task:
         return self.least_angle > 0 or self.inner_node or bool(finite)
 
     @property
-    def layered(self) -> tuple[str, ...]:
-        """Labels of the walls with boundary layers."""
-        return tuple(label for ladder in self.ladders for label in ladder.labels)
-
-    @property
     def parameters(self) -> dict[str, Any]:
         """All settings, with defaults and those of the method, as reports tell them."""
         from bubblemesh.packing.configure import options

@@ -188,6 +188,23 @@ def test_periodic_sides_may_have_layers_themselves():
     assert len(mesh.periodic_sides[0].nodes) > 15
 
 
+@pytest.mark.parametrize("keys", [{"angle_min": 28}, {"largest": 0.001}, {"overconstrained": "split"}])
+@pytest.mark.parametrize("gap", [0.3, 0.01])
+def test_nodes_on_periodic_sides_with_layers_match_whatever_is_asked_for(gap, keys):
+    # The narrow gap has no room for layers on one side, whose wall stays as it is.
+    disc = {"circle": {"center": [0.65, 0.505], "radius": 0.495 - gap}, "label": "disc"}
+    outer = {"rectangle": [0, 0, 1.3, 1], "labels": SIDES}
+    layers = {"on": ["bottom", "top"], "first": 0.02, "until": "isotropic"}
+    domain = {"outer": outer, "holes": [disc], "periodic": [["bottom", "top"]]}
+    result = run(domain, layers, spacing=0.06, packing={}, **keys)
+    assert result.verdict is None
+    nodes = result.mesh.periodic_sides[0].nodes
+    assert len(nodes) > 20
+    below, above = result.mesh.points[nodes[np.argsort(result.mesh.points[nodes[:, 0], 0])].T]
+    np.testing.assert_allclose(above - below, np.tile([0, 1], (len(nodes), 1)), atol=1e-9)
+    assert (min(row["count"]["least"] for row in result.report["layers"]) == 0) == (gap < 0.1)
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("keys", [{"parts": 3}, {"angle_min": 28, "largest": 0.002}])
 def test_nodes_that_parts_or_demands_set_on_fronts_divide_the_cells_below(keys, order):
@@ -347,13 +364,6 @@ def test_python_programs_ask_for_layers_as_cases_do():
 def test_what_cannot_be_is_told_with_its_key(entries, keys, kind, message):
     with pytest.raises(kind, match=message):
         run(CHANNEL, *entries, **keys)
-
-
-def test_layers_on_periodic_sides_go_without_demands():
-    with pytest.raises(
-        CaseError, match="layers: on periodic sides they go without angle_min, largest and overconstrained"
-    ):
-        run({**CHANNEL, "periodic": [["left", "right"]]}, {"on": ["left", "right"], **FIVE}, angle_min=20)
 
 
 def test_a_periodic_side_has_layers_only_with_its_counterpart():
