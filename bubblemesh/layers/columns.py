@@ -111,8 +111,12 @@ class _Builder:
         return len(self.rows) - 1
 
     def between_layers(self, side: int, after: int) -> None:
-        """Find the columns between a side with layers and the one ``after`` it, which has some too."""
-        angle, foot, ladder = float(self.walls.angle[side]), int(self.walls.ends[side, 1]), int(self.walls.ladder[side])
+        """Find the columns between a side with layers and the one ``after`` it, which has some too.
+
+        Of two kinds of layers they have those with the lower first height, which would be too high beside the others.
+        """
+        angle, foot = float(self.walls.angle[side]), int(self.walls.ends[side, 1])
+        ladder = min(map(int, self.walls.ladder[[side, after]]), key=lambda number: self.ladders[number].first)
         fan = _fan(self.ladders[ladder], self.normals[side], angle, float(self.walls.d[foot]))
         if fan is None:
             middle = turned(self.along[after : after + 1], np.array([angle / 2]))[0]

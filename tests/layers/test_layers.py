@@ -165,6 +165,20 @@ def test_an_interface_has_layers_in_the_regions_that_ask_for_them(region):
     assert (np.array(mesh.regions)[mesh.triangle_regions] == np.where(above, "domain", "low")).all()
 
 
+@pytest.mark.parametrize("finer", ["bottom", "right"])
+def test_where_two_kinds_of_layers_meet_the_lower_ones_are_in_the_corner(finer):
+    heights = {"bottom": 0.01, "right": 0.01} | {finer: 0.002}
+    layers = [{"on": label, "first": first, "until": "isotropic"} for label, first in heights.items()]
+    result = run(CHANNEL, *layers)
+    mesh = result.mesh
+    assert has_nodes(mesh, [(4 - 0.002, 0.002)])
+    across = 0 if finer == "bottom" else 1
+    wall = mesh.points[np.abs(mesh.points[:, 1 - across] - (0 if finer == "bottom" else 4)) < 1e-12]
+    low = np.sort(np.abs(mesh.points[:, 1 - across] - wall[0, 1 - across]))
+    assert low[len(wall)] == pytest.approx(0.002)
+    assert row_of(result, finer)["first"]["kept"] == 1
+
+
 def test_periodic_sides_match_where_layers_end_on_them():
     mesh = run({**CHANNEL, "periodic": [["left", "right"]]}, {"on": ["bottom", "top"], **FIVE}).mesh
     (sides,) = mesh.periodic_sides
