@@ -114,6 +114,13 @@ def different_rows(rows: Rows) -> tuple[Rows, Integers]:
     return ascending[fresh], number
 
 
+def others(count: int, numbers: Integers) -> Integers:
+    """Numbers (k,) from 0 up to ``count`` that are not among some (n,); NumPy's ``setdiff1d`` loads masked arrays."""
+    free = np.ones(count, bool)
+    free[numbers[(numbers >= 0) & (numbers < count)]] = False
+    return np.flatnonzero(free)
+
+
 def each_once(numbers: Integers) -> Integers:
     """The different ones (k,) of numbers (n,), ascending: much faster than NumPy's ``unique``, which hashes them."""
     return different(np.sort(numbers))

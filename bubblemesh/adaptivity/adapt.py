@@ -17,7 +17,7 @@ from bubblemesh.adaptivity.sizes import (
     smooth_sizes,
 )
 from bubblemesh.adaptivity.solution import Solution, require_coverage
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, others
 from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
@@ -135,7 +135,7 @@ def _next_problem(
     at = within_limits(terms, (Spacing(field),), field.spots)
     task, rules = task_of(case, domain), rules_of(terms)
     rules = replace(rules, growth=rules.growth or DEFAULT_GROWTH)
-    inner = np.setdiff1d(np.arange(len(solution.points)), rim_nodes(solution.triangles))
+    inner = others(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_of_own_size(domain, at(None))
     if share >= FEWEST_KEPT:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.boundary import Boundary
@@ -68,7 +68,7 @@ def matching_edges(pairs: Integers, piece: Integers) -> Integers:
 
 def _pieces(boundary: Boundary, name: str) -> Integers:
     sides = ~boundary.inner & ~boundary.closed
-    known = [boundary.labels[k] for k in np.unique(boundary.label[sides])]
+    known = [boundary.labels[k] for k in each_once(boundary.label[sides])]
     if name not in known:
         closed = name in boundary.labels
         hint = "one between corners is needed" if closed else meant(name, known)

@@ -81,7 +81,7 @@ def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tu
 
     The rows (q, 2) of the pairs of triangles that still are quadrilaterals come second.
     """
-    cells = strips.cells()
+    cells = strips.cells
     triangles, q = cells.triangles, len(cells.diagonals)
     undivided = np.ones(q, bool)
     left = list(range(len(edges)))

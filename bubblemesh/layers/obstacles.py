@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, others
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 
@@ -36,7 +36,7 @@ class Obstacles:
         chords = boundary.chords()
         bare = ~layered[chords.piece]
         edges = walls.ends[layered[walls.piece] & walls.forward]
-        points = walls.x[np.setdiff1d(np.arange(len(boundary.corners)), walls.ends)]
+        points = walls.x[others(len(boundary.corners), walls.ends)]
         counts = len(edges), int(bare.sum()), len(points)
         return cls(
             np.concatenate([walls.x[edges[:, 0]], chords.start[bare], points]),
@@ -88,7 +88,7 @@ class Obstacles:
         away = shapely.distance(shapely.points(feet.mean(axis=1)[near]), self.lines[by]) > high[near]
         point = (self.start == self.end).all(axis=1)[by]
         too_near = (point | away & ~joined) & self._is_apart(strips, full, near, by)
-        return np.unique(np.append(one, near[too_near]))
+        return each_once(np.append(one, near[too_near]))
 
     def _is_apart(self, strips: Strips, full: Integers, one: Integers, line: Integers) -> Booleans:
         """Mask (m,) of strips ``one`` (m,) with no column that follows the piece of the line (m,) beside it."""
@@ -116,7 +116,7 @@ class Obstacles:
         apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
         near, by = near[apart], by[apart]
         closing = shapely.distance(fronts[near], fronts[by]) < OPEN * np.minimum(length[near], length[by])
-        return np.unique(np.concatenate([one[one != other], far[too_near], near[closing]]))
+        return each_once(np.concatenate([one[one != other], far[too_near], near[closing]]))
 
     def _face_each_other(self, tops: Floats, one: Integers, other: Integers) -> Booleans:
         """Mask (m,) of pairs of different strips, by their tops' middles (f, 2), that have no wall between them."""

@@ -1,10 +1,11 @@
 """The rest of a domain beside its layers, as a domain of its own."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, others
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
@@ -54,7 +55,7 @@ class Rest:
             labels=(*whole.labels, FRONT),
         )
         traced, order = face(boundary, rim)
-        points = np.setdiff1d(np.arange(len(whole.corners)), np.append(whole.start, whole.end))
+        points = others(len(whole.corners), np.append(whole.start, whole.end))
         small, corners = compact(traced, points)
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
         alone = whole.corners[points]
@@ -68,10 +69,13 @@ class Rest:
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])
         return cls(strips, domain, corners, origin[order], first_s[order], rate[order], order >= count)
 
-    @property
+    @cached_property
     def own_nodes(self) -> int:
         """Number of the nodes of the layers that are not on their fronts."""
-        return len(np.setdiff1d(self.strips.cells().triangles, self.corners))
+        own = np.zeros(len(self.strips.x), bool)
+        own[self.strips.cells.triangles] = True
+        own[self.corners] = False
+        return int(own.sum())
 
 
 def _beside_columns(strips: Strips) -> tuple[Floats, Floats, Integers, Integers]:

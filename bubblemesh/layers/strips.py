@@ -1,6 +1,7 @@
 """Strips: the cells between neighbouring columns."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -101,6 +102,7 @@ class Strips:
         """Length (c,) of each column."""
         return np.hypot(*(self.x[self.top] - self.columns.at).T)
 
+    @cached_property
     def cells(self) -> "Cells":
         """All cells as triangles."""
         corners, pair = self.quads
@@ -135,7 +137,7 @@ class Strips:
         pair, level = pair[curved[pair]], level[curved[pair]] + 1
         i, j = columns.pair[pair].T
         along = np.column_stack([self.node(i, level), self.node(j, level)])
-        cells = self.cells()
+        cells = self.cells
         mine = curved[cells.pair_of_quad]
         across, beside = cells.diagonals[mine], cells.pair_of_quad[mine]
         steps = np.flatnonzero(curved & (np.diff(self.heights.count[columns.pair], axis=1)[:, 0] != 0))

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, different_rows
 from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edge_nodes import without_folds
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
@@ -170,7 +170,7 @@ class Mesh:
         """The sides that pairs (p, 2) of facets make up."""
         here, there = self.facets[pairs[:, 0]], self.facets[pairs[:, 1]].copy()
         there[:, :2] = there[:, 1::-1]
-        nodes = np.unique(np.column_stack([here.ravel(), there.ravel()]), axis=0)
+        nodes, _ = different_rows(np.column_stack([here.ravel(), there.ravel()]))
         shift = (self.points[nodes[:, 1]] - self.points[nodes[:, 0]]).mean(axis=0)
         shift[np.abs(shift) < ROUNDING * np.abs(shift).max()] = 0
         if tuple(shift) > (0, 0):

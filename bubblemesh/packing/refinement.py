@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, others
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
@@ -183,7 +183,7 @@ class Refinement:
         a, b = np.moveaxis(net.bubbles.x[net.facets], 1, 0)
         points, room = self._centres(net, faults)
         number, facet, blind = self._hindering(net, faults.triangles, points)
-        free = np.setdiff1d(np.arange(len(points)), np.append(number, blind))
+        free = others(len(points), np.append(number, blind))
         facet = facet[np.sort(np.unique(facet, return_index=True)[1])]
         middles, half = (a[facet] + b[facet]) / 2, np.hypot(*(b[facet] - a[facet]).T) / 2
         long = half > self._least_half(middles)
@@ -238,7 +238,7 @@ class Refinement:
         order = np.lexsort((share, number))
         first = order[np.diff(number[order], prepend=-1) != 0]
         number, facet = number[first], facet[first]
-        seen = np.setdiff1d(np.arange(len(points)), number)
+        seen = others(len(points), number)
         middle, half = (a + b) / 2, np.hypot(*(b - a).T) / 2
         circles = shapely.STRtree(shapely.box(*(middle - half[:, None]).T, *(middle + half[:, None]).T))
         at, near = circles.query(shapely.points(points[seen]))
@@ -268,7 +268,7 @@ class Refinement:
         _, other, at = counterparts(self.domain.boundary, self.domain.periodic, piece, s)
         piece, s = np.append(piece, other), np.append(s, at)
         gone = self._beside(net, np.append(facets, twins))
-        bubbles = net.bubbles.select(np.setdiff1d(np.arange(len(net.bubbles)), gone))
+        bubbles = net.bubbles.select(others(len(net.bubbles), gone))
         x = np.vstack([self.domain.boundary.points(piece, s), additions.points])
         bubbles = bubbles.append(x, np.ones(len(x)), piece, s)
         try:
@@ -278,7 +278,7 @@ class Refinement:
         outside = np.flatnonzero(grown.valence == 0)
         if len(outside) == 0:
             return grown
-        return connect(grown.bubbles.select(np.setdiff1d(np.arange(len(grown.bubbles)), outside)), self.domain)
+        return connect(grown.bubbles.select(others(len(grown.bubbles), outside)), self.domain)
 
     def _with_twins(self, net: Net, facets: Integers) -> tuple[Integers, Integers]:
         """The facets (j,), one of two that match on periodic sides, and those (i,) that match some of them."""
