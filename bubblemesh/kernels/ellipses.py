@@ -147,7 +147,7 @@ def relaxed_in_numpy(
     for step in range(steps):
         along = x[j] - x[i]
         first, last = (np.maximum(_lengths(m[k], along), SHORTEST) for k in (i, j))
-        length = (2 * np.sqrt(first * last) + (first + last) / 2) / 3
+        length = _mean_lengths(first, last)
         force = np.where(length < CUTOFF, ((1.25 * length - 2.375) * length) * length + 1.125, 0.0)
         force = force / length
         pulls = [np.bincount(j, force * part, n) - np.bincount(i, force * part, n) for part in along.T]
@@ -166,34 +166,46 @@ def _lengths(m: Floats, vectors: Floats) -> Floats:
 
 
 class Metrics(NamedTuple):
-    """Metrics of triangles around their centroids: roots, as of `roots`, that are linear from there."""
+    """Metrics around places: roots, as of `roots`, that are linear from there."""
 
-    centers: Floats  # (t, 2)
-    roots: Floats  # (t, 3)
-    slopes: Floats  # (t, 6): changes of the root over a length of 1 in each of the two axes that it maps to x and y
+    places: Floats  # (k, 2)
+    roots: Floats  # (k, 3)
+    slopes: Floats  # (k, 6): changes of the root over a length of 1 in each of the two axes that it maps to x and y
+
+    def at(self, x: Floats) -> tuple[Floats, Floats]:
+        """Roots (k, 3) at x (k, 2), and the squares (k,) of the distances to there."""
+        (cx, cy), (r11, r12, r22), s = (x - self.places).T, self.roots.T, self.slopes.T
+        f, g = r11 * cx + r12 * cy, r22 * cy
+        changed = r11 + (s[0] * f + s[3] * g), r12 + (s[1] * f + s[4] * g), r22 + (s[2] * f + s[5] * g)
+        return np.column_stack(changed), f * f + g * g
+
+    def select(self, numbers: Integers) -> "Metrics":
+        """Those of the given numbers (m,)."""
+        return Metrics(*(part[numbers] for part in self))
 
 
 def smoothed(
     x: Floats,
     triangles: Integers,
-    metrics: Metrics,
-    own: Floats,
+    inside: Metrics,
+    own: Metrics,
     groups: Sequence[Integers],
     sweeps: int,
     weight: float,
 ) -> Floats:
     """Nodes (n, 2) after sweeps over groups of them (k,), no two of a group in a triangle (t, 3), that lessen a sum.
 
-    It is that of eta^4 over triangles, and of weight * (l^2 + 1 / l^2 - 2) over their sides, for the shape measure eta
-    and the lengths l in the metric. Each node goes by Newton's method, with its ``own`` root (n, 3), as far as what is
-    around it gets better: no triangle is inverted.
+    It is that of eta^4 over triangles, for the shape measure eta in the metric at the centroid, known around t places
+    ``inside``, and of weight * (l^2 + 1 / l^2 - 2) over their sides, for the mean l of the lengths in the metrics of
+    both ends, known around the ``own`` places of the nodes. Each node goes by Newton's method as far as what is around
+    it gets better: no triangle is inverted.
     """
     compiled = library()
     if compiled is None:
-        return smoothed_in_numpy(x, triangles, metrics, own, groups, sweeps, weight)
+        return smoothed_in_numpy(x, triangles, inside, own, groups, sweeps, weight)
     places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *groups])
     rows = len(x), len(triangles), np.ascontiguousarray(triangles), places
-    known = (np.ascontiguousarray(part) for part in (*metrics, own))
+    known = (np.ascontiguousarray(part) for part in (*inside, *own))
     bounds = TRUST, DELTA, MOST_SMOOTHED, TRIES
     compiled.call("metric_smooth", *rows, *known, len(order), order, sweeps, float(weight), *bounds)
     return places
@@ -202,35 +214,30 @@ def smoothed(
 def smoothed_in_numpy(
     x: Floats,
     triangles: Integers,
-    metrics: Metrics,
-    own: Floats,
+    inside: Metrics,
+    own: Metrics,
     groups: Sequence[Integers],
     sweeps: int,
     weight: float,
 ) -> Floats:
     """Nodes as of `smoothed`, made in NumPy."""
-    x, (r11, r12, r22) = x.copy(), own.T
-    axes = np.column_stack([1 / r11, np.zeros(len(x))]), np.column_stack([-r12 / (r11 * r22), 1 / r22])
+    x = x.copy()
     touched = [np.flatnonzero(np.isin(triangles, group).any(axis=1)) for group in groups]
-    around = [
-        (group, triangles[rows], Metrics(*(part[rows] for part in metrics)))
-        for group, rows in zip(groups, touched, strict=True)
-    ]
+    around = [(group, triangles[rows], inside.select(rows)) for group, rows in zip(groups, touched, strict=True)]
     for _ in range(sweeps):
         for group, rows, known in around:
-            _improve(x, group, rows, known, (axes[0][group], axes[1][group]), weight)
+            _improve(x, group, rows, known, own, weight)
     return x
 
 
-def _improve(
-    x: Floats, group: Integers, triangles: Integers, metrics: Metrics, axes: tuple[Floats, Floats], weight: float
-) -> None:
+def _improve(x: Floats, group: Integers, triangles: Integers, inside: Metrics, own: Metrics, weight: float) -> None:
     """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along their axes."""
-    places, (u, v) = x[group].copy(), axes
+    places, (r11, r12, r22) = x[group].copy(), own.roots[group].T
+    u, v = np.column_stack([1 / r11, np.zeros(len(group))]), np.column_stack([-r12 / (r11 * r22), 1 / r22])
 
     def cost(at: Floats) -> Floats:
         x[group] = at
-        each = costs_in(x, triangles, metrics, weight)
+        each = costs_in(x, triangles, inside, own, weight)
         return np.asarray(np.bincount(triangles.ravel(), np.repeat(each, 3), len(x))[group], np.float64)
 
     with np.errstate(invalid="ignore"):
@@ -252,19 +259,39 @@ def _improve(
     x[group] = places
 
 
-def costs_in(x: Floats, triangles: Integers, metrics: Metrics, weight: float) -> Floats:
-    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `smoothed` lessens, in their metrics."""
+def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float) -> Floats:
+    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `smoothed` lessens, in the same metrics."""
     (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
-    (px, py), (r11, r12, r22), s = metrics.centers.T, metrics.roots.T, metrics.slopes.T
-    cx, cy = (ax + bx + ox) / 3 - px, (ay + by + oy) / 3 - py
-    f, g = r11 * cx + r12 * cy, r22 * cy
-    r11, r12, r22 = r11 + (s[0] * f + s[3] * g), r12 + (s[1] * f + s[4] * g), r22 + (s[2] * f + s[5] * g)
+    root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
+    r11, r12, r22 = root.T
     ux, uy = r11 * (bx - ax) + r12 * (by - ay), r22 * (by - ay)
     wx, wy = r11 * (ox - ax) + r12 * (oy - ay), r22 * (oy - ay)
     zx, zy, area = wx - ux, wy - uy, (ux * wy - uy * wx) / 2
-    uu, ww, zz = ux * ux + uy * uy, wx * wx + wy * wy, zx * zx + zy * zy
-    known = (r11 > 0) & (r22 > 0) & (area > 0) & (f * f + g * g <= TRUST * TRUST)
+    known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= TRUST * TRUST)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        eta = (uu + ww + zz) / (FOUR_ROOTS * area)
-        cost = eta * eta * (eta * eta) + weight * ((uu + 1 / uu) + (ww + 1 / ww) + (zz + 1 / zz) - 6)
+        eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
+        ab, bo, oa = _squared_sides(x, triangles, own)
+        cost = eta * eta * (eta * eta) + weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6)
     return np.where(known, cost, np.inf)
+
+
+def _squared_sides(x: Floats, triangles: Integers, own: Metrics) -> list[Floats]:
+    """Squares (t,) of the lengths of the three sides of triangles (t, 3), by the metrics of both ends."""
+    root, _ = own.at(x)
+    squares = list[Floats]()
+    for i, j in zip(triangles.T, np.roll(triangles, -1, axis=1).T, strict=True):
+        dx, dy = (x[j] - x[i]).T
+        first, last = (_lengths_by(root[end], dx, dy) for end in (i, j))
+        length = _mean_lengths(first, last)
+        squares.append(length * length)
+    return squares
+
+
+def _lengths_by(root: Floats, dx: Floats, dy: Floats) -> Floats:
+    r11, r12, r22 = root.T
+    u, v = r11 * dx + r12 * dy, r22 * dy
+    return np.asarray(np.sqrt(u * u + v * v))
+
+
+def _mean_lengths(first: Floats, last: Floats) -> Floats:
+    return np.asarray((2 * np.sqrt(first * last) + (first + last) / 2) / 3)

@@ -116,18 +116,21 @@ def test_forces_are_in_balance_however_large_the_bubbles():
 
 
 def smoothing_problem(seed, aspect=8.0):
-    """Nodes with triangles, the metrics of these, roots at the nodes, and groups of the inner nodes."""
+    """Nodes with triangles, the metrics of these, those of the nodes, and groups of the inner nodes."""
     x, triangles, m = start(seed, aspect)
     triangles, edges = flipped(triangles, x, m, SIDES)
-    centers = x[triangles].mean(axis=1)
-    root = roots(smooth_tensors(centers, aspect))
-    slopes = np.random.default_rng(seed).normal(scale=0.1, size=(len(triangles), 6)) * np.tile(root, 2)
+    random = np.random.default_rng(seed)
+
+    def metrics(places):
+        root = roots(smooth_tensors(places, aspect))
+        return Metrics(places, root, random.normal(scale=0.1, size=(len(places), 6)) * np.tile(root, 2))
+
     left, groups = np.arange(len(x)) >= 4, []
     while left.any():
         chosen = maximal_independent_set(left, edges, np.arange(len(x)))
         groups.append(np.flatnonzero(chosen))
         left &= ~chosen
-    return x, triangles, Metrics(centers, root, slopes), roots(m), groups
+    return x, triangles, metrics(x[triangles].mean(axis=1)), metrics(x), groups
 
 
 @needs_compiler
@@ -141,12 +144,12 @@ def test_both_engines_smooth_alike(seed, aspect):
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("weight", [0.0, 1.0])
 def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(seed, weight):
-    x, triangles, metrics, own, groups = smoothing_problem(seed)
-    before = costs_in(x, triangles, metrics, weight).sum()
+    x, triangles, inside, own, groups = smoothing_problem(seed)
+    before = costs_in(x, triangles, inside, own, weight).sum()
     for _ in range(4):
-        moved_on = smoothed(x, triangles, metrics, own, groups, 1, weight)
+        moved_on = smoothed(x, triangles, inside, own, groups, 1, weight)
         np.testing.assert_array_equal(moved_on[:4], x[:4])
-        after = costs_in(moved_on, triangles, metrics, weight).sum()
+        after = costs_in(moved_on, triangles, inside, own, weight).sum()
         assert after < before
         assert (signed_areas(moved_on, triangles) > 0).all()
         x, before = moved_on, after
@@ -157,13 +160,21 @@ def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_1():
     corners = np.linalg.solve(
         [[roots(m)[0, 0], roots(m)[0, 1]], [0, roots(m)[0, 2]]], np.array([[0, 1, 0.5], [0, 0, np.sqrt(0.75)]])
     ).T
-    metrics = Metrics(corners.mean(axis=0)[None], roots(m), np.zeros((1, 6)))
+    inside = Metrics(corners.mean(axis=0)[None], roots(m), np.zeros((1, 6)))
+    own = Metrics(corners, roots(m).repeat(3, axis=0), np.zeros((3, 6)))
     triangle = np.array([[0, 1, 2]])
-    assert costs_in(corners, triangle, metrics, 3.0)[0] == pytest.approx(1)
-    assert costs_in(corners * 1.1, triangle, metrics._replace(centers=1.1 * metrics.centers), 0.0)[0] == pytest.approx(
-        1
-    )
-    assert costs_in(corners * 1.1, triangle, metrics._replace(centers=1.1 * metrics.centers), 3.0)[0] > 1.1
-    assert costs_in(corners, triangle[:, ::-1], metrics, 3.0)[0] == np.inf
-    far = metrics._replace(centers=metrics.centers + 0.2)
-    assert costs_in(corners, triangle, far, 3.0)[0] == np.inf
+    assert costs_in(corners, triangle, inside, own, 3.0)[0] == pytest.approx(1)
+    larger = inside._replace(places=1.1 * inside.places)
+    assert costs_in(corners * 1.1, triangle, larger, own, 0.0)[0] == pytest.approx(1)
+    assert costs_in(corners * 1.1, triangle, larger, own, 3.0)[0] > 1.1
+    assert costs_in(corners, triangle[:, ::-1], inside, own, 3.0)[0] == np.inf
+    far = inside._replace(places=inside.places + 0.2)
+    assert costs_in(corners, triangle, far, own, 3.0)[0] == np.inf
+
+
+def test_sides_are_measured_by_the_metrics_of_both_ends():
+    """A side that is 1 long in the metric at its middle, and far more at its ends, costs as much as at its ends."""
+    corners, triangle = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]]), np.array([[0, 1, 2]])
+    inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
+    own = Metrics(corners, np.repeat([[2.0, 0, 2.0]], 3, axis=0), np.zeros((3, 6)))
+    assert costs_in(corners, triangle, inside, own, 1.0)[0] == pytest.approx(1 + 3 * (4 + 0.25 - 2))

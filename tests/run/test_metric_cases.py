@@ -11,6 +11,7 @@ from bubblemesh.packing.configure import OptionError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
 from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.spacing.survey import ideal_nodes
 
 LONG = {"angle": 0.5, "across": 0.02}
 WALL = {"like": "boundary", "label": "hole", "across": 0.005, "growth": 0.2}
@@ -37,6 +38,19 @@ def test_a_front_is_meshed_by_ellipses_that_fit_the_metric():
     assert report.metric.aspect == pytest.approx(3, rel=0.05)
     assert report.spacing["mean"] == pytest.approx(1, abs=0.03)
     assert report.quality["angle_min"] < 40  # those are in space
+
+
+def test_about_half_of_the_nodes_that_shorter_ellipses_take_are_saved_elsewhere():
+    narrow = {**FRONT, "across": FRONT["across"].replace("0.02 +", "0.004 +")}
+    problem = prepare(metric_case(narrow))
+    packing, asked = problem.packing_spacing, problem.spacing
+    shorter = ideal_nodes(problem.domain, asked.straightened(), 10**6, 1e-3) / problem.survey.ideal_nodes
+    assert shorter > 1.02
+    assert problem.expected_nodes / problem.survey.ideal_nodes == pytest.approx(shorter**0.5, abs=0.003)
+    ahead = np.array([[0.5, 0.5], [0.25, 0.7]])
+    assert packing.axes(ahead).across / asked.axes(ahead).across == pytest.approx(shorter**0.25, abs=0.003)
+    np.testing.assert_array_less([0.97, 0.5], packing.shares(ahead))
+    np.testing.assert_array_less(packing.shares(ahead), [1.001, 0.9])
 
 
 def test_files_have_the_quality_in_the_metric_and_its_tensors():

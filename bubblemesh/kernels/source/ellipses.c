@@ -245,6 +245,12 @@ static double length_in(const double *m, double dx, double dy)
     return sqrt(squared > 0 ? squared : 0);
 }
 
+/* Length of an edge that is a and b long in the metrics of its ends: nearly the logarithmic mean. */
+static double mean_length(double a, double b)
+{
+    return (2 * sqrt(a * b) + (a + b) / 2) / 3;
+}
+
 /* Steps of the motion of nodes x (n, 2) with tensors m (n, 3) under forces along edges (e, 2), with damping c and time
    step dt; the first ``fixed`` nodes stay, none goes farther in a step than ``most`` in its tensor, and no triangle
    (t, 3) keeps less than ``keep`` of its area. The mean speeds in the metric come out (steps,). */
@@ -269,7 +275,7 @@ KERNEL int64_t metric_relax(int64_t n, int64_t t, const int64_t *triangles, int6
             double li = length_in(m + 3 * i, dx, dy), lj = length_in(m + 3 * j, dx, dy), l, force;
             li = li > shortest ? li : shortest;
             lj = lj > shortest ? lj : shortest;
-            l = (2 * sqrt(li * lj) + (li + lj) / 2) / 3;
+            l = mean_length(li, lj);
             if (!(l < cutoff))
                 continue;
             force = ((1.25 * l - 2.375) * l) * l + 1.125;
@@ -305,50 +311,85 @@ KERNEL int64_t metric_relax(int64_t n, int64_t t, const int64_t *triangles, int6
     return status;
 }
 
-/* Triangles around the nodes that are smoothed, with the metrics in which their shapes count. */
+/* Metrics around places (k, 2): roots (k, 3) that are linear from there, with slopes (k, 6) along their own axes. */
+typedef struct {
+    const double *places, *roots, *slopes;
+} Metrics;
+
+/* The root (3,) of a metric at (x, y), and the square of the distance from its place in the root there. */
+static double root_at(const Metrics *m, int64_t k, double x, double y, double *root)
+{
+    const double *r = m->roots + 3 * k, *s = m->slopes + 6 * k;
+    double cx = x - m->places[2 * k], cy = y - m->places[2 * k + 1];
+    double f = r[0] * cx + r[1] * cy, g = r[2] * cy;
+    root[0] = r[0] + (s[0] * f + s[3] * g);
+    root[1] = r[1] + (s[1] * f + s[4] * g);
+    root[2] = r[2] + (s[2] * f + s[5] * g);
+    return f * f + g * g;
+}
+
+/* Triangles around the nodes that are smoothed, the metrics in which they count, and the roots (n, 3) of the nodes
+   where they are now. */
 typedef struct {
     const int64_t *triangles, *begin, *around;
-    const double *centers, *roots, *slopes;
-    double *x, weight, trust;
+    Metrics inside, own;
+    double *x, *now, weight, trust;
 } Patches;
 
-/* Cost of a triangle: eta^4, and l^2 + 1 / l^2 - 2 of its sides with a weight, in the metric at its centroid. The root
-   of that is linear around the place ``center``; where the centroid is too far from it, the cost is infinite. */
+static double length_by(const double *root, double dx, double dy)
+{
+    double u = root[0] * dx + root[1] * dy, v = root[2] * dy;
+    return sqrt(u * u + v * v);
+}
+
+/* Square of the length of the side between two nodes, by the metrics of both. */
+static double squared_side(const Patches *p, int64_t i, int64_t j)
+{
+    double dx = p->x[2 * j] - p->x[2 * i], dy = p->x[2 * j + 1] - p->x[2 * i + 1];
+    double l = mean_length(length_by(p->now + 3 * i, dx, dy), length_by(p->now + 3 * j, dx, dy));
+    return l * l;
+}
+
+/* Cost of a triangle: eta^4 in the metric at its centroid, and l^2 + 1 / l^2 - 2 of its sides, in the metrics of their
+   ends, with a weight. Where the metric at the centroid is not known so far from its place, the cost is infinite. */
 static double cost(const Patches *p, int64_t triangle)
 {
     const int64_t *row = p->triangles + 3 * triangle;
     const double *a = p->x + 2 * row[0], *b = p->x + 2 * row[1], *o = p->x + 2 * row[2];
-    const double *center = p->centers + 2 * triangle, *r = p->roots + 3 * triangle, *s = p->slopes + 6 * triangle;
-    double cx = (a[0] + b[0] + o[0]) / 3 - center[0], cy = (a[1] + b[1] + o[1]) / 3 - center[1];
-    double f = r[0] * cx + r[1] * cy, g = r[2] * cy;
-    double r11 = r[0] + (s[0] * f + s[3] * g), r12 = r[1] + (s[1] * f + s[4] * g), r22 = r[2] + (s[2] * f + s[5] * g);
-    double ux = r11 * (b[0] - a[0]) + r12 * (b[1] - a[1]), uy = r22 * (b[1] - a[1]);
-    double wx = r11 * (o[0] - a[0]) + r12 * (o[1] - a[1]), wy = r22 * (o[1] - a[1]);
+    double r[3], far = root_at(&p->inside, triangle, (a[0] + b[0] + o[0]) / 3, (a[1] + b[1] + o[1]) / 3, r);
+    double ux = r[0] * (b[0] - a[0]) + r[1] * (b[1] - a[1]), uy = r[2] * (b[1] - a[1]);
+    double wx = r[0] * (o[0] - a[0]) + r[1] * (o[1] - a[1]), wy = r[2] * (o[1] - a[1]);
     double zx = wx - ux, zy = wy - uy, area = (ux * wy - uy * wx) / 2;
-    double uu = ux * ux + uy * uy, ww = wx * wx + wy * wy, zz = zx * zx + zy * zy, eta;
-    if (!(r11 > 0 && r22 > 0 && area > 0 && f * f + g * g <= p->trust * p->trust))
+    double eta, ab, bo, oa;
+    if (!(r[0] > 0 && r[2] > 0 && area > 0 && far <= p->trust * p->trust))
         return INFINITY;
-    eta = (uu + ww + zz) / (6.9282032302755088 * area);
-    return eta * eta * (eta * eta) + p->weight * ((uu + 1 / uu) + (ww + 1 / ww) + (zz + 1 / zz) - 6);
+    eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (6.9282032302755088 * area);
+    ab = squared_side(p, row[0], row[1]), bo = squared_side(p, row[1], row[2]), oa = squared_side(p, row[2], row[0]);
+    return eta * eta * (eta * eta) + p->weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6);
 }
 
-/* Sum of the costs of the triangles around a node, if it is at (px, py). */
-static double cost_at(const Patches *p, int64_t k, double px, double py)
+static void put(const Patches *p, int64_t k, double px, double py)
 {
-    double sum = 0, here[2] = {p->x[2 * k], p->x[2 * k + 1]};
-    int64_t j;
     p->x[2 * k] = px;
     p->x[2 * k + 1] = py;
+    root_at(&p->own, k, px, py, p->now + 3 * k);
+}
+
+/* Sum of the costs of the triangles around a node at (px, py), where it is left. */
+static double cost_at(const Patches *p, int64_t k, double px, double py)
+{
+    double sum = 0;
+    int64_t j;
+    put(p, k, px, py);
     for (j = p->begin[k]; j < p->begin[k + 1]; j++)
         sum += cost(p, p->around[j]);
-    p->x[2 * k] = here[0];
-    p->x[2 * k + 1] = here[1];
     return sum;
 }
 
-/* Moves a node down: a step of Newton's method along both axes of its root r (3,), shorter until the cost is less. */
-static void improve(const Patches *p, int64_t k, const double *r, double delta, double most, int64_t tries)
+/* Moves a node down: a step of Newton's method along both axes of its root, shorter until the cost is less. */
+static void improve(const Patches *p, int64_t k, double delta, double most, int64_t tries)
 {
+    const double *r = p->own.roots + 3 * k;
     double ux = 1 / r[0], vx = -r[1] / (r[0] * r[2]), vy = 1 / r[2], px = p->x[2 * k], py = p->x[2 * k + 1];
     double here = cost_at(p, k, px, py), far, share;
     double ahead = cost_at(p, k, px + delta * ux, py), behind = cost_at(p, k, px - delta * ux, py);
@@ -357,30 +398,30 @@ static void improve(const Patches *p, int64_t k, const double *r, double delta, 
     double h1 = (ahead + behind - 2 * here) / (delta * delta), h2 = (over + under - 2 * here) / (delta * delta);
     double a = -(ahead - behind) / (2 * delta) / (h1 > 1 ? h1 : 1), b = -(over - under) / (2 * delta) / (h2 > 1 ? h2 : 1);
     if (!(isfinite(a) && isfinite(b)))
-        return;
+        tries = 0;
     far = sqrt(a * a + b * b);
     share = most / (far > most ? far : most);
-    for (; tries > 0; tries--, share /= 2) {
-        double qx = px + share * (a * ux + b * vx), qy = py + share * (b * vy);
-        if (cost_at(p, k, qx, qy) < here) {
-            p->x[2 * k] = qx;
-            p->x[2 * k + 1] = qy;
+    for (; tries > 0; tries--, share /= 2)
+        if (cost_at(p, k, px + share * (a * ux + b * vx), py + share * (b * vy)) < here)
             return;
-        }
-    }
+    put(p, k, px, py);
 }
 
-/* Improves nodes x (n, 2) one by one in an order (count,), again and again, with own roots (n, 3) by which they are
-   moved; for triangles (t, 3) centers (t, 2), roots (t, 3) and slopes (t, 6) give the metric as of `cost`. */
-KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *centers,
-                             const double *roots, const double *slopes, const double *own, int64_t count,
-                             const int64_t *order, int64_t sweeps, double weight, double trust, double delta,
-                             double most, int64_t tries)
+/* Improves nodes x (n, 2) one by one in an order (count,), again and again. Metrics, as of `root_at`, are known around
+   places inside the triangles (t, 3), and around those where the nodes are at first. */
+KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *inside,
+                             const double *inside_roots, const double *inside_slopes, const double *own,
+                             const double *own_roots, const double *own_slopes, int64_t count, const int64_t *order,
+                             int64_t sweeps, double weight, double trust, double delta, double most, int64_t tries)
 {
     int64_t *begin = calloc((size_t)(n + 2), sizeof *begin), *around = malloc((size_t)(3 * t + 1) * sizeof *around);
-    int64_t k, status = begin && around ? DONE : NO_MEMORY;
+    double *now = malloc((size_t)(3 * n + 1) * sizeof *now);
+    int64_t k, status = begin && around && now ? DONE : NO_MEMORY;
     if (status == DONE) {
-        Patches p = {triangles, begin, around, centers, roots, slopes, x, weight, trust};
+        Patches p = {triangles, begin, around, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},
+                     x, now, weight, trust};
+        for (k = 0; k < n; k++)
+            put(&p, k, x[2 * k], x[2 * k + 1]);
         for (k = 0; k < 3 * t; k++)
             begin[triangles[k] + 2]++;
         for (k = 0; k < n; k++)
@@ -389,9 +430,10 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
             around[begin[triangles[k] + 1]++] = k / 3;
         for (; sweeps > 0; sweeps--)
             for (k = 0; k < count; k++)
-                improve(&p, order[k], own + 3 * order[k], delta, most, tries);
+                improve(&p, order[k], delta, most, tries);
     }
     free(begin);
     free(around);
+    free(now);
     return status;
 }

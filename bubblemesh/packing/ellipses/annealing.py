@@ -13,6 +13,9 @@ from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
+SPARED = 0.98  # share of its length below which a shortened ellipse is left alone
+TENTH = 10  # cycles from one look at which ones these are to the next: they move little in between
+
 
 def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
     """Places (n, 2) of the bubbles after steps of motion from rest, and their mean speeds (steps,) in the metric."""
@@ -26,14 +29,17 @@ def annealed(
 ) -> Iterator[tuple[float, EllipseNet]]:
     """Shares that are done of the cycles of annealing, and the ellipses after each: less and less displaced, relaxed.
 
-    Those with other than six neighbours, and those next to them, are displaced by about the same in the metric.
+    Those with other than six neighbours, and those next to them, are displaced by about the same in the metric. Where
+    ellipses are shorter than the metric asks for, since it bends, forces know no better order than smoothing makes.
     """
     annealing = schemes.annealing
     if isinstance(annealing, NoAnnealing):
         return
     cycles = annealing.cycles(len(ellipses.tensors))
     for cycle in range(cycles):
-        amplitude = _amplitude(annealing, ellipses, 1 - cycle / cycles)
+        if cycle % TENTH == 0:
+            free = spacing.shares(ellipses.net.bubbles.x) > SPARED
+        amplitude = np.where(free, _amplitude(annealing, ellipses, 1 - cycle / cycles), 0.0)
         chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
         moves = unmapped(roots(ellipses.tensors), amplitude[:, None] * chance)
         ellipses = ellipses.displaced(moves, spacing)

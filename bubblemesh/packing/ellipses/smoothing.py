@@ -1,4 +1,7 @@
-"""Smoothing in a metric: triangles of the best shape in the metric at their centroids, edges of length 1."""
+"""Smoothing in a metric: triangles of the best shape in the metric at their centroids, edges of length 1.
+
+The metric is the one that is asked for, by which quality is measured, where it bends as well.
+"""
 
 import numpy as np
 
@@ -24,11 +27,11 @@ def smoothed(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing)
 
     Where the metric changes much from node to node the circle test, in a mean metric, does not find these.
     """
-    net = with_better_shapes(ellipses.net, spacing)
+    asked = spacing.unstraightened
+    net = with_better_shapes(ellipses.net, asked)
     x, triangles = net.bubbles.x, net.triangles
-    metrics, groups = metrics_at(x[triangles].mean(axis=1), spacing), _groups(net, ellipses)
-    weight, own = side_weight(smoothing), roots(ellipses.tensors)
-    x = kernels.smoothed(x, triangles, metrics, own, groups, smoothing.shape_steps, weight)
+    metrics = metrics_at(x[triangles].mean(axis=1), asked), metrics_at(x, asked)
+    x = kernels.smoothed(x, triangles, *metrics, _groups(net, ellipses), smoothing.shape_steps, side_weight(smoothing))
     tensors = spacing.at(x)
     return EllipseNet(net.of(net.bubbles.moved(x, area_sizes(tensors))), tensors, x)
 
@@ -38,20 +41,25 @@ def side_weight(smoothing: Smoothing) -> float:
     return smoothing.spacing_weight / 8
 
 
-def metrics_at(centers: Floats, spacing: MetricSpacing) -> Metrics:
-    """Metrics around places (t, 2), with their changes by differences."""
-    root = roots(spacing.at(centers))
-    steps = [unmapped(root, np.broadcast_to(STEP * axis, centers.shape)) for axis in np.eye(2)]
-    beside = roots(spacing.at(np.concatenate([centers + step for step in steps])))
+def metrics_at(places: Floats, spacing: MetricSpacing) -> Metrics:
+    """Metrics around places (k, 2), with their changes by differences."""
+    root = roots(spacing.at(places))
+    steps = [unmapped(root, np.broadcast_to(STEP * axis, places.shape)) for axis in np.eye(2)]
+    beside = roots(spacing.at(np.concatenate([places + step for step in steps])))
     ahead, over = np.split(beside, 2)
-    return Metrics(centers, root, np.column_stack([ahead - root, over - root]) / STEP)
+    return Metrics(places, root, np.column_stack([ahead - root, over - root]) / STEP)
 
 
 def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
     """What the triangles (t, 3) of nodes x (n, 2) cost beyond perfect ones, in the sum that smoothing lessens."""
-    centers = x[triangles].mean(axis=1)
-    metrics = Metrics(centers, roots(spacing.at(centers)), np.zeros((len(triangles), 6)))
-    return costs_in(x, triangles, metrics, side_weight(smoothing)) - 1
+    asked = spacing.unstraightened
+    inside, own = (steady_metrics(places, asked) for places in (x[triangles].mean(axis=1), x))
+    return costs_in(x, triangles, inside, own, side_weight(smoothing)) - 1
+
+
+def steady_metrics(places: Floats, spacing: MetricSpacing) -> Metrics:
+    """Metrics at places (k, 2), without their changes."""
+    return Metrics(places, roots(spacing.at(places)), np.zeros((len(places), 6)))
 
 
 def _groups(net: Net, ellipses: EllipseNet) -> list[Integers]:

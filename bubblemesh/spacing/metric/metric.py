@@ -14,7 +14,9 @@ from bubblemesh.spacing.spacing import Spacing
 
 Ellipses = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
 
-STRAIGHT = 2.0  # in the metric of its ends: the most that an edge along the long axis through its middle may measure
+STRAIGHT = (
+    2.0**0.5
+)  # in the metric of its ends: the most that an edge along the long axis through its middle may measure
 ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
 CORRECTIONS = 2  # of the length of such an edge
 
@@ -98,6 +100,17 @@ class MetricSpacing(Spacing):
         there, by what it goes across. It is made shorter until this is at most `STRAIGHT`.
         """
         return MetricSpacing.of(self.straight, self.aspect, bent=self)
+
+    def shares(self, points: Floats) -> Floats:
+        """Shares (n,) of the long axes that are left of those that are asked for, relative to the short ones."""
+        if self.bent is None:
+            return np.ones(len(points))
+        return self.axes(points).aspects / self.bent.axes(points).aspects
+
+    @property
+    def unstraightened(self) -> "MetricSpacing":
+        """The metric that this one straightens; itself if there is none."""
+        return self.bent or self
 
     def straight(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses of the straightened metric at x (n,) and y (n,)."""

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lattices import hexagon, hexagon_domain
@@ -7,10 +9,12 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import of_axes, roots
+from bubblemesh.packing.ellipses.annealing import SPARED, annealed
 from bubblemesh.packing.ellipses.mending import mended
-from bubblemesh.packing.ellipses.net import connected
+from bubblemesh.packing.ellipses.net import connected, flipped_net
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.rounds import rounds_in_metric
+from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import costs, metrics_at, smoothed
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
@@ -108,6 +112,30 @@ def test_as_many_bubbles_are_packed_as_the_area_in_the_metric_has_room_for():
     areas = signed_areas(x, triangles) * density / (np.sqrt(3) / 4)
     assert areas.sum() == pytest.approx(len(triangles), rel=0.03)
     assert measures_in(front(), x, triangles).radius_ratios.mean() > 0.95
+
+
+def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
+    spacing, net = front(), settled_ellipses()
+    schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, shake_steps=0)))
+    _, first = next(annealed(net, spacing, schemes, np.random.default_rng(0)))
+    before, free = net.net.bubbles.x, spacing.shares(net.net.bubbles.x) > SPARED
+    stayed = (first.net.bubbles.x == before).all(axis=1)
+    assert not free.all()
+    assert stayed[~free].all()
+    assert not stayed[free].all()
+
+
+def test_smoothing_goes_by_the_metric_that_is_asked_for():
+    spacing, net = front(), settled_ellipses()
+    wider = MetricSpacing.of(lambda x, y: spacing.ellipses(x, y).wider(2.0), bent=spacing.bent)
+    done, other = (smoothed(net, one, METHOD.smoothing) for one in (spacing, wider))
+    np.testing.assert_array_equal(done.net.bubbles.x, other.net.bubbles.x)
+
+
+def settled_ellipses():
+    """Ellipses of the front that have settled, but are not finished."""
+    net = settled_net()
+    return flipped_net(net, net.bubbles, net.triangles, front())
 
 
 def settled_net():
