@@ -23,6 +23,7 @@ from bubblemesh.messages import place, shown
 
 SELF_CONTAINED = (
     ".msh",
+    ".pos",
     ".vtk",
     ".vtu",
     ".frd",

@@ -161,7 +161,7 @@ def test_a_mesh_that_may_name_other_files_is_not_read(name, stranger):
     (stranger / "case.yaml").write_text(named(list(KEYS)[3], name))
     code, _, message = command("check", "--untrusted", "theirs/case.yaml")
     assert code == 2
-    assert "may name other files: an untrusted case gives data as .msh, .vtk, .vtu" in message
+    assert "may name other files: an untrusted case gives data as .msh, .pos, .vtk, .vtu" in message
 
 
 @pytest.mark.parametrize("directory", ["../mine", "ABSOLUTE", "folder", "folder/new", "data/../.."])

@@ -19,6 +19,7 @@ READERS: Mapping[str, str] = {
     ".mesh": "medit.read_medit",
     ".sol": "medit.read_solution",
     ".msh": "gmsh.read_msh",
+    ".pos": "pos.read_pos",
     ".inp": "other.read_inp",
     ".med": "other.read_med",
     ".su2": "su2.read_su2",
