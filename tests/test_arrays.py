@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, different_rows, gathered, median, members, quantile, taken
+from bubblemesh.arrays import components, different_rows, gathered, median, members, others, quantile, taken
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -62,3 +62,8 @@ def test_rows_are_taken_as_by_an_index(shape, which):
     np.testing.assert_array_equal(taken(table, numbers), table[numbers])
     some = np.isin(np.arange(9), numbers)
     np.testing.assert_array_equal(taken(table, some), table[some])
+
+
+@given(st.integers(0, 8), st.lists(st.integers(-2, 10)))
+def test_others_are_the_numbers_up_to_a_count_that_are_not_among_some(count, numbers):
+    assert others(count, np.array(numbers, np.int64)).tolist() == sorted({*range(count)} - {*numbers})
