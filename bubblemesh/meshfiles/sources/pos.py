@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.errors import FileError, prefixed
+from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.sources.source import Block, Source, reals
 
@@ -63,8 +63,10 @@ def _elements(text: bytes, at: int) -> Iterator[Element]:
         if item is not None and item[1] not in NO_AREAS:
             element = Element(*item.groups())
             first = first or element
-            with prefixed(_line(text, at)):
+            try:
                 _check(element, first)
+            except FileError as error:  # to count lines takes long, so it is done for errors alone
+                raise FileError(f"{_line(text, at)}: {error}") from None
             yield element
         at = found.end()
     if end.end() < len(text):

@@ -14,7 +14,7 @@ from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 SPARED = 0.98  # share of its length below which a shortened ellipse is left alone
-TENTH = 10  # cycles from one look at which ones these are to the next: they move little in between
+LOOK_AFTER = 10  # cycles, which ones these are: they move little in between
 
 
 def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
@@ -37,7 +37,7 @@ def annealed(
         return
     cycles = annealing.cycles(len(ellipses.tensors))
     for cycle in range(cycles):
-        if cycle % TENTH == 0:
+        if cycle % LOOK_AFTER == 0:
             free = spacing.shares(ellipses.net.bubbles.x) > SPARED
         amplitude = np.where(free, _amplitude(annealing, ellipses, 1 - cycle / cycles), 0.0)
         chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
