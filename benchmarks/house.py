@@ -45,12 +45,11 @@ def words(tree: ast.Module) -> set[str]:
 
 
 def is_record(node: ast.AST) -> bool:
-    """Whether a class is a dataclass or a named tuple."""
+    """Whether a class is a record, another dataclass or a named tuple."""
     if not isinstance(node, ast.ClassDef):
         return False
-    return any("dataclass" in ast.unparse(each) for each in node.decorator_list) or any(
-        "NamedTuple" in ast.unparse(base) for base in node.bases
-    )
+    decorators = {ast.unparse(each).partition("(")[0] for each in node.decorator_list}
+    return bool(decorators & {"record", "dataclass"}) or any("NamedTuple" in ast.unparse(base) for base in node.bases)
 
 
 def tracked(*folders: str) -> list[Path]:

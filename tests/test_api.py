@@ -66,6 +66,12 @@ def test_all_public_names_are_there_and_loaded_when_used():
     assert run.stdout == "[]\n"
 
 
+def test_the_interface_does_not_wait_for_libraries_that_few_calls_need():
+    code = "import bubblemesh.api, sys; print(sorted({'scipy', 'meshio', 'rich', 'numpy.ma'} & set(sys.modules)))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "[]\n"
+
+
 # Geometry
 
 

@@ -8,13 +8,14 @@ import pytest
 from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
-FOUNDATION = {"arrays", "errors", "files", "limits", "messages", "resources"}
+FOUNDATION = {"arrays", "errors", "files", "limits", "messages", "records", "resources"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "files": {"errors"},
     "limits": {"errors"},
     "messages": {"arrays"},
+    "records": set(),
     "resources": set(),
     "kernels": {"arrays", "errors"},
     "meshes": FOUNDATION | {"kernels"},
@@ -84,7 +85,7 @@ LIBRARIES = {
     "distributed": {"workers"},
     "filelock": {"batch"},
 }
-MOST_LOOSE_MODULES = 7
+MOST_LOOSE_MODULES = 8
 MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 
 

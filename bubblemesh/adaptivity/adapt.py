@@ -1,6 +1,6 @@
 """From a case and a solution on its mesh to the next mesh: sizes by the estimated error, the present nodes as start."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
@@ -30,6 +30,7 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
+from bubblemesh.records import record
 from bubblemesh.run.packings import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
@@ -49,7 +50,7 @@ SAME = 0.1  # relative change of sizes that is not made: estimates of single tri
 TINY = np.finfo(float).tiny
 
 
-@dataclass(frozen=True)
+@record
 class Target:
     """Goal of an adaptation: a relative error, or a number of nodes; without both, as many nodes as there are."""
 

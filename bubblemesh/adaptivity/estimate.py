@@ -4,7 +4,6 @@ The recovered gradient of a piecewise linear field is a continuous one, nearer t
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,11 +12,12 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
 SINGULAR = 1e-6  # least determinant of a patch whose linear fit is trusted, in terms of a regular hexagon's
 
 
-@dataclass(frozen=True)
+@record
 class Estimate:
     """Estimated error of a finite element solution, and the norm of its own gradient, both in L2."""
 

@@ -1,7 +1,5 @@
 """A finite element solution on a triangle mesh, and the check that this is one of the domain."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
@@ -11,12 +9,13 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
 MISMATCH = 0.15  # area beside a boundary edge in terms of its length's square: more than under an arc of 90 degrees
 
 
-@dataclass(frozen=True)
+@record
 class Solution:
     """A solution of first order; made by `Solution.of`.
 

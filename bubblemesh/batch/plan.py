@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from glob import glob, has_magic
 from pathlib import Path
 from typing import TypeVar
@@ -14,6 +14,7 @@ from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
 from bubblemesh.problem.files import contents_of
+from bubblemesh.records import record
 from bubblemesh.run.destination import Destination, OutputOptions, destination
 
 T = TypeVar("T")
@@ -23,7 +24,7 @@ STEM = "summary"  # of the names of a summary's files
 PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those of bases
 
 
-@dataclass(frozen=True)
+@record
 class BatchOptions:
     """Options that hold for all cases of a batch."""
 
@@ -69,7 +70,7 @@ def parse_shard(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-@dataclass(frozen=True)
+@record
 class Entry:
     """A case of the batch, as it was when the batch began; one that cannot be read has only a row, with the error."""
 

@@ -1,7 +1,6 @@
 """What a batch would mesh: each case of a plan checked, and its nodes estimated, without any file."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from bubblemesh.batch.plan import Entry
@@ -9,10 +8,11 @@ from bubblemesh.batch.row import Row
 from bubblemesh.errors import DONE, located
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.records import record
 from bubblemesh.run.estimate import estimate
 
 
-@dataclass(frozen=True)
+@record
 class Preview:
     """A case before it is meshed: what `estimate` tells of it, or a row with the error; and its files."""
 

@@ -3,7 +3,7 @@
 import json
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, reduce
 from operator import getitem
 from typing import Any, Self
@@ -11,6 +11,7 @@ from typing import Any, Self
 from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, missing_library
 from bubblemesh.meshfiles.text import csv_text, dumped, json_ready
 from bubblemesh.messages import run_seconds
+from bubblemesh.records import record
 
 # Names in the summary of what reports have.
 FIGURES: Mapping[str, tuple[str, ...]] = {
@@ -60,7 +61,7 @@ def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
     return figures | {"seconds": run_seconds(report["seconds"])}
 
 
-@dataclass(frozen=True)
+@record
 class Row:
     """Outcome of one case in figures; before it is meshed, what is known of it."""
 

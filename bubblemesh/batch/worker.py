@@ -3,7 +3,7 @@
 import errno
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from hashlib import sha256
 
 from bubblemesh import __version__
@@ -13,6 +13,7 @@ from bubblemesh.errors import FileError, located
 from bubblemesh.files import local_copies, no_place, temporary_folder
 from bubblemesh.problem.files import inputs_digest
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.records import record
 from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import Destination
 from bubblemesh.run.pipeline import mesh_problem
@@ -22,7 +23,7 @@ FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
 
 
-@dataclass(frozen=True)
+@record
 class Job:
     """A case with everything that meshing it takes, wherever that happens."""
 
@@ -48,7 +49,7 @@ class Job:
         )
 
 
-@dataclass(frozen=True)
+@record
 class Outcome:
     """Row and files that come back for a job."""
 

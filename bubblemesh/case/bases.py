@@ -1,7 +1,6 @@
 """A case file that extends another one: ``base: other.yaml``."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from os.path import realpath
 from pathlib import Path
@@ -12,6 +11,7 @@ from bubblemesh.case.fields import is_file_name
 from bubblemesh.case.parameters import literal
 from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.records import record
 
 # Many cases may have the same base.
 document_of = lru_cache(maxsize=4)(read_document)
@@ -19,7 +19,7 @@ document_of = lru_cache(maxsize=4)(read_document)
 OWN_KEYS = ("base", "name", "sweep")  # that a case neither takes over from its base nor sweeps
 
 
-@dataclass(frozen=True)
+@record
 class SourceFile:
     """One file of a case, with what messages call it."""
 

@@ -1,7 +1,7 @@
 """Faults of a case's data, in words that name the file, the line and the key."""
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any
@@ -12,6 +12,7 @@ from bubblemesh.case.fields import FOLLOWS, described
 from bubblemesh.case.key_homes import Advice, advice_on, homes_below, is_mark, key_of, model_at, strange_keys
 from bubblemesh.case.parameters import is_number
 from bubblemesh.messages import counted, either
+from bubblemesh.records import record
 
 MAX_PROBLEMS = 10
 MAX_STRANGE = 100  # unknown keys for which it is found out what they explain
@@ -79,7 +80,7 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
     return [*lines, *([f"... and {len(told) - MAX_PROBLEMS} more"] if len(told) > MAX_PROBLEMS else [])]
 
 
-@dataclass(frozen=True)
+@record
 class _Problem:
     """One of Pydantic's errors, which is put in the words of a case file when it is told of: there may be very many."""
 
@@ -169,7 +170,7 @@ def _inner_advice(value: Mapping[str, Any], loc: Sequence[str | int], model: typ
     return f"; {', '.join(strangers)} belong{'s' if len(strangers) == 1 else ''} under {either(inner)}" if inner else ""
 
 
-@dataclass(frozen=True)
+@record
 class Origin:
     """Where a case comes from: files and lines of keys, or options that set them; cases are equal wherever that is."""
 

@@ -1,7 +1,7 @@
 """From a case file and the command line's options to a checked `Case`."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os.path import realpath
 from pathlib import Path
 from time import perf_counter
@@ -21,6 +21,7 @@ from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
 from bubblemesh.limits import allow, within
+from bubblemesh.records import record
 
 if TYPE_CHECKING:
     from bubblemesh.packing.configure import OptionError
@@ -195,7 +196,7 @@ def _read(
     return data, _Places(files, changes)
 
 
-@dataclass(frozen=True)
+@record
 class _Places:
     """Places that the values of a case come from."""
 

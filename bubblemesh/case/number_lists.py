@@ -9,9 +9,11 @@ or anything else, the whole text is to be read without this.
 import json
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from typing import Any
+
+from bubblemesh.records import record
 
 MARK = "\ue000"  # a character for private use, with which a plain scalar may begin
 CANDIDATE = re.compile(r"\[[-+.0-9eE,\[\] \r\n]*")
@@ -25,7 +27,7 @@ LEAST = 16  # characters of a list that is worth it
 NUMBERS = {int, float}
 
 
-@dataclass(frozen=True)
+@record
 class NumberList:
     """A list of numbers, or of such lists, with the text that it is in a case.
 

@@ -1,11 +1,11 @@
 """Values set over a case's data: ``--set domain.holes.0.circle.radius=0.3``, and options such as ``--seed 3``."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from bubblemesh.case.yaml import read_value
 from bubblemesh.errors import CaseError
+from bubblemesh.records import record
 
 # Options that set a key of the case, by their names in Python; the command line's row of each is in cli/options.py.
 OPTIONS: dict[str, tuple[str, ...]] = {
@@ -21,7 +21,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
 SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}
 
 
-@dataclass(frozen=True)
+@record
 class Override:
     """A value for one place of the data, and how messages call where it came from.
 

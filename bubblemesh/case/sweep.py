@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from itertools import combinations, product
 from math import prod
@@ -12,6 +12,7 @@ from typing import Any
 from bubblemesh.case.bases import OWN_KEYS, SourceFile
 from bubblemesh.case.fields import described
 from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.records import record
 
 MAX_CASES = 100_000
 
@@ -26,7 +27,7 @@ class SweepError(CaseError):
     """A file with a sweep is taken for one case."""
 
 
-@dataclass(frozen=True)
+@record
 class Variant:
     """One case of a file."""
 

@@ -4,7 +4,6 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +13,7 @@ import yaml
 from bubblemesh.case.number_lists import MARK, NumberList, cut_out
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import case_text, opened
+from bubblemesh.records import record
 
 KeyPath = Sequence[str | int]
 
@@ -44,7 +44,7 @@ class Place(NamedTuple):
     node: Node
 
 
-@dataclass(frozen=True)
+@record
 class _LatePlaces:
     """Places in a list of numbers, for which its text is read anew if they are asked for."""
 
@@ -57,7 +57,7 @@ class _LatePlaces:
         return () if root is None else root.places
 
 
-@dataclass(frozen=True)
+@record
 class Document:
     """The data of a case file: nested mappings, lists, text, numbers, booleans and None; every key is text.
 

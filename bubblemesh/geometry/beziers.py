@@ -1,6 +1,5 @@
 """Cubic Bézier curves by arc length, whose tables are made for all at once: drawings have very many short ones."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +12,7 @@ from bubblemesh.geometry.curves import (
     Tabulated,
     turning,
 )
+from bubblemesh.records import record
 
 PANELS = 128  # of the arc length table of a curve
 # Gauss and Legendre's rule of 3 nodes on [-1, 1], as NumPy's `leggauss` gives it.
@@ -21,7 +21,7 @@ GAUSS_WEIGHTS = np.array([0.5555555555555557, 0.8888888888888888, 0.555555555555
 SLOWEST = 0.1  # of a regular curve's greatest speed: the table resolves such a change of it
 
 
-@dataclass(frozen=True)
+@record
 class Beziers(Tabulated):
     """Cubic Bézier curves with the control points ``start``, ``first``, ``second`` and ``end`` (n, 2)."""
 

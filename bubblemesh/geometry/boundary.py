@@ -1,7 +1,7 @@
 """The lines of a domain: smooth pieces between corners, addressed by piece and arc length."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,6 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.paths import OpenPath, Point, Ring, Section, WholeCurve, family
 from bubblemesh.geometry.tracks import ROUNDING, Group, Tracks
+from bubblemesh.records import record
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
 FEWEST_CHORDS = 8  # of a part of a curve
@@ -26,7 +27,7 @@ class Chords(NamedTuple):
     end: Floats  # (m, 2)
 
 
-@dataclass(frozen=True)
+@record
 class Boundary:
     """Smooth pieces, each between two corners or closed in itself.
 

@@ -3,16 +3,15 @@
 It takes no library that would take longer to load than most cases take to mesh, and gives the same bits everywhere.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class CubicSpline:
     """A cubic polynomial for each interval between breaks, over [0, 1]."""
 

@@ -5,7 +5,7 @@ arc length for each of m points, so that one call serves the bubbles of every cu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, cast
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members, taken
 from bubblemesh.geometry.cubic_splines import CubicSpline
+from bubblemesh.records import record
 
 CHORDS_PER_TURN = 256
 FEWEST_CHORDS = 8  # of an arc
@@ -47,7 +48,7 @@ class Family(Protocol):
         """Unit tangents (m, 2) in the direction of growing arc length."""
 
 
-@dataclass(frozen=True)
+@record
 class Lines:
     """Straight lines from ``start`` (n, 2) to ``end`` (n, 2)."""
 
@@ -71,7 +72,7 @@ class Lines:
         return (taken(self.end, index) - taken(self.start, index)) / self.lengths[index][:, None]
 
 
-@dataclass(frozen=True)
+@record
 class Arcs:
     """Circular arcs: ``center`` (n, 2), ``radius`` (n,), first ``angle`` (n,) and signed ``sweep`` (n,) in radians."""
 
@@ -127,7 +128,7 @@ class Shares(NamedTuple):
         return np.clip(row, self.first[index], self.first[index + 1] - 2)
 
 
-@dataclass(frozen=True)
+@record
 class Tabulated:
     """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u."""
 
@@ -171,7 +172,7 @@ class Tabulated:
         return derivative / np.hypot(*derivative.T)[:, None]
 
 
-@dataclass(frozen=True)
+@record
 class _TabulatedEach(Tabulated):
     """Curves that each have a table of its own length."""
 
@@ -252,7 +253,7 @@ class _TabulatedEach(Tabulated):
         return self._speed(np.repeat(index, u.shape[1]), u.ravel()).reshape(u.shape)
 
 
-@dataclass(frozen=True)
+@record
 class Ellipses(_TabulatedEach):
     """Whole ellipses: ``center``, ``radii`` (n, 2), ``angle`` (n,) of the first axis and ``turn`` (n,), +1 or -1."""
 
@@ -282,7 +283,7 @@ class Ellipses(_TabulatedEach):
         return rate[:, None] * self._rotated(index, -np.sin(rate * u), np.cos(rate * u))
 
 
-@dataclass(frozen=True)
+@record
 class Splines(_TabulatedEach):
     """Cubic splines, parametrised by chord length."""
 
@@ -333,7 +334,7 @@ class Splines(_TabulatedEach):
         return np.hypot(*((3 * c[0] * t + 2 * c[1]) * t + c[2] for c in columns)).reshape(u.shape)
 
 
-@dataclass(frozen=True)
+@record
 class Polylines:
     """Polylines through ``vertices``, one array (k, 2) each, whose tangents jump at them."""
 

@@ -1,7 +1,7 @@
 """A plane domain of one or several areas with holes: what is inside, and how far the boundary is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.geometry.validity import require_domain, simple_polygon
 from bubblemesh.messages import meant, ring_name, tell_places_of
+from bubblemesh.records import record
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
 AT_A_TIME = 1 << 13  # points: a late run can end between two calls
@@ -41,7 +42,7 @@ class Held(NamedTuple):
 NOTHING_HELD = Held()
 
 
-@dataclass(frozen=True)
+@record
 class Domain(Uncached):
     """One area or several, each inside its outer ring and outside its holes.
 

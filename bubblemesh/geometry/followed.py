@@ -1,7 +1,7 @@
 """Rings of many short edges followed as curves between the vertices that stay nodes, and how far a mesh departs."""
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -15,11 +15,12 @@ from bubblemesh.geometry.curves import shares_before, turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area, Curve, Line, Point, Polyline, Ring, Side, Spline
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
 SAMPLES = 8  # of a spline between two of its points, to see how far it departs from the polyline
 
 
-@dataclass(frozen=True)
+@record
 class Following:
     """Rule by which straight sides are followed as curves, between vertices that stay nodes.
 

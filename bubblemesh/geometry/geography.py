@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -21,6 +21,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry.paths import Line, Point, Polyline, Ring, Side, as_point
+from bubblemesh.records import record
 
 DEGREES = "EPSG:4326"
 NEAREST_POLE = 89.0  # degrees of latitude
@@ -71,7 +72,7 @@ def _transformed(source: str, target: str, points: Floats) -> Floats:
     return np.column_stack(_transformer(source, target).transform(points[:, 0], points[:, 1]))
 
 
-@dataclass(frozen=True)
+@record
 class Plane:
     """A plane about a place on the earth, in metres, for coordinates of one system that are written in another one."""
 

@@ -1,7 +1,6 @@
 """Gaps between lines of a domain that face each other: necks, thin walls, layers and strips."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.segments import segments_meet
+from bubblemesh.records import record
 
 BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
 ROUNDING = 1e-9  # of a line's length
@@ -51,7 +51,7 @@ class ReentrantCorners(NamedTuple):
     second: Floats
 
 
-@dataclass(frozen=True)
+@record
 class Walls:
     """All lines of a domain, its rings and those inside, as chords among which to look for gaps."""
 

@@ -1,7 +1,6 @@
 """Neighbours given one by one: slivers and overlaps between them closed, so that borders are exactly shared."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.nesting import Shapes
 from bubblemesh.messages import counted, just_above, place
+from bubblemesh.records import record
 
 WIDEST_JOIN = 0.02  # of the size of all: neighbours farther apart are none
 NEAREST = 8  # vertices that are looked at for one to take the place of another
@@ -74,7 +74,7 @@ class _Moves(NamedTuple):
     vertex: Integers  # (k,)
 
 
-@dataclass(frozen=True)
+@record
 class _Borders:
     """Rings of shapes as walks over common vertices and edges."""
 

@@ -1,7 +1,7 @@
 """Curves one after the other: closed rings and open paths."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, NamedTuple, cast
 
@@ -13,6 +13,7 @@ from bubblemesh.geometry import curves
 from bubblemesh.geometry.beziers import Beziers
 from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.geometry.similarity import UNMOVED, Similarity
+from bubblemesh.records import record
 
 Point = tuple[float, float]
 
@@ -81,7 +82,7 @@ class Bezier(NamedTuple):
         return Bezier(*map(by.point, self))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Spline:
     """A cubic spline through ``knots`` (k, 2), with given ``slopes`` (2, 2) at its ends or natural ones.
 
@@ -159,7 +160,7 @@ class Side(NamedTuple):
     label: str | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Change:
     """A change of rings that a case asks for: what it was, where, by how much it made the area larger."""
 
@@ -173,7 +174,7 @@ class Change:
         return Change(self.what, by.point(self.at), self.area * by.scale**2, tuple(map(by.points, self.before)))
 
 
-@dataclass(frozen=True)
+@record
 class Ring:
     """A closed ring. Errors are about its key in the case."""
 
@@ -232,7 +233,7 @@ def _outlined(rings: Sequence[Ring]) -> list[Floats]:
     return found
 
 
-@dataclass(frozen=True)
+@record
 class Area:
     """A part of the plane inside an outer ring and outside its holes; ``name`` is what a file calls it."""
 
@@ -260,7 +261,7 @@ class Area:
         return replace(self.mapped(lambda ring: ring.moved(by)), largest=largest)
 
 
-@dataclass(frozen=True)
+@record
 class OpenPath:
     """Inner sides one after the other. Errors are about its key in the case."""
 
@@ -287,7 +288,7 @@ class OpenPath:
         return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes, ring.key)
 
 
-@dataclass(frozen=True)
+@record
 class InnerPoint:
     """A point inside a domain that is a node, with the key of the case that gives it, which errors are about."""
 

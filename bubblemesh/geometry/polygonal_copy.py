@@ -1,7 +1,6 @@
 """Fine polygonal copies of boundaries, whose chords keep apart where curves touch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -9,6 +8,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.paths import Line, Ring
+from bubblemesh.records import record
 
 CONTACT_GRADING = 0.8  # of chords beside a contact, from four of the longest
 CONTACT_FINEST = 0.02  # down to this part of the shortest, where the curves are a tolerance apart
@@ -18,7 +18,7 @@ MOST_GRADED = 100
 CUSP = 0.01  # radians, about four times the turn of a quarter of a chord
 
 
-@dataclass(frozen=True)
+@record
 class PolygonalCopy:
     """Fine polygonal copy of the boundary, whose chords go from each point to its successor along the point's piece."""
 

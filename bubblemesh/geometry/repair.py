@@ -21,6 +21,7 @@ from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring,
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted
+from bubblemesh.records import record
 
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
@@ -28,7 +29,7 @@ OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into wh
 HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 
-@dataclass(frozen=True)
+@record
 class Repair:
     """Changes that a case asks for of its areas."""
 

@@ -2,17 +2,17 @@
 
 import cmath
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.records import record
 
 # Cosine and sine of whole quarter turns, which floating-point numbers of pi would miss.
 QUARTERS = (1 + 0j, 1j, -1 + 0j, -1j)
 
 
-@dataclass(frozen=True)
+@record
 class Similarity:
     """The map of the complex number z = x + iy to ``factor`` * z + ``shift``, of its conjugate if ``mirrored``."""
 

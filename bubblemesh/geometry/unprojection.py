@@ -1,6 +1,5 @@
 """Coordinates, as they were given, of very many places in a plane: interpolated between those of a grid."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +7,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.geography import Plane
+from bubblemesh.records import record
 
 TOLERANCE = 1e-6  # of the domain's size: distance of an interpolated place from its own, at most
 FEWEST, MOST = 8, 1024  # cells along each side of the grid
@@ -17,7 +17,7 @@ Bounds = tuple[float, float, float, float]
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
+@record
 class _Table:
     """Coordinates, as complex numbers, that are bilinear in the square cells of a grid."""
 
@@ -48,7 +48,7 @@ def _corners(low: tuple[float, float], size: float, cells: int) -> Floats:
     return np.stack(np.meshgrid(low[0] + at, low[1] + at), axis=-1).reshape(-1, 2)
 
 
-@dataclass(frozen=True)
+@record
 class Unprojection:
     """Coordinates as they were given, for the rasters and expressions of a spacing.
 

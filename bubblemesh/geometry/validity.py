@@ -1,7 +1,6 @@
 """Do the rings bound a domain? If not, which one does not, where, and what is to be done."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +11,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
 SMALLEST = 1e-70  # extent whose fourth power is still a number
 SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over
@@ -34,7 +34,7 @@ def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key
                 _require_separate(shapes[i], shapes[j], areas[i][0].name, areas[j][0].name)
 
 
-@dataclass(frozen=True)
+@record
 class _Checked:
     """A ring that may bound a domain: its polygonal copy (m, 2), what messages call it, its key in the case."""
 

@@ -1,7 +1,7 @@
 """Columns: where they stand, and in which directions they go up from the wall."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.walls import Walls, left_of, turned
+from bubblemesh.records import record
 
 FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a fan
 TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
@@ -24,7 +25,7 @@ BEND = 0.5  # of the shorter edge beside a column: the height within which it be
 SEEN = 0.4  # least cosine between a blended column and the normals beside it
 
 
-@dataclass(frozen=True)
+@record
 class Columns:
     """Columns of layers, before their heights are known, and the pairs of them that have cells between.
 

@@ -1,7 +1,7 @@
 """Figures of boundary layers: what came out of them on the walls of each label."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net
+from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
 LOW = 0.5  # of the height that is asked for
@@ -20,7 +21,7 @@ NEARLY = 0.05  # relative difference of a first height from the wanted one
 SHORTEST = 5  # places that are told
 
 
-@dataclass(frozen=True)
+@record
 class LabelLayers:
     """Layers on the walls of one label.
 

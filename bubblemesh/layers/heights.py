@@ -1,12 +1,11 @@
 """Heights: how many layers each column has, and by how much these are compressed."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.walls import Walls
+from bubblemesh.records import record
 
 FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
@@ -15,7 +14,7 @@ LARGEST_RATIO = 1.3  # ratio of the factors of neighbours
 PASSES = 1000
 
 
-@dataclass(frozen=True)
+@record
 class Heights:
     """How high columns are."""
 
@@ -60,7 +59,7 @@ def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integer
     return count, factor
 
 
-@dataclass(frozen=True)
+@record
 class Widths:
     """Distances between neighbouring columns at any height."""
 

@@ -1,18 +1,19 @@
 """Heights of layers: what a case asks for on the walls of some labels."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
+from bubblemesh.records import record
 
 LEAST_GROWTH, LARGEST_GROWTH = 0.5, 4.0  # that are looked for
 HALVINGS = 60
 
 
-@dataclass(frozen=True)
+@record
 class Ladder:
     """Layers on the walls of some labels, whose heights grow geometrically.
 

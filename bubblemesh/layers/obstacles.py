@@ -1,6 +1,5 @@
 """Obstacles: what columns must not meet, and which of them do, or would spoil the cells between them."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, others
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
+from bubblemesh.records import record
 
 Shapes = NDArray[np.object_]  # polygons or lines
 
@@ -20,7 +20,7 @@ OPEN = 0.3  # least distance of fronts around a bend, in terms of the shorter on
 SHRUNK = 1 - 1e-6  # strips that have a side in common do not meet without their rims
 
 
-@dataclass(frozen=True)
+@record
 class Obstacles:
     """Walls as straight lines, and points of the domain."""
 

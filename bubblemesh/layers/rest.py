@@ -1,6 +1,5 @@
 """The rest of a domain beside its layers, as a domain of its own."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,11 +13,12 @@ from bubblemesh.geometry.faces import compact, face
 from bubblemesh.layers.fronts import Edges
 from bubblemesh.layers.heights import on_pieces, reached
 from bubblemesh.layers.strips import Strips
+from bubblemesh.records import record
 
 FRONT = "front"  # label of what the layers leave, which no mesh has
 
 
-@dataclass(frozen=True)
+@record
 class Rest:
     """What layers leave of a domain; its boundary along them is straight between their nodes, and may get more."""
 

@@ -1,6 +1,5 @@
 """Strips: the cells between neighbouring columns."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,6 +9,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import Heights, places, reached
 from bubblemesh.layers.walls import Walls
+from bubblemesh.records import record
 
 
 class Cells(NamedTuple):
@@ -21,7 +21,7 @@ class Cells(NamedTuple):
     pair_of_quad: Integers  # (q,): pair of columns
 
 
-@dataclass(frozen=True)
+@record
 class Strips:
     """Cells between all pairs of columns, with the nodes of the walls first and those of the columns after them."""
 

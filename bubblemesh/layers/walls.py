@@ -1,7 +1,6 @@
 """Walls: edges of the boundary by the sides that face the domain, in the order in which they go around it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,10 +8,11 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 
-@dataclass(frozen=True)
+@record
 class Walls:
     """Sides of boundary edges that face the domain, which is on their left.
 

@@ -1,7 +1,7 @@
 """Two meshes side by side."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from bubblemesh.meshes.quality import (
     spacing_fit,
     spacing_histogram,
 )
+from bubblemesh.records import record
 
 BINS = 10
 NOTHING = "-"
@@ -44,7 +45,7 @@ ROWS: tuple[tuple[str, tuple[str, ...], str], ...] = (
 )
 
 
-@dataclass(frozen=True)
+@record
 class Measured:
     """A mesh file's figures, and the ratios behind its histograms."""
 

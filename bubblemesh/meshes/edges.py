@@ -3,11 +3,10 @@
 A pair of nodes i, j < n has the key i n + j: one integer for each pair sorts many times faster than rows do.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Integers, each_once, taken
+from bubblemesh.records import record
 
 
 def edge_keys(pairs: Integers, n: int) -> Integers:
@@ -30,7 +29,7 @@ def directed_sides(triangles: Integers) -> Integers:
     return triangles.T[[[0, 1, 2], [1, 2, 0]]].reshape(2, -1).T
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SideTable:
     """Directed sides of triangles, to be found by their nodes."""
 

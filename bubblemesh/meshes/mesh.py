@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -17,6 +17,7 @@ from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_e
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
 from bubblemesh.meshes.quality import Measures, Shape, radius_ratios, shape_quality
+from bubblemesh.records import record
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
 
@@ -30,7 +31,7 @@ class PeriodicSides(NamedTuple):
     nodes: Integers  # (k, 2) of the first side, and their counterparts on the second
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Mesh:
     """A conforming triangle mesh of a plane domain.
 

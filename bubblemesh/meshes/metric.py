@@ -1,7 +1,6 @@
 """Measures of triangles in a metric, which mesh files may hold, and its ellipses."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,12 +9,13 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.edges import numbered_edges
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.tensors import determinants, lengths, mapped, roots
+from bubblemesh.records import record
 
 SHORTEST, LONGEST = 0.5**0.5, 2.0**0.5  # edges between are as long as they should be: none is better halved or joined
 ENTRIES = ("metric_11", "metric_12", "metric_22")  # names of the tensors of triangles in mesh files
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class MeasuresInMetric(Measures):
     """Measures of triangles whose shape is that in the tensors at their centroids; lengths and angles are in space."""
 

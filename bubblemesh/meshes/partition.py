@@ -1,6 +1,5 @@
 """The partition of a mesh for a parallel solver: owners of triangles and nodes, halos, and what the parts share."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -10,6 +9,7 @@ from bubblemesh.arrays import Floats, Integers, components, each_once, members
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.division import divided
 from bubblemesh.meshes.edges import neighbour_pairs
+from bubblemesh.records import record
 
 NO_PAIRS = np.zeros((0, 2), np.int64)
 
@@ -26,7 +26,7 @@ class NodeParts(NamedTuple):
     starts: Integers
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Partition:
     """Triangles divided among the processes of a parallel solver, which are numbered from 0.
 

@@ -1,7 +1,7 @@
 """Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges; histograms."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cached_property
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, each_once, gathered, quantile, taken
 from bubblemesh.meshes.edges import numbered_edges, unique_edges
+from bubblemesh.records import record
 
 _DEGENERATE = 1e-14
 REGULAR_VALENCE = 6
@@ -24,7 +25,7 @@ _WIDE = 0.5  # of a histogram of edge length over spacing, around 1
 SpacingBetween = Callable[[Floats, Integers], Floats]  # of points (n, 2): the spacing (m,) at centroids of rows (m, k)
 
 
-@dataclass(frozen=True)
+@record
 class Shape:
     """Shape of the triangles of a mesh: mean, minimum and first percentile of the radius ratios, and what follows."""
 
@@ -38,7 +39,7 @@ class Shape:
     angle_max: float
 
 
-@dataclass(frozen=True)
+@record
 class SpacingFit:
     """Mean, standard deviation and outer percentiles of edge length over wanted spacing."""
 
@@ -48,7 +49,7 @@ class SpacingFit:
     p99: float
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Measures:
     """Measures of triangles of either orientation, each of which is made when it is first asked for, and kept."""
 
@@ -236,7 +237,7 @@ def _irregular_fraction(valence: Integers, rim: Integers) -> float | None:
     return float(np.mean(valence[inner] != REGULAR_VALENCE)) if inner.any() else None
 
 
-@dataclass(frozen=True)
+@record
 class Histogram:
     """Counts (b,) of values in bins between edges (b + 1,), and how many are below and above all of them."""
 

@@ -1,7 +1,7 @@
 """A mesh that is too large to be held at once: what all of it has in common, and slices of nodes and triangles."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
+from bubblemesh.records import record
 
 
 class Slice(NamedTuple):
@@ -34,7 +35,7 @@ class Border(NamedTuple):
     crowded: Booleans  # (n,): mask of the nodes of the frame that all of this is about
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SlicedMesh:
     """A conforming triangle mesh of a plane domain, of which only a frame is held.
 

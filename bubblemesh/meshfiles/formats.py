@@ -1,12 +1,12 @@
 """The table of mesh formats, and which of them each solver gets; what writes a format is loaded when it is used."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from bubblemesh.errors import CaseError
+from bubblemesh.records import record
 
 if TYPE_CHECKING:
     from bubblemesh.meshes.mesh import Mesh
@@ -18,7 +18,7 @@ PIECE, MOST_PIECES = "_{}.vtu", 10_000
 XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 
 
-@dataclass(frozen=True)
+@record
 class Format:
     """One way to write a mesh.
 

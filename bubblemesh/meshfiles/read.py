@@ -1,7 +1,7 @@
 """Reads plane triangles, their labels and their data from mesh files of any format."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +20,7 @@ from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import place, shown
+from bubblemesh.records import record
 
 SELF_CONTAINED = (
     ".msh",
@@ -55,7 +56,7 @@ PARTS = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class MeshFile:
     """The triangles of a mesh file, and all else that it holds."""
 

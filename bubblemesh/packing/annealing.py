@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -17,6 +17,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.packing.placement import displaced
 from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 CYCLES = {"fast": 20, "normal": 100, "best": 800}
@@ -28,7 +29,7 @@ Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
 Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
 
 
-@dataclass(frozen=True)
+@record
 class NoAnnealing:
     """No annealing."""
 
@@ -55,7 +56,7 @@ class NoAnnealing:
         return self
 
 
-@dataclass(frozen=True)
+@record
 class Annealing:
     """Displacement, again and again and less and less, of bubbles without six neighbours and of those next to them.
 
@@ -114,7 +115,7 @@ class Annealing:
         return displaced(net.bubbles, slice(None), amplitude, random)
 
 
-@dataclass(frozen=True)
+@record
 class SparingAnnealing(Annealing):
     """Annealing that leaves ``calm`` bubbles alone."""
 

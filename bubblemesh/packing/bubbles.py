@@ -1,15 +1,14 @@
 """The bubbles: what a round takes in and gives back."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.records import record
 
 NOWHERE = np.zeros(0, np.int64), np.zeros(0)  # no place on the boundary
 
 
-@dataclass(frozen=True)
+@record
 class Bubbles:
     """Bubbles at rest, in three groups: fixed corners, bubbles that slide on the boundary, interior bubbles."""
 

@@ -1,11 +1,11 @@
 """Demands on the triangles of a mesh."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from bubblemesh.records import record
 
-@dataclass(frozen=True)
+
+@record
 class Demands:
     """Demands on triangles: a least angle, largest areas, and a node that is not on the rings of the domain."""
 

@@ -1,6 +1,5 @@
 """The interbubble force, equation (2.1) of the paper."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
@@ -12,6 +11,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.relaxing import Pull, forces
 from bubblemesh.packing.neighbours import Neighbours
+from bubblemesh.records import record
 
 CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
 
@@ -25,7 +25,7 @@ def pair_force(ratio: Floats) -> Floats:
     return np.where(ratio < CUTOFF, force, 0.0)
 
 
-@dataclass(frozen=True)
+@record
 class VanDerWaals:
     """Sum of the pair forces, in the directions away from the neighbours."""
 
@@ -44,7 +44,7 @@ class VanDerWaals:
         return BoundForce(neighbours, strength)
 
 
-@dataclass(frozen=True)
+@record
 class BoundForce:
     """Force as a function of the positions, for fixed neighbours."""
 

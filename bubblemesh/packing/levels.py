@@ -1,6 +1,6 @@
 """Levels: a coarse packing is put in order, and its order carried over to finer ones."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -13,6 +13,7 @@ from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited
@@ -33,7 +34,7 @@ class Levels(Protocol):
         """Spacings of the levels, the coarsest first and the one asked for last."""
 
 
-@dataclass(frozen=True)
+@record
 class SingleLevel:
     """The spacing asked for, and no other."""
 
@@ -41,7 +42,7 @@ class SingleLevel:
         return (spacing,)
 
 
-@dataclass(frozen=True)
+@record
 class Doubling:
     """Coarser spacings first, doubled as often as the spacing stays gentle and enough bubbles are left."""
 

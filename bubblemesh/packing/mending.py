@@ -1,6 +1,6 @@
 """Mending: the worst triangles get other surroundings by trial and error, patch by patch."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from bubblemesh.kernels.shapes import eta
 from bubblemesh.packing.net import Net, connect_inside, reconnect
 from bubblemesh.packing.placement import displaced
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_PATCHES = 16
@@ -34,7 +35,7 @@ class Patches(NamedTuple):
 AnySmoothing = NoSmoothing | Smoothing
 
 
-@dataclass(frozen=True)
+@record
 class NoMending:
     """No mending."""
 
@@ -47,7 +48,7 @@ class NoMending:
         return net
 
 
-@dataclass(frozen=True)
+@record
 class Mending:
     """Random displacements around the worst triangles, smoothed, and kept where a patch's worst one gets better.
 

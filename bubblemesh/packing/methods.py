@@ -1,7 +1,7 @@
 """The methods: a table whose rows are methods and whose columns are schemes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from bubblemesh.packing.annealing import Annealing, NoAnnealing
@@ -17,9 +17,10 @@ from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled, Termination
 from bubblemesh.packing.viscosity import Constant, NoOddBubbles, OddBubbles, SawTooth, Viscosity
+from bubblemesh.records import record
 
 
-@dataclass(frozen=True)
+@record
 class Method:
     """A packing method: one scheme, with its parameters, for each task."""
 

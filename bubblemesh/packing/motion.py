@@ -1,7 +1,6 @@
 """Equation of motion m x'' + c x' = F(x), equation (2.2) of the paper: explicit Runge-Kutta steps, and one cheaper."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
@@ -9,6 +8,7 @@ from annotated_types import Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats
+from bubblemesh.records import record
 
 MOST_DAMPING = 1.5  # of c * dt
 
@@ -27,7 +27,7 @@ class Motion(Protocol):
         """Positions and velocities (n, 2) after a step; ``c`` is the viscosity, a number or (n, 1)."""
 
 
-@dataclass(frozen=True)
+@record
 class RungeKutta:
     """Explicit Runge-Kutta step for unit mass; a subclass gives the tableau.
 
@@ -59,7 +59,7 @@ class RungeKutta:
         return x, v
 
 
-@dataclass(frozen=True)
+@record
 class SecondOrderEuler(RungeKutta):
     """Predictor-corrector Euler step (Heun's method), of second order."""
 
@@ -69,7 +69,7 @@ class SecondOrderEuler(RungeKutta):
     weights: ClassVar[tuple[float, ...]] = (0.5, 0.5)
 
 
-@dataclass(frozen=True)
+@record
 class ClassicalRungeKutta(RungeKutta):
     """Runge-Kutta step of fourth order, the motion of the traditional method."""
 
@@ -79,7 +79,7 @@ class ClassicalRungeKutta(RungeKutta):
     weights: ClassVar[tuple[float, ...]] = (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 
 
-@dataclass(frozen=True)
+@record
 class SemiImplicitEuler:
     """Symplectic Euler step with implicit damping: of first order, one evaluation of the force, stable for any c.
 

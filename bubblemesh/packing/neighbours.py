@@ -1,17 +1,16 @@
 """Neighbours: pairs of bubbles nearer than a multiple of the sum of their radii."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, taken
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.pairs import near_pairs
+from bubblemesh.records import record
 
 CLASSES_PER_OCTAVE = 2
 
 
-@dataclass(frozen=True)
+@record
 class Neighbours:
     """Pairs of bubbles, with the positions they were found for."""
 

@@ -1,6 +1,6 @@
 """Bubbles connected by a constrained Delaunay triangulation."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,10 +13,11 @@ from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_si
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.neighbours import next_to
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 
-@dataclass(frozen=True)
+@record
 class Net:
     """Bubbles with the triangulation of their centres."""
 

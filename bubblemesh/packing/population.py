@@ -3,7 +3,7 @@
 The published scheme goes by thresholds of the bubbles' overlap, the other by the defects of the triangulation.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -20,6 +20,7 @@ from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to, pairs_within
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.splicing import spliced
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 REACH_OF_OVERLAP = 2.0  # 2 r_i + r_j is the farthest: below two l0 for any two radii
@@ -50,7 +51,7 @@ class Population(Protocol):
         """Control the whole population once."""
 
 
-@dataclass(frozen=True)
+@record
 class Thresholds:
     """Deletion and insertion by thresholds of the overlap ratio.
 
@@ -161,7 +162,7 @@ def interior_gaps(
     return triangles[gap], center[gap]
 
 
-@dataclass(frozen=True)
+@record
 class Defects:
     """Deletion and insertion where the triangulation shows that bubbles are too many or missing.
 

@@ -1,10 +1,10 @@
 """Progress of a packing, as the share that is done: for those who show progress, and for limits of time."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
+from bubblemesh.records import record
 
 # Costs in terms of a step of relaxation, as measured.
 CONNECTING = 8.0
@@ -18,7 +18,7 @@ class TimeUp(Exception):  # noqa: N818 - it ends the packing, but is no error
     """The packing has to end with the bubbles as they are."""
 
 
-@dataclass(frozen=True)
+@record
 class Stage:
     """A part of a packing: the rounds on a level until its termination says stop."""
 

@@ -8,7 +8,7 @@ G. L. Miller, S. E. Pav, N. J. Walkington, "When and why Delaunay refinement alg
 Appl. 15 (2005), for sharp corners; A. Ungor, "Off-centers", Comput. Geom. 42 (2009), for where nodes are added.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -29,6 +29,7 @@ from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.sharp_corners import SharpCorners
 from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 ROUNDS = 1000
@@ -47,7 +48,7 @@ class Excused(NamedTuple):
     angle: float  # degrees
 
 
-@dataclass(frozen=True)
+@record
 class Refined:
     """A net after refinement."""
 
@@ -75,7 +76,7 @@ class Additions(NamedTuple):
     points: Floats
 
 
-@dataclass(frozen=True)
+@record
 class Refinement:
     """The refinement of nets of a domain."""
 

@@ -1,7 +1,6 @@
 """Relaxation: some steps of the motion, among neighbours near by or among neighbours in the triangulation."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -19,6 +18,7 @@ from bubblemesh.packing.forces import BoundForce, VanDerWaals
 from bubblemesh.packing.motion import Motion, SemiImplicitEuler
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.net import Net, connect_inside
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 REACH = 1.9  # neighbours are listed up to this many l0, so that the list stays complete for a while
@@ -71,7 +71,7 @@ class Relaxation(Protocol):
         """The bubbles of a net after ``steps`` steps."""
 
 
-@dataclass(frozen=True)
+@record
 class Nearby:
     """Bubbles near by act on each other; those on the boundary slide along it, the others are kept inside."""
 
@@ -100,7 +100,7 @@ class Nearby:
         return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
 
 
-@dataclass(frozen=True)
+@record
 class Connected:
     """Bubbles joined by an edge of the triangulation act on each other; those on the boundary stay.
 

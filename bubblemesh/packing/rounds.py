@@ -1,7 +1,6 @@
 """The rounds of a packing: bubbles move, and their number is controlled, until the method's termination says stop."""
 
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TypeGuard
 
 import numpy as np
@@ -14,11 +13,12 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, connect, connect_inside
 from bubblemesh.packing.progress import CONNECTING, SMOOTHING, Progress, Stage, TimeUp, Watch, stages_of
 from bubblemesh.packing.relaxation import Dynamics, Relaxed
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 
-@dataclass(frozen=True)
+@record
 class Round:
     """Record of a round."""
 
@@ -95,7 +95,7 @@ def _cut_short(net: Net, domain: Domain, levels: Sequence[Spacing], number: int,
     return Round(number, before, max(len(net.bubbles) - before, 0), net, np.zeros(0), 0, reason)
 
 
-@dataclass(frozen=True)
+@record
 class LevelRun:
     """The rounds on one level, and what stays the same through them.
 

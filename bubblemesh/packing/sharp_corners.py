@@ -1,6 +1,5 @@
 """Sharp corners of a domain: triangles that cannot have larger angles than these, or than what follows from them."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +11,7 @@ from bubblemesh.geometry.corners import CornerFans, corner_fans
 from bubblemesh.meshes.edges import edge_keys
 from bubblemesh.meshes.quality import angles
 from bubblemesh.packing.net import Net
+from bubblemesh.records import record
 
 SAME = 1e-6  # relative difference of two distances that are the same
 CUSP = 0.02  # radians between curves that part so slowly that no edge there is ever short enough
@@ -20,7 +20,7 @@ BESIDE_CUSP = 2.0  # lengths of these edges: so far from it triangles are due to
 SHARP = np.pi / 3  # edges that leave a corner at a smaller angle are split at the same distances from it
 
 
-@dataclass(frozen=True)
+@record
 class SharpCorners:
     """The corners of a boundary, with the angles between the pieces that leave them."""
 

@@ -1,6 +1,5 @@
 """Smoothing: the finished packing is moved to triangles of the best shape and edges as long as the spacing."""
 
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -14,13 +13,14 @@ from bubblemesh.kernels.shapes import WORST, Descent, eta
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.net import Net, connect_inside
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 MOMENTUM = 0.8
 MOST_MOVE = 0.1  # spacings in a step
 
 
-@dataclass(frozen=True)
+@record
 class NoSmoothing:
     """No smoothing: the bubbles relax once more, and again while some are lost at the boundary."""
 
@@ -37,7 +37,7 @@ class NoSmoothing:
         return net.bubbles
 
 
-@dataclass(frozen=True)
+@record
 class Smoothing:
     """Gradient descent, with momentum, on the shapes of the triangles and the lengths of the edges.
 

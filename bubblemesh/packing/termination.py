@@ -1,11 +1,12 @@
 """When to stop: after a number of rounds, or once the population has settled (section 2.4 of the paper)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Protocol
 
 from annotated_types import Ge, Gt
 from typing_extensions import Doc
+
+from bubblemesh.records import record
 
 Rounds = Annotated[int, Gt(0), Doc("number of rounds, at most")]
 Iterations = Annotated[int, Gt(0), Doc("steps of a round; at the end of the published methods as many again")]
@@ -25,7 +26,7 @@ class Termination(Protocol):
         """About how many steps it takes until it says stop, the last relaxation included."""
 
 
-@dataclass(frozen=True)
+@record
 class FixedRounds:
     """Stop after the given number of rounds."""
 
@@ -42,7 +43,7 @@ class FixedRounds:
         return (self.rounds + 1) * self.iterations
 
 
-@dataclass(frozen=True)
+@record
 class SelfAdaptive(FixedRounds):
     """Stop also when the relative change of the population was small in two rounds one after the other.
 
@@ -58,7 +59,7 @@ class SelfAdaptive(FixedRounds):
         return super().__call__(counts)
 
 
-@dataclass(frozen=True)
+@record
 class Settled(FixedRounds):
     """Stop a level also when a single round has changed the population by little."""
 

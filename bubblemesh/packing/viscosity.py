@@ -1,6 +1,5 @@
 """Viscosity c of the medium: it grows within a round and starts each round anew (section 2.2 of the paper)."""
 
-from dataclasses import dataclass
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -8,6 +7,7 @@ from annotated_types import Ge, Gt
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.records import record
 
 
 class Viscosity(Protocol):
@@ -17,7 +17,7 @@ class Viscosity(Protocol):
         """Viscosity in a step of a round, both counted from 0."""
 
 
-@dataclass(frozen=True)
+@record
 class Constant:
     """Viscosity that stays the same from the first step to the last."""
 
@@ -27,7 +27,7 @@ class Constant:
         return self.c
 
 
-@dataclass(frozen=True)
+@record
 class SawTooth:
     """Saw-tooth in time: c0 + c_in * step + c_out * round.
 
@@ -42,7 +42,7 @@ class SawTooth:
         return self.c0 + self.c_in * step + self.c_out * round_number
 
 
-@dataclass(frozen=True)
+@record
 class NoOddBubbles:
     """Viscosity that is the same for normal and odd bubbles."""
 
@@ -55,7 +55,7 @@ class NoOddBubbles:
         return c
 
 
-@dataclass(frozen=True)
+@record
 class OddBubbles:
     """A constant, small viscosity for the bubbles that the last population control touched."""
 

@@ -4,7 +4,6 @@ import base64
 import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,12 @@ from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.pages.markup import Markup, html, tag
 from bubblemesh.pictures.colouring import Colouring, MeshData, colouring_of
 from bubblemesh.pictures.styles import REGION_COLOURS
+from bubblemesh.records import record
 
 STEPS = 256
 
 
-@dataclass(frozen=True)
+@record
 class Scene:
     """A mesh with its colourings: radius ratio, edge length, and edge length over wanted spacing."""
 

@@ -1,7 +1,6 @@
 """Straight cuts of a domain into cells of about the same work: short, square to walls, far from corners."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
 
@@ -44,7 +44,7 @@ class Cut(NamedTuple):
     right: int
 
 
-@dataclass(frozen=True)
+@record
 class Cuts:
     """A tree of cuts of a box, and the lines along which they run."""
 
@@ -75,7 +75,7 @@ def cut(domain: Domain, spacing: Spacing, expected_nodes: float, cells: int) -> 
     return _Cutter(domain, spacing).cuts(samples, cells, expected_nodes)
 
 
-@dataclass(frozen=True)
+@record
 class _Piece:
     """What is left to cut: leaves, within a convex polygon (k, 2), into so many cells."""
 

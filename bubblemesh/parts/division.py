@@ -1,6 +1,6 @@
 """The division of a domain by cuts into parts, each a domain of its own whose bubbles along the cuts are set."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from bubblemesh.geometry.faces import compact, face
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.parts.cuts import CUT, Cuts
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 
@@ -32,7 +33,7 @@ class Places(NamedTuple):
     right: Integers  # (p,): likewise, -1 outside the domain
 
 
-@dataclass(frozen=True)
+@record
 class Division:
     """A domain that is cut.
 

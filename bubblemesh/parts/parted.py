@@ -23,6 +23,7 @@ from bubblemesh.parts.patches import Patch, joined, patch
 from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, put_back, settled
 from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Crew, Deadline, Job, Record, packed_from
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
@@ -33,7 +34,7 @@ EVEN = 4, 2  # workers that share the parts evenly then, if there are enough
 SEAMS_WORK = 0.15  # share of the progress
 
 
-@dataclass(frozen=True)
+@record
 class Parted:
     """What was packed in parts: all bands as one net, and where the cores are."""
 

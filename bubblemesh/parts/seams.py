@@ -1,7 +1,7 @@
 """Seams: strips of a net along cuts are packed once more, with the bubbles of the cuts free, and put back."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.ellipses.smoothing import with_better_shapes
 from bubblemesh.packing.net import Net
 from bubblemesh.parts.work import Packed
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
@@ -23,7 +24,7 @@ SEAM = 6  # edges from a cut to the bubbles that stay
 JUNCTION = 10  # the same from where a cut ends, which is packed once more after the rest of the seams
 
 
-@dataclass(frozen=True)
+@record
 class Strip:
     """A part of a net as a domain with straight sides, all of whose corners are bubbles that stay."""
 
@@ -43,7 +44,7 @@ def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
     return marked
 
 
-@dataclass(frozen=True)
+@record
 class Strips:
     """Strips of a net, apart from each other, that are made when they are asked for."""
 

@@ -1,7 +1,7 @@
 """Colours of a picture's triangles, the quantity that they show, and the bar that tells its values."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import matplotlib as mpl
@@ -17,6 +17,7 @@ from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
 from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, signed_areas, spacing_ratios
 from bubblemesh.messages import meant
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
+from bubblemesh.records import record
 
 MANY = 10_000  # triangles that are too small to see each
 OUTER = 0.01  # share of the triangles beyond either end of a scale
@@ -29,7 +30,7 @@ WIDE = 4.0  # largest over least size, from which the colours follow its logarit
 NARROWEST = 3.0  # the same, so that small differences do not fill the scale
 
 
-@dataclass(frozen=True)
+@record
 class MeshData:
     """Data (t,) or (t, k) of the triangles and (n,) or (n, k) of the nodes, by name."""
 
@@ -37,7 +38,7 @@ class MeshData:
     points: Mapping[str, Floats] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@record
 class Colouring:
     """Values of the triangles and what their colours mean."""
 

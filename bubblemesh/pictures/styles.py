@@ -1,11 +1,11 @@
 """Options, colours and styles of pictures; a style sets sizes, line widths and fonts."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
+from bubblemesh.records import record
 
 View = tuple[float, float, float, float]
 """Part of the plane: x0, y0, x1, y1."""
@@ -19,7 +19,7 @@ REGION_COLOURS = ("#cfe0f1", "#f4c9b4", "#d3dd8e", "#f6e5ae", "#f3c3d3", "#a5d8c
 SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
 
 
-@dataclass(frozen=True)
+@record
 class Style:
     """Look of a picture; lengths of lines and letters are in points, 1/72 inch."""
 
@@ -54,7 +54,7 @@ class PlotOptionError(CaseError):
         self.option, self.problem = option, problem
 
 
-@dataclass(frozen=True)
+@record
 class PlotOptions:
     """Options of a picture; what is None suits the mesh and the style."""
 

@@ -1,7 +1,7 @@
 """Coordinate reference systems of a case, checked, and what they make of its spacing."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.problem.files import named_files
+from bubblemesh.records import record
 from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names_in
 from bubblemesh.spacing.spacing import Spacing
 
@@ -42,7 +43,7 @@ def on_the_ground(at: Callable[[float | None], Spacing], plane: Plane) -> Callab
     return in_plane
 
 
-@dataclass(frozen=True)
+@record
 class _Scaled:
     """A function of the place times the scale of the plane there."""
 
@@ -67,7 +68,7 @@ def terms_in(plane: Plane, terms: SpacingTerms) -> SpacingTerms:
     return terms.model_copy(update={"near": tuple(near)})
 
 
-@dataclass(frozen=True)
+@record
 class GivenPlaces:
     """A function of coordinates as they were given, as one of places in the plane."""
 

@@ -1,7 +1,7 @@
 """Metrics of a case, bound to its domain, and the spacing in them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +24,7 @@ from bubblemesh.problem.crs import bound_in, given_bounds
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.readers.netcdf import netcdf
+from bubblemesh.records import record
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.metric.field import TensorField
@@ -179,7 +180,7 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
     return Entries(*found), notes
 
 
-@dataclass(frozen=True)
+@record
 class Directed:
     """Ellipses of sizes across and along a direction, given by its angle."""
 
@@ -198,7 +199,7 @@ class Directed:
         return Axes(np.minimum(across, along), np.maximum(across, along), direction)
 
 
-@dataclass(frozen=True)
+@record
 class Entries:
     """Ellipses of tensors, given by their entries."""
 
@@ -214,7 +215,7 @@ class Entries:
         return axes(np.where(positive[:, None], np.column_stack([m11, m12, m22]), np.nan))
 
 
-@dataclass(frozen=True)
+@record
 class AlongWalls:
     """Ellipses that lie along the nearest of some walls, whose size across grows away from there."""
 
@@ -238,7 +239,7 @@ class AlongWalls:
         return Axes(across, along, direction)
 
 
-@dataclass(frozen=True)
+@record
 class Scaled:
     """Ellipses with all sizes multiplied."""
 
@@ -250,7 +251,7 @@ class Scaled:
         return self.ellipses(x, y).times(self.scale)
 
 
-@dataclass(frozen=True)
+@record
 class AtGivenPlaces:
     """Ellipses at coordinates as they were given, as those at places in the plane."""
 
@@ -262,7 +263,7 @@ class AtGivenPlaces:
         return self.ellipses(*self.plane.given(np.column_stack([x, y])).T)
 
 
-@dataclass(frozen=True)
+@record
 class OnTheGround:
     """Ellipses in the plane for some in metres on the ground.
 
@@ -309,7 +310,7 @@ def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
     return MetricSpacing.of(Together(tuple(metrics), spacing))
 
 
-@dataclass(frozen=True)
+@record
 class Together:
     """The intersection of metrics, their aspects limited, with circles of a spacing."""
 

@@ -1,7 +1,7 @@
 """Node target: the scale of a spacing at which it asks for a number of nodes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.limits import timed
 from bubblemesh.messages import node_limit
 from bubblemesh.problem.problem import Problem, Task
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
 
@@ -28,7 +29,7 @@ TIMES_TOO_MANY = 4  # the target: more nodes need no counting
 Trial = tuple[float, float]  # logarithms of the rough number and of the true one
 
 
-@dataclass(frozen=True)
+@record
 class Scales:
     """Scales for rough numbers of nodes, in logarithms: ``rough`` falls with the scale."""
 
@@ -59,7 +60,7 @@ class Scales:
         return float(np.exp(brentq(lambda u: self.rough(u) - aim, guess - reach, guess + reach, xtol=1e-9)))
 
 
-@dataclass(frozen=True)
+@record
 class ScaleSearch:
     """Search for scales of a spacing at which some numbers of nodes are expected."""
 
@@ -89,7 +90,7 @@ class ScaleSearch:
         return replace(problems[scale], task=self.task, seconds=time, node_target=target)
 
 
-@dataclass(frozen=True)
+@record
 class NodeTarget:
     """A number of nodes, and a scale of the spacing at which about so many are expected."""
 

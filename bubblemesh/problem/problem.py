@@ -1,7 +1,7 @@
 """A case made ready for packing: geometry and spacing checked, the method bound."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.demands import Demands
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 SEA_REQUIREMENTS = {"dead_ends_max", "cut_off_max"}  # that need all triangles at once
 
 
-@dataclass(frozen=True)
+@record
 class Task:
     """Method, limits and requirements of a mesh; methods are loaded when one is asked for, as no estimate does."""
 
@@ -74,7 +75,7 @@ class Task:
         return self.settings | options(self.configured())
 
 
-@dataclass(frozen=True)
+@record
 class Problem:
     """Geometry and spacing checked and ready for packing."""
 

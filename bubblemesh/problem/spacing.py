@@ -1,7 +1,7 @@
 """The spacing request: the terms of a case's spacing, bound to its domain."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -26,6 +26,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, terms_in
 from bubblemesh.problem.files import own_files
+from bubblemesh.records import record
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import OneKey, Spacing
@@ -47,7 +48,7 @@ SLOPE_ACROSS = 1 / 200  # of the domain's size: length over which depths are com
 APART = 1 / 500  # of the domain's size: points of a line that are looked at
 
 
-@dataclass(frozen=True)
+@record
 class SpacingRequest:
     """Request for a spacing in a domain."""
 

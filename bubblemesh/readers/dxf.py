@@ -32,6 +32,7 @@ from bubblemesh.readers.features import (
     writable_label,
 )
 from bubblemesh.readers.slips import Slips
+from bubblemesh.records import record
 
 logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # else its lines go to the terminal
 
@@ -45,7 +46,7 @@ PLACES = ("insert", "location", "start", "center", "defpoint")  # keys of an ent
 BODIES = ("REGION", "3DSOLID", "BODY", "SURFACE", "MESH", "3DFACE", "MLINE")
 
 
-@dataclass(frozen=True)
+@record
 class _Found:
     """An entity of the model space, or one that a block draws there, whether it is hidden, and what clips it."""
 

@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, reduce
 from operator import add
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
 from bubblemesh.readers.slips import Slips, clean_loop, has_slips
+from bubblemesh.records import record
 
 LONGEST_NAME = 80  # characters
 NO_HEIGHTS = "heights (z) are not used"  # a note
@@ -48,7 +49,7 @@ def foreign(problem: str, advice: str) -> Iterator[None]:
         raise CaseError(f"{problem}: {shown(error) or type(error).__name__}: {advice}") from error
 
 
-@dataclass(frozen=True)
+@record
 class CompoundCurve:
     """A curve from ``start`` along ``pieces``, closed or a part of a ring; ``name`` is what messages call it."""
 
@@ -69,7 +70,7 @@ class CompoundCurve:
         return replace(rings.path(self.start, self.pieces), origin=self.name)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Clip:
     """What is to be seen of features: what lies in some areas, or what does not."""
 
@@ -77,7 +78,7 @@ class Clip:
     outside: bool = False
 
 
-@dataclass(frozen=True)
+@record
 class Feature:
     """One thing of a file."""
 
@@ -112,7 +113,7 @@ class PhysicalLength(NamedTuple):
     assumed: bool  # since the file does not tell
 
 
-@dataclass(frozen=True)
+@record
 class FeatureCollection:
     """Content of a file, as a reader finds it."""
 

@@ -9,7 +9,6 @@ import math
 import mmap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError
 from bubblemesh.files import opened
+from bubblemesh.records import record
 
 CLASSIC, HDF = b"CDF", b"\x89HDF\r\n\x1a\n"
 TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
@@ -29,7 +29,7 @@ MOST_VALUES = 25_000_000  # that are read at once
 Window = tuple[slice, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Variable:
     """An array of a file, of which a part may be read."""
 

@@ -1,11 +1,11 @@
 """Choice of features of a file with geometry, and of its unit of length."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
+from bubblemesh.records import record
 
 if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
     from bubblemesh.geometry.repair import Repair
@@ -28,7 +28,7 @@ METRES: dict[Unit, float] = {
 MOST_VALUES = 20  # of a property that one message lists
 
 
-@dataclass(frozen=True)
+@record
 class Selection:
     """Choice of what a case takes of a file."""
 

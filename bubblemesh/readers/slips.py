@@ -10,12 +10,13 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import counted, place
+from bubblemesh.records import record
 
 SAME = 1e-13  # of a ring's extent: points that are one, as for rings of a case
 ROUNDINGS = 4  # of the coordinates: how far the end of a spike's shorter side may be from the longer one
 
 
-@dataclass(frozen=True)
+@record
 class Slips:
     """Numbers of what was dropped, by kind, and the place of the first."""
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from bubblemesh.readers.svg_source import COMMENT, Element
+from bubblemesh.records import record
 
 INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")
 OWN = ("display", "clip-path", "mask")
@@ -15,7 +16,7 @@ COMPOUND = re.compile(r"(?:[.#]?[\w-]+|\*)(?:[.#][\w-]+)*")
 Style = dict[str, str]
 
 
-@dataclass(frozen=True)
+@record
 class _Rule:
     """Declarations for elements that fit a selector: steps from the outermost ancestor to the element itself."""
 

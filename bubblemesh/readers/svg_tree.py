@@ -17,6 +17,7 @@ from bubblemesh.readers.svg_clips import Stencil, clip_of
 from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
 from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element
 from bubblemesh.readers.svg_style import Style, StyleSheet
+from bubblemesh.records import record
 
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 DRAWN_ELSE = ("text", "image", "foreignObject")  # what draws something without curves that could be read
@@ -31,7 +32,7 @@ NUMBERED = re.compile(
 )
 
 
-@dataclass(frozen=True)
+@record
 class Around:
     """Context of an element from the groups around it: the way to it, and what it inherits."""
 

@@ -1,7 +1,6 @@
 """Destination of the products of a run: a folder, one file, or a stream."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, partial
 from os.path import isdir, realpath, split
@@ -27,6 +26,7 @@ from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.writing import NO_TABLES, PAGE_FILE, Page, file_names, write_files, write_stream
 from bubblemesh.messages import closest
+from bubblemesh.records import record
 from bubblemesh.run.pipeline import Result, SlicedResult
 
 PARTITIONED = ", ".join(name for name, form in FORMATS.items() if form.partition)
@@ -36,7 +36,7 @@ SAMPLE = 20_000  # triangles on the page of a mesh in slices
 NO_FIELDS: Fields = {}
 
 
-@dataclass(frozen=True)
+@record
 class OutputOptions:
     """Options of a command that say over the case what is written, and where."""
 
@@ -71,7 +71,7 @@ class OutputOptions:
             raise CaseError(f"-o {self.output}: {problem}: name a folder")
 
 
-@dataclass(frozen=True)
+@record
 class Destination:
     """Folder, names and kinds of the files to write."""
 
@@ -117,7 +117,7 @@ class Destination:
         return write_files(mesh, fields, told, self.folder, self.name, self.formats, tables, page, lasting=self.lasting)
 
 
-@dataclass(frozen=True)
+@record
 class StreamDestination:
     """A stream for the mesh alone."""
 

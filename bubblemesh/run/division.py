@@ -1,7 +1,7 @@
 """The mesh of a file divided among the processes of a parallel solver, and what there is to tell of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,10 @@ from bubblemesh.meshfiles.formats import FORMATS, formats_by_ending
 from bubblemesh.meshfiles.groups import Fields
 from bubblemesh.meshfiles.whole import whole_mesh
 from bubblemesh.problem.warnings import divided_by_geometry
+from bubblemesh.records import record
 
 
-@dataclass(frozen=True)
+@record
 class DividedFile:
     """A mesh with its partition, the quality of its triangles, figures for a report, and the stem of its file."""
 

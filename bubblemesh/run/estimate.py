@@ -1,17 +1,18 @@
 """What a case asks for, before any packing: figures that its estimate and the report of its run have."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Problem
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 if TYPE_CHECKING:
     from bubblemesh.layers.rest import Rest
 
 
-@dataclass(frozen=True)
+@record
 class SpacingChange:
     """Share of the area on which rules made a spacing finer, the largest ratio by which they did, and where that is."""
 

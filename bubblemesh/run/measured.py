@@ -1,7 +1,6 @@
 """The mesh of a packing, with its figures: whole, or in slices where it was packed in parts and stays so."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from bubblemesh.meshes.quality import LAYER, Measures, mesh_figures
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
+from bubblemesh.records import record
 from bubblemesh.run.assembly import layer_of_triangles, layered_mesh, mesh_of, sliced_mesh
 from bubblemesh.run.metric import MetricRow, metric_row
 from bubblemesh.run.report import triangle_fields
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from bubblemesh.parts.parted import Parted
 
 
-@dataclass(frozen=True)
+@record
 class Measured:
     """A mesh that holds what every mesh has to, with its figures."""
 

@@ -1,6 +1,5 @@
 """Figures of a mesh in a metric, as reports hold them."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +8,7 @@ from bubblemesh.arrays import Floats, quantile
 from bubblemesh.meshes.metric import LONGEST, SHORTEST
 from bubblemesh.meshes.quality import Measures, edge_ratios
 from bubblemesh.messages import place
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
@@ -19,7 +19,7 @@ JUMP = 3.0  # ratio of the sizes of ellipses at both ends of an edge, from which
 SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
 
 
-@dataclass(frozen=True)
+@record
 class ShortenedRow:
     """Where straight edges cannot follow the metric, or the boundary is finer: there ellipses are shorter along."""
 
@@ -31,7 +31,7 @@ class ShortenedRow:
     quality_min: float
 
 
-@dataclass(frozen=True)
+@record
 class MetricRow:
     """How well a mesh keeps to a metric; quality and edge lengths of the report are in the metric as well."""
 

@@ -14,6 +14,7 @@ from bubblemesh.packing.rounds import Round, all_rounds
 from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record
 from bubblemesh.problem.problem import Problem
+from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.spacing.grid.table import tabulated
 
@@ -62,7 +63,7 @@ class Clock:
         ]
 
 
-@dataclass(frozen=True)
+@record
 class Packing:
     """A problem with the rounds that packed it, and the time that each stage took.
 

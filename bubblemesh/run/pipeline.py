@@ -1,7 +1,6 @@
 """From a case to a mesh, within a time limit: the whole story on one screen."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -19,6 +18,7 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
+from bubblemesh.records import record
 from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.completed import Completed, completed
 from bubblemesh.run.estimate import repair_rows, spacing_changes
@@ -31,7 +31,7 @@ from bubblemesh.run.verdict import verdict
 MOST_MESHES = 8  # until one has the wanted number of nodes
 
 
-@dataclass(frozen=True)
+@record
 class Result:
     """Mesh of a run, with its report.
 
@@ -55,7 +55,7 @@ class Result:
     verdict: BubblemeshError | None = None
 
 
-@dataclass(frozen=True)
+@record
 class SlicedResult:
     """Mesh of a problem that was packed in parts, which stays where they are kept; else as `Result`."""
 

@@ -1,7 +1,7 @@
 """The report of a run: figures of the start, of each round and of the mesh, as a frozen record."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -16,6 +16,7 @@ from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.packing.rounds import Round
 from bubblemesh.parts.work import Figures, Record
+from bubblemesh.records import record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
 from bubblemesh.run.water import WaterRow
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
 
 
-@dataclass(frozen=True)
+@record
 class RoundRow:
     """Figures of a round; ``mean_speed`` is that of the last step, ``seconds`` the time the round took."""
 
@@ -78,7 +79,7 @@ class RoundRow:
         )
 
 
-@dataclass(frozen=True)
+@record
 class PartsRow:
     """Parts that were packed side by side: their number and nodes, the nodes along the cuts and of the seams."""
 
@@ -89,7 +90,7 @@ class PartsRow:
     in_seams: int
 
 
-@dataclass(frozen=True)
+@record
 class NodeTargetRow:
     """A number of ``nodes`` that was asked for, the ``scale`` of the spacing, and scale and nodes of each attempt."""
 
@@ -98,7 +99,7 @@ class NodeTargetRow:
     attempts: tuple[Mapping[str, Any], ...]
 
 
-@dataclass(frozen=True)
+@record
 class RefinementRow:
     """Nodes that demands on triangles took, what was reached, and the sharper corners that are excused."""
 
@@ -118,7 +119,7 @@ class RefinementRow:
         return cls(demands.angle, refined.added, refined.angle, refined.excess, left, excused, refined.stopped)
 
 
-@dataclass(frozen=True)
+@record
 class PlaneRow:
     """Systems of coordinates: those given, those of the plane that figures are of, and those that are written.
 
@@ -139,7 +140,7 @@ class PlaneRow:
         return cls(plane.source, plane.definition, plane.target or "auto", (float(scale.min()), float(scale.max())))
 
 
-@dataclass(frozen=True)
+@record
 class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 

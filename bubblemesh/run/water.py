@@ -1,6 +1,5 @@
 """Figures of a mesh with depths: what models of tides ask of it."""
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -10,6 +9,7 @@ from bubblemesh.meshes.cell_means import cell_means
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.shores import closed_facets, cut_off, dead_ends
+from bubblemesh.records import record
 from bubblemesh.spacing.terms.depth import NodeDepth, wave_speed
 
 
@@ -29,7 +29,7 @@ def sea_figures(mesh: Mesh) -> dict[str, int]:
     return {"dead_ends": int(dead_ends(mesh).sum()), "cut_off": int(cut_off(mesh).sum())}
 
 
-@dataclass(frozen=True)
+@record
 class WaterRow:
     """Depths, the time step, neighbours, and triangles that water does not flow through.
 

@@ -6,7 +6,7 @@ import math
 import unicodedata
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
+from bubblemesh.records import record
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
 from bubblemesh.spacing.quantities import Dimension, is_quantity, value_of
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
@@ -45,7 +46,7 @@ def check_parameter_name(name: str) -> None:
         raise CaseError(f"the parameter {name!r} would hide the {name} that expressions already have: rename it")
 
 
-@dataclass(frozen=True)
+@record
 class Expression:
     """A real function of two numbers, x and y unless they have other names, given as text.
 

@@ -1,6 +1,6 @@
 """Integrals that count nodes: a spacing that is linear over each of many parts, divided where it is not."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol, Self
 
 import numpy as np
@@ -9,6 +9,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, taken
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.meshes.edges import numbered_edges
 from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.records import record
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.spacing import Spacing
 
@@ -28,7 +29,7 @@ class Parts(Protocol):
         """Some of the parts (k,)."""
 
 
-@dataclass(frozen=True)
+@record
 class Triangles:
     """Triangles with the spacing at their corners."""
 
@@ -65,7 +66,7 @@ class Triangles:
         return replace(self, corners=taken(self.corners, which))
 
 
-@dataclass(frozen=True)
+@record
 class Intervals:
     """Intervals of the boundary with the spacing at their ends."""
 

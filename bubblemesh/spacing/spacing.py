@@ -1,7 +1,7 @@
 """The node spacing d(x, y), checked wherever it is used."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import reduce
 
 import numpy as np
@@ -10,13 +10,14 @@ from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers, taken
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
 STEEP = 0.1  # growth per length: around spots from which it is slower, samples see it
 MOST_SPOTS = 2000  # more are noise
 AT_A_TIME = 1 << 16  # places, where arrays of all would take much memory
 
 
-@dataclass(frozen=True)
+@record
 class OneKey:
     """The key of a spacing that is set by the same one at any points."""
 
@@ -29,7 +30,7 @@ class OneKey:
 WHOLE = OneKey(Key(["spacing"]))
 
 
-@dataclass(frozen=True)
+@record
 class Spacing:
     """Desired distance between neighbouring nodes, in the domain's unit of length."""
 

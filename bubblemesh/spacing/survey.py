@@ -1,7 +1,7 @@
 """Survey of a spacing in a domain: its extremes, and the ideal number of nodes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import node_limit, place
+from bubblemesh.records import record
 from bubblemesh.spacing.cover import LARGEST_PART, Cover
 from bubblemesh.spacing.integrals import Intervals, Parts, Triangles
 from bubblemesh.spacing.spacing import Spacing
@@ -37,7 +38,7 @@ class Extremes(NamedTuple):
     maximum_at: tuple[float, float]
 
 
-@dataclass(frozen=True)
+@record
 class Survey:
     """Extremes of the spacing, and the ideal number of nodes."""
 

@@ -5,7 +5,7 @@ beside each of them tells; they are joined to rings with the result on their lef
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal, NamedTuple
@@ -23,6 +23,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side, outlines
 from bubblemesh.geometry.validity import simple_polygon
+from bubblemesh.records import record
 
 BESIDE_CORNER = 0.01  # of the shortest piece at a corner: so far from it pieces are put in order around it
 JOINED = 1e-9  # of a curve's length: pieces nearer to each other were one
@@ -181,7 +182,7 @@ def _simple(boundary: Boundary, loops: Sequence[list[Run]]) -> list[list[Run]]:
     return simple
 
 
-@dataclass(frozen=True)
+@record
 class _Assembly:
     """Rings of pieces, with the boundary before they were split and the curve of each of its pieces."""
 

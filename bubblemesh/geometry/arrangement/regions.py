@@ -1,7 +1,6 @@
 """Inner parts of a domain: regions, embedded lines and points, sides that match; which regions overlap, and where."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -15,12 +14,13 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
 from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.validity import explained, first_place, simple_polygon
+from bubblemesh.records import record
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
 BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve
 
 
-@dataclass(frozen=True)
+@record
 class Region(Uncached):
     """A part of the domain: an area with a name, and a label for those of its sides that have none."""
 
@@ -72,7 +72,7 @@ class Region(Uncached):
         return bands
 
 
-@dataclass(frozen=True)
+@record
 class Parts:
     """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
 

@@ -1,6 +1,5 @@
 """Chords in runs of consecutive ones, each run in a rectangle along the way from its first point to its last."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -9,13 +8,14 @@ from bubblemesh.arrays import Floats, Integers, members, taken
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.nearest import RunTree
+from bubblemesh.records import record
 
 LENGTH = 16  # chords of a run
 AT_A_TIME = 1 << 11  # runs, so that their points stay in the processor's caches
 ROUNDING = 1e-14  # of the largest coordinate
 
 
-@dataclass(frozen=True)
+@record
 class ChordRuns:
     """Straight lines, the end of one being the start of the next within a run.
 

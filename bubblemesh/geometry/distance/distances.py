@@ -1,7 +1,6 @@
 """Distances from parts of a domain, and from lines and points of their own; from a few of them each by its formula."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -15,6 +14,7 @@ from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
+from bubblemesh.records import record
 
 MOST_FORMULAS = 16  # lines and arcs: beyond, looking for the nearest one first is faster
 AT_A_TIME = 1 << 14  # points, so that the arrays stay in the processor's caches
@@ -68,7 +68,7 @@ def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
     return FromChords(ChordRuns.of(places[:-1], places[1:]))
 
 
-@dataclass(frozen=True)
+@record
 class FromLabels:
     """Distance from what has one of some labels, on the true curves; without any, from the rings of the domain."""
 
@@ -82,7 +82,7 @@ class FromLabels:
         return self.domain.distance_to(points, *self.labels) if self.labels else self.domain.distances(points)
 
 
-@dataclass(frozen=True)
+@record
 class FromChords:
     """Distance from straight lines."""
 
@@ -96,7 +96,7 @@ class FromChords:
         return np.hypot(*(points - foot).T)
 
 
-@dataclass(frozen=True)
+@record
 class FromPoints:
     """Distance from the nearest of many points."""
 
@@ -116,7 +116,7 @@ class FromPoints:
         return np.sqrt(away[:, 0] * away[:, 0] + away[:, 1] * away[:, 1])
 
 
-@dataclass(frozen=True)
+@record
 class ClosedForm:
     """Distance from the nearest of some lines and arcs."""
 

@@ -1,7 +1,6 @@
 """Nearest points on curves, and distances from them: the nearest chord, then what the curve does along it."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.distance.bulges import Bulges
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
+from bubblemesh.records import record
 
 STEPS = 8
 REST = 1e-9  # of a piece's length: a shorter step changes the distance by its square
@@ -36,7 +36,7 @@ class Nearest(NamedTuple):
     distance: Floats
 
 
-@dataclass(frozen=True)
+@record
 class Projection:
     """Projection of points onto pieces of a boundary, and onto points."""
 

@@ -1,7 +1,7 @@
 """What a mesh file holds, whatever its format."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Any
 
@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
+from bubblemesh.records import record
 
 Data = NDArray[Any]
 
 
-@dataclass(frozen=True)
+@record
 class Block:
     """Cells (m, k) of one kind, by meshio's name of it."""
 
@@ -22,7 +23,7 @@ class Block:
     data: Integers
 
 
-@dataclass(frozen=True)
+@record
 class Source:
     """Nodes, blocks of cells, and data of a file; the fields have the names and the forms of a `meshio.Mesh`."""
 

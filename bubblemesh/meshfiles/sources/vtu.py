@@ -5,7 +5,6 @@ import lzma
 import re
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,6 +16,7 @@ from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.contained import Unpacking
 from bubblemesh.meshfiles.sources.source import Data, Source, reals, wholes
 from bubblemesh.meshfiles.sources.vtk_cells import vtk_source
+from bubblemesh.records import record
 
 KIND = re.compile(r"(Float|U?Int)(8|16|32|64)")
 UNPACKERS: dict[str, Callable[[], Any]] = {
@@ -53,7 +53,7 @@ def joined(pieces: list["Piece"]) -> Source:
     )
 
 
-@dataclass(frozen=True)
+@record
 class Piece:
     """Nodes, cells and data of a part of a grid."""
 
@@ -124,7 +124,7 @@ def _parsed(content: bytes, unpacking: Unpacking) -> tuple[ElementTree.Element, 
     return root, _Arrays(order, header, root.get("compressor"), memoryview(tail), raw, unpacking)
 
 
-@dataclass(frozen=True)
+@record
 class _Arrays:
     """How a file holds its arrays."""
 

@@ -1,7 +1,6 @@
 """Gmsh's mesh format 4.1, as text: nodes and cells by entities, those of a partition with their parts, and ghosts."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -29,11 +28,12 @@ from bubblemesh.meshfiles.write.gmsh import (
     names_text,
     periodic_entities,
 )
+from bubblemesh.records import record
 
 POINTS, CURVES, SURFACES = range(3)  # dimensions
 
 
-@dataclass(frozen=True)
+@record
 class Entity:
     """A point, curve or surface, as a whole or, if it has a parent, of some parts of the mesh, which count from 1."""
 
@@ -44,7 +44,7 @@ class Entity:
     parts: tuple[int, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Layer:
     """Cells (m, k) of one kind, or nodes alone without one, their entities, and the index (m,) of each one's entity."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from io import RawIOBase
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from bubblemesh.limits import settle
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_ids, cell_values, facet_ids, group_names
+from bubblemesh.records import record
 
 _Data = Mapping[str, NDArray[Any]]
 _Store = Callable[[NDArray[Any]], tuple[str, str]]
@@ -30,7 +31,7 @@ _NUMBERS = {3: 0x4, 6: 0x24, 4: 0x5, 9: 0x23}
 _DATA_TYPES = {"f": "Float", "i": "Int"}
 
 
-@dataclass(frozen=True)
+@record
 class _Topology:
     """Cells of one kind (m, k), or of several ones in a list with the number of its kind before each; and how many."""
 

@@ -19,6 +19,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.rounds import Round
 from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 SETTLED, ANNEALED, SETTLED_AGAIN = 0.4, 0.6, 0.7  # shares of the packing that are done then
@@ -60,7 +61,7 @@ class Progress:
         self.watch(share)
 
 
-@dataclass(frozen=True)
+@record
 class LevelRun:
     """The rounds on one level, and what stays the same through them; the progress holds the ellipses."""
 

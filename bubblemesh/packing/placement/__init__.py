@@ -1,6 +1,5 @@
 """Placement: where the first bubbles are, and how chance moves them."""
 
-from dataclasses import dataclass
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -12,6 +11,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import node_limit
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 CLIPPED_AT = 2.0  # standard deviations: no displacement is so long that a bubble would be lost
@@ -32,7 +32,7 @@ def require_at_most(max_nodes: int, count: int) -> None:
         )
 
 
-@dataclass(frozen=True)
+@record
 class Perturbation:
     """Small displacement of the interior bubbles, so that no run rests on a symmetry of its start."""
 

@@ -1,7 +1,6 @@
 """Initial bubbles by error diffusion: as many as the spacing asks for, from the start."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -16,6 +15,7 @@ from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import require_at_most
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import leaves_in_blocks
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.rules import finer_of_both_sides
@@ -28,7 +28,7 @@ FEWEST_ON_A_CLOSED_CURVE = 3
 HELD = 0.75  # part of the bubbles held on a piece that a spacing has to ask for, for these to be taken
 
 
-@dataclass(frozen=True)
+@record
 class ErrorDiffusion:
     """As many bubbles as the spacing asks for, by error diffusion.
 
@@ -145,7 +145,7 @@ def near_facets(shell: Bubbles, domain: Domain) -> "NearLines":
     return NearLines.between(shell.x[np.concatenate([facets, np.column_stack([alone, alone])])])
 
 
-@dataclass(frozen=True)
+@record
 class NearLines:
     """Distances to straight lines, where these are near."""
 

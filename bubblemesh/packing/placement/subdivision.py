@@ -1,6 +1,5 @@
 """Initial bubbles by hierarchical spatial subdivision (section 2.3 of the paper)."""
 
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import require_at_most
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 TIE = 1e-9  # relative: lengths that equal the spacing must not depend on rounding
@@ -21,7 +21,7 @@ SQRT3 = np.sqrt(3.0)
 SIDES = np.array([[0, 0, 1, 0], [1, 0, 1, 1], [0, 1, 1, 1], [0, 0, 0, 1]])  # of a rhombus, in its two axes
 
 
-@dataclass(frozen=True)
+@record
 class HierarchicalSubdivision:
     """Bisection of the boundary, and of an oblique quadtree over the interior, down to the spacing."""
 
@@ -63,7 +63,7 @@ class HierarchicalSubdivision:
         return np.any([length >= (d[:, i, j] + d[:, k, m]) / 2 for i, j, k, m in SIDES], axis=0)
 
 
-@dataclass(frozen=True)
+@record
 class Lattice:
     """Oblique coordinates: axes at 60 degrees from ``origin`` (2,), unit ``side`` / 2**level."""
 

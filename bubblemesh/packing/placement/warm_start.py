@@ -1,10 +1,10 @@
 """Warm start: the nodes of a previous mesh stay where the spacing has not changed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
@@ -14,14 +14,18 @@ from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.placement import require_at_most
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 SAME = 0.03  # relative difference of sizes that is none
 CALM = 0.05  # relative difference of sizes up to which the order is left as it is
 LEAF = 0.35  # spacings
 
 
-@dataclass(frozen=True)
+@record
 class PreviousNodes:
     """Nodes of an earlier mesh, from which the next one starts."""
 
@@ -29,7 +33,9 @@ class PreviousNodes:
     sizes: Floats  # (n,): distance to their neighbours, smoothed
 
     @cached_property
-    def _tree(self) -> KDTree:
+    def _tree(self) -> "KDTree":
+        from scipy.spatial import KDTree  # takes longer to load than the whole interface for Python programs
+
         return KDTree(self.points)
 
     def at(self, points: Floats) -> Floats:
@@ -49,7 +55,7 @@ class PreviousNodes:
         return float((inside & (np.abs(self.sizes / d - 1) <= CALM)).mean()) if len(inside) else 0.0
 
 
-@dataclass(frozen=True)
+@record
 class WarmStart:
     """Nodes of a mesh, thinned out where the spacing is larger than their size, and new ones where it is smaller.
 

@@ -1,7 +1,7 @@
 """Domains of Python programs: polygons of shapely, and rings as arrays of points."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from bubblemesh.geometry.followed import Following
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import meant
 from bubblemesh.problem.python.numbers import is_real
+from bubblemesh.records import record
 
 Geometry: TypeAlias = "shapely.Polygon | shapely.MultiPolygon | Domain | ArrayLike"
 Labels: TypeAlias = Sequence[str] | Mapping[str, str]
@@ -26,7 +27,7 @@ Labels: TypeAlias = Sequence[str] | Mapping[str, str]
 ANY_GEOMETRY = "geometry: must be a shapely.Polygon, a MultiPolygon, a Domain or the points (n, 2) of a ring"
 
 
-@dataclass(frozen=True)
+@record
 class Drawing:
     """Rings as a program gives them, what they are called, and whether they are followed as curves."""
 
@@ -79,7 +80,7 @@ class Drawing:
             raise CaseError(f"{name}: a Domain has {name} of its own: give them where its rings are made")
 
 
-@dataclass(frozen=True)
+@record
 class _Points:
     """Points (m, 2) of a ring, and the argument that has it."""
 

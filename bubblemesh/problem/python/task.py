@@ -1,7 +1,6 @@
 """Tasks of Python programs: the method with its options, limits and demands, as arguments of `bubblemesh.mesh`."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from bubblemesh.packing.configure import OptionError, configured
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.python.numbers import is_real, is_whole
+from bubblemesh.records import record
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MAX_NODES = Limits().max_nodes
 
 
-@dataclass(frozen=True)
+@record
 class Wishes:
     """What a program asks for beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
 

@@ -1,7 +1,6 @@
 """Cells of a quadtree over a domain that are split until they follow the spacing: its leaves, and samples in them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, select, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import hilbert_index
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.quadtree import CORNERS, GRID_LEVELS, Quadtree
 from bubblemesh.spacing.spacing import Spacing
 
@@ -110,7 +110,7 @@ def _keys(cells: Integers, level: int) -> Integers:
 Values = Callable[[Quadtree, Floats], Floats]
 
 
-@dataclass(frozen=True)
+@record
 class Samples:
     """A quadtree around a domain, and a spacing at some places of each cell."""
 

@@ -1,7 +1,7 @@
 """Quadtree grid: a quadtree whose cells change in size by no more than 2 : 1, with values at its vertices."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, contained, different, each_once, taken
 from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
+from bubblemesh.records import record
 
 GRID_LEVELS = 30
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
@@ -28,7 +29,7 @@ class Vertices(NamedTuple):
     hanging_level: Integers  # (k,): levels of these cells
 
 
-@dataclass(frozen=True)
+@record
 class Quadtree:
     """Square cells that tile a square."""
 

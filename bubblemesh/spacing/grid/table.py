@@ -1,12 +1,11 @@
 """Spacing that is costly to compute, from a table: bilinear in the cells of a background grid."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import interpolated
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.spacing import Spacing
@@ -22,7 +21,7 @@ BETWEEN = np.array([[1, 1, 0, 0], [1, 0, 1, 0], [0.5, 0.5, 0.5, 0.5], [0, 1, 0, 
 QUARTERS = np.array([[0, 1, 3, 4], [1, 2, 4, 5], [3, 4, 6, 7], [4, 5, 7, 8]])  # samples that are corners of quarters
 
 
-@dataclass(frozen=True)
+@record
 class Table:
     """A function that is interpolated where that is good enough."""
 

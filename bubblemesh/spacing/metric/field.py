@@ -1,6 +1,5 @@
 """A metric given by tensors at the nodes of a mesh."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -8,10 +7,11 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.tensors import Axes, axes, symmetric
+from bubblemesh.records import record
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
 
-@dataclass(frozen=True)
+@record
 class TensorField:
     """Interpolation of tensors in the triangles of a mesh; outside, the tensor at its nearest point.
 

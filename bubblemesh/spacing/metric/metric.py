@@ -1,7 +1,7 @@
 """The spacing in a metric: a size for each direction, checked wherever it is used."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.meshes.tensors import Axes, axes, lengths, mean_lengths
 from bubblemesh.messages import place
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 Ellipses = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
@@ -20,7 +21,7 @@ CORRECTIONS = 2  # of the length of such an edge
 
 
 # Functions with names travel to other processes.
-@dataclass(frozen=True)
+@record
 class AreaSizes:
     """Diameters of circles of the same area as ellipses; NaN where these are none."""
 
@@ -33,7 +34,7 @@ class AreaSizes:
             return np.where(across > 0, np.sqrt(across * along), np.nan)
 
 
-@dataclass(frozen=True)
+@record
 class MetricSpacing(Spacing):
     """Desired distance between neighbouring nodes in each direction.
 

@@ -1,7 +1,6 @@
 """Sources that make a spacing as fine as narrow parts of a domain need it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import NO_GAPS, Gaps, Walls
 from bubblemesh.messages import node_limit, place
+from bubblemesh.records import record
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -35,7 +35,7 @@ class NarrowPlace(NamedTuple):
     width: float
 
 
-@dataclass(frozen=True)
+@record
 class GapSources:
     """Sources that fill the narrow parts of a domain."""
 

@@ -1,13 +1,14 @@
 """Grading: a spacing that grows away from where it is fine by no more than a given rate."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import Cells, interpolated, ranks
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.rules.eikonal import limited_values
@@ -22,7 +23,7 @@ DEEPEST_FALL = 0.5  # of a source's size, outside
 LOWERED = 1e-3  # relative change of the spacing that counts
 
 
-@dataclass(frozen=True)
+@record
 class Ground:
     """What limits of a spacing in a domain can begin with, whatever more sources they have."""
 
@@ -48,7 +49,7 @@ class Ground:
         return replace(self, sources=self.sources.joined(more), samples=samples, given=given)
 
 
-@dataclass(frozen=True)
+@record
 class LimitedSpacing:
     """A gradient-limited spacing, and what limiting it has changed."""
 
@@ -61,7 +62,7 @@ class LimitedSpacing:
     ground: Ground | None = field(default=None, repr=False, compare=False)  # for limits with more sources, if kept
 
 
-@dataclass(frozen=True)
+@record
 class Limit:
     """Upper limit of a spacing on a background grid."""
 
@@ -228,7 +229,7 @@ def _away(grid: Quadtree, vertices: Integers, sources: Sources) -> Floats:
     return np.hypot(away[..., 0], away[..., 1])
 
 
-@dataclass(frozen=True)
+@record
 class _Lower:
     """The smaller one of a spacing's function and a limit."""
 

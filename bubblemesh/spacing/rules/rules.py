@@ -4,7 +4,7 @@ Of periodic sides the finer one counts on both, and the spacing grows from there
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.records import record
 from bubblemesh.spacing.rules.gap_sources import POOR, GapSources, NarrowPlace
 from bubblemesh.spacing.rules.grading import (
     STEEPEST_GROWTH,
@@ -28,7 +29,7 @@ ACROSS = 1.0  # spacings across narrow parts where no other number is asked for
 PASSES = 10  # across the sides: what comes in through one of them may leave through another one
 
 
-@dataclass(frozen=True)
+@record
 class Rules:
     """Rules that a spacing follows."""
 

@@ -1,7 +1,7 @@
 """Sources of a finer spacing: where the boundary itself is finer than what the case asks for."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.messages import node_limit, place
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 LONGEST = 0.5  # spacings: length of an interval
@@ -24,7 +25,7 @@ WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circl
 MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many beside them
 
 
-@dataclass(frozen=True)
+@record
 class Sources:
     """Places ``points`` (k, 2) where the spacing is at most ``sizes`` (k,), and grows from there.
 

@@ -1,12 +1,12 @@
 """The smallest of several terms, scaled and kept within limits."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 MINIMUM, MAXIMUM = Key(["spacing", "minimum"]), Key(["spacing", "maximum"])
@@ -23,7 +23,7 @@ def costly(term: Term | None) -> bool:
     return bool(getattr(term, "costly", False))
 
 
-@dataclass(frozen=True)
+@record
 class Combination:
     """A spacing d(x, y) made of terms."""
 

@@ -7,12 +7,11 @@ models", International Journal for Numerical Methods in Fluids 35 (2001). K. J. 
 J. J. Westerink, "OceanMesh2D 1.0", Geoscientific Model Development 12 (2019).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
@@ -25,7 +24,7 @@ def wave_speed(depth: Floats) -> Floats:
     return np.sqrt(GRAVITY * depth)
 
 
-@dataclass(frozen=True)
+@record
 class NodeDepth:
     """A depth that a mesh is written with."""
 
@@ -33,7 +32,7 @@ class NodeDepth:
     over: float | None = None  # length between its values, if means over the cells of nodes are written
 
 
-@dataclass(frozen=True)
+@record
 class Deep:
     """Depth of water, that of the shallowest where it is less or none."""
 
@@ -45,7 +44,7 @@ class Deep:
         return np.fmax(self.depth(x, y), self.shallowest)
 
 
-@dataclass(frozen=True)
+@record
 class Waves:
     """So many nodes in the length of a long wave: sqrt(g h) T / n."""
 
@@ -58,7 +57,7 @@ class Waves:
         return wave_speed(self.depth(x, y)) * (self.period / self.per_length)
 
 
-@dataclass(frozen=True)
+@record
 class Slope:
     """So many nodes while the depth changes by 2 pi times itself: 2 pi h / (n |grad h|)."""
 
@@ -76,7 +75,7 @@ class Slope:
             return 2 * np.pi * self.across * self.depth(x, y) / (self.per_slope * steep)
 
 
-@dataclass(frozen=True)
+@record
 class NotBelow:
     """A spacing that is nowhere so fine that a wave passes more than a share of it in a time step."""
 

@@ -1,6 +1,6 @@
 """A spacing given by values on a triangle mesh, or at scattered points."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -10,6 +10,7 @@ from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import require_positive, spots
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
@@ -17,7 +18,7 @@ FLAT = 1e-13  # height in terms of the longest side
 THINNEST_HULL = 1e-9  # width of scattered points' hull in terms of its length
 
 
-@dataclass(frozen=True)
+@record
 class MeshField:
     """Linear interpolation of values at the nodes of a mesh; outside the mesh, the value at its nearest point.
 

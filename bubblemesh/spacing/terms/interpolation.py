@@ -1,15 +1,15 @@
 """Linear interpolation of what is known at the nodes of a mesh."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.records import record
 from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
 
 
-@dataclass(frozen=True)
+@record
 class MeshInterpolation:
     """Linear interpolation in the triangles of a mesh; outside, what is at the nearest point of the mesh."""
 

@@ -1,17 +1,16 @@
 """Triangle locator: the triangle of a mesh that holds a point, and the nearest place on the rim for points outside."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
 from bubblemesh.meshes.edges import directed_sides, one_sided
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.quadtree import Quadtree
 
 
-@dataclass(frozen=True)
+@record
 class MeshRim:
     """Edges with triangles on one side only, also where the triangles beside each other have nodes of their own."""
 
@@ -58,7 +57,7 @@ ROUNDING = 1e-9  # of a triangle's height: so far outside a point counts as insi
 AT_A_TIME = 1 << 16  # points, so that the arrays stay in the processor's caches
 
 
-@dataclass(frozen=True)
+@record
 class TriangleLocator:
     """Triangles, and cells of a quadtree with the few of them that each one meets."""
 

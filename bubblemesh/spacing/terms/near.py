@@ -1,19 +1,18 @@
 """Spacing that is fine near something and grows with the distance from it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.distance.distances import Distance
 from bubblemesh.kernels.hilbert import along_hilbert_curve
+from bubblemesh.records import record
 
 NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
 TOGETHER = 32  # points that are asked together which terms are in question
 ROUNDING = 1e-9
 
 
-@dataclass(frozen=True)
+@record
 class Proximity:
     """A term ``size + growth * distance``."""
 
@@ -36,7 +35,7 @@ class Proximity:
         return self.size + self.growth * np.maximum(self.distance(points) - self.until, 0)
 
 
-@dataclass(frozen=True)
+@record
 class Proximities:
     """The smallest of several such terms, few of whose distances are computed.
 

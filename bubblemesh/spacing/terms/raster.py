@@ -1,6 +1,6 @@
 """A spacing given by values on a rectangular grid."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -8,12 +8,13 @@ import numpy as np
 from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import finest, is_spot, require_positive
 
 BAND = 1_000_000  # pixels that are looked at together: of all of them there may be many
 
 
-@dataclass(frozen=True)
+@record
 class Raster:
     """Bilinear interpolation between the centres of pixels; beyond the outermost ones, the value at the nearest place.
 

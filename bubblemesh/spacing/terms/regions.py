@@ -1,7 +1,7 @@
 """Region terms: spacings that count within regions."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import Key
 from bubblemesh.geometry.arrangement.regions import Region
 from bubblemesh.geometry.uncached import Uncached
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term, costly
 
@@ -20,7 +21,7 @@ FINEST = 256  # cells along each side of the grid
 PER_BOX = 2  # cells along each side for each box along it
 
 
-@dataclass(frozen=True)
+@record
 class Boxes:
     """Boxes, listed by the cells of a grid that they reach into."""
 
@@ -60,7 +61,7 @@ class Boxes:
         return point[held], box[held]
 
 
-@dataclass(frozen=True)
+@record
 class ShapeUnion:
     """The places inside any of some shapes, of which there may be hundreds."""
 
@@ -90,7 +91,7 @@ class ShapeUnion:
         return inside
 
 
-@dataclass(frozen=True)
+@record
 class RegionTerm:
     """A term that asks for nothing outside a region."""
 
@@ -133,7 +134,7 @@ def by_region(rest: Spacing, own: Sequence[RegionSpacing]) -> Spacing:
     return replace(rest, function=regions, keys=regions.keys, costly=regions.costly)
 
 
-@dataclass(frozen=True)
+@record
 class _Regions(Uncached):
     """Regions with spacings of their own, those within others after them."""
 

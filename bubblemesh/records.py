@@ -1,0 +1,58 @@
+"""Records: frozen dataclasses of which Python makes many fast, at each start."""
+
+from collections.abc import Callable
+from dataclasses import Field, FrozenInstanceError, dataclass, field, fields
+from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
+
+T = TypeVar("T")
+
+
+@overload
+def record(kind: type[T], /) -> type[T]: ...
+@overload
+def record(*, eq: bool) -> Callable[[type[T]], type[T]]: ...
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def record(kind: type[Any] | None = None, /, *, eq: bool = True) -> Any:
+    """Make of a class what ``dataclass(frozen=True, eq=eq)`` makes of it, in a quarter of the time.
+
+    Python would write and compile five methods more for each class, whether they are ever called or not. Those of
+    records are written once, here, and look up the fields when they are called.
+    """
+    if kind is None:
+        return lambda kind: _made(kind, eq)
+    return _made(kind, eq)
+
+
+def _made(kind: type[Any], eq: bool) -> type[Any]:
+    for name in ("__repr__", "__setattr__", "__delattr__", *(("__eq__", "__hash__") if eq else ())):
+        if name not in vars(kind):
+            setattr(kind, name, vars(_Methods)[name])
+    return dataclass(repr=False, eq=False)(kind)
+
+
+class _Methods:
+    """The methods that records share."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name not in self.__dataclass_fields__ or name in self.__dict__:  # each field is set once, when it is made
+            raise FrozenInstanceError(f"cannot assign to field {name!r}")
+        object.__setattr__(self, name, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise FrozenInstanceError(f"cannot delete field {name!r}")
+
+    def __repr__(self) -> str:
+        shown = [f"{field.name}={getattr(self, field.name)!r}" for field in fields(self) if field.repr]
+        return f"{type(self).__qualname__}({', '.join(shown)})"
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        compared = [field.name for field in fields(self) if field.compare]
+        return [getattr(self, name) for name in compared] == [getattr(other, name) for name in compared]
+
+    def __hash__(self) -> int:
+        hashed = [field for field in fields(self) if (field.compare if field.hash is None else field.hash)]
+        return hash(tuple(getattr(self, field.name) for field in hashed))
