@@ -15,6 +15,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 from bubblemesh.records import record
+from bubblemesh.spacing.bounds import Bounds
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
 from bubblemesh.spacing.quantities import Dimension, is_quantity, value_of
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 # Each level costs a Python frame or two, and the interpreter allows about a thousand.
 MAX_DEPTH = 200
 
-Evaluate = Callable[[Floats, Floats], Any]
+Evaluate = Callable[[Any, Any], Any]
 Rasters = Mapping[str, Evaluate]
 DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has some labels
 
@@ -119,6 +120,16 @@ class Expression:
         result = np.empty(np.broadcast(x, y).shape)
         result[...] = values
         return result
+
+    def bounds(self, low: Floats, high: Floats) -> Bounds | None:
+        """Bounds within boxes between corners low (n, 2) and high (n, 2); None if it is of what has none."""
+        if self._rasters:
+            return None
+        try:
+            with np.errstate(all="ignore"):
+                return Bounds.of(self._evaluate(*Bounds.of_coordinates(low, high)))
+        except TypeError:  # of what makes none
+            return None
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.

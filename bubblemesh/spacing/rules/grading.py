@@ -12,7 +12,15 @@ from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
 from bubblemesh.spacing.rules.eikonal import limited_values
-from bubblemesh.spacing.rules.resolution import SteepestPlace, resolved, steepest, thin_walls, too_steep, unresolved
+from bubblemesh.spacing.rules.resolution import (
+    SteepestPlace,
+    resolved,
+    steepest,
+    surely_slow,
+    thin_walls,
+    too_steep,
+    unresolved,
+)
 from bubblemesh.spacing.rules.sources import SOURCE_CELL, Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -86,6 +94,8 @@ def gradient_limited(
     """
     if ground is None:
         fine = sources.joined(_spots(domain, spacing))
+        if len(fine) == 0 and surely_slow(domain, spacing, growth):
+            return LimitedSpacing(spacing, growth=growth)
         samples = resolved(unresolved(domain, spacing), domain, spacing, fine)
         if len(sources) == 0 and steepest(samples, domain, growth) is None:
             return LimitedSpacing(spacing, growth=growth)

@@ -1,5 +1,6 @@
 """Grids whose cells resolve a spacing, the sources around which it is finer, and thin walls of the domain."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -7,8 +8,9 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import ranks
+from bubblemesh.spacing.bounds import Bounded
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
-from bubblemesh.spacing.grid.quadtree import Quadtree
+from bubblemesh.spacing.grid.quadtree import GRID_LEVELS, Quadtree
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 
@@ -23,6 +25,7 @@ WIDEST_WALL = 4.0  # spacings: radius of the discs outside that a coarse cell ca
 FITTING = 0.9  # depth of a disc's centre in terms of its radius
 WALL_CELL = 0.5  # radii: side of the cells that part one side of a wall from the other
 THINNEST_WALL = 1e-9  # of the domain's size
+MOST_UNSURE = 1 << 13  # cells of one level, which bounds of the spacing say nothing on
 MOST_WALL_PLACES = 5_000  # places: walls that would need more are seen as thicker than they are
 
 
@@ -52,8 +55,7 @@ def resolved(
     key, cells = key[order], np.append(sources.cells[order], np.inf)
 
     def coarse(some: Samples) -> Booleans:
-        grid = some.grid
-        sides = np.minimum(LARGEST_IN_SPACINGS * least_of_rows(some.d), LARGEST_IN_DOMAIN * domain.size)
+        grid, sides = some.grid, _largest_sides(some, domain)
         begin, end = ranks(key, grid.key), ranks(key, grid.ends)
         held = np.flatnonzero(begin < end)
         if len(held):
@@ -62,10 +64,7 @@ def resolved(
         split = some.inside & grid.divisible & (grid.sides > sides)
         return split | (grid.sides > largest) if some is samples else split
 
-    def values(grid: Quadtree, whole: Floats) -> Floats:
-        return _of_quarters(grid, whole, spacing)
-
-    split = coarse(samples)
+    values, split = partial(_of_quarters, spacing=spacing), coarse(samples)
     if not split.any():  # balanced as it was
         return samples
     parts = [samples.select(~split), samples.quarters(split, domain, values).refined(domain, coarse, values)]
@@ -82,6 +81,36 @@ def resolved(
         parts = [part.select(~some) if some.any() else part for part, some in zip(parts, large, strict=True)]
         parts.append(fresh.refined(domain, larger, values))
     return Samples.merged(parts)
+
+
+def _largest_sides(samples: Samples, domain: Domain) -> Floats:
+    """Largest sides (n,) of cells that resolve a spacing by itself."""
+    return np.minimum(LARGEST_IN_SPACINGS * least_of_rows(samples.d), LARGEST_IN_DOMAIN * domain.size)
+
+
+def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
+    """Whether the spacing grows by at most ``growth`` per length for sure, as most do that grow so slowly.
+
+    Bounds of its function tell that of large cells. Only cells that have none, as around the root of zero, are divided
+    until they resolve the spacing and their samples tell.
+    """
+    function, front = spacing.function, unresolved(domain, spacing)
+    if not isinstance(function, Bounded):
+        return False
+    for _ in range(GRID_LEVELS + 1):
+        grid = front.grid
+        low = grid.centers - grid.sides[:, None] / 2
+        bounds = function.bounds(low, low + grid.sides[:, None])
+        if bounds is None:
+            return False
+        unsure = front.inside & ~(bounds.steepest <= growth)
+        if np.count_nonzero(unsure) > MOST_UNSURE or steepest(front.select(unsure), domain, growth) is not None:
+            return False
+        unsure &= grid.divisible & (grid.sides > _largest_sides(front, domain))
+        if not unsure.any():
+            break
+        front = front.quarters(unsure, domain, partial(_of_quarters, spacing=spacing))
+    return True
 
 
 def too_steep(samples: Samples, growth: float) -> Booleans:

@@ -8,7 +8,17 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.spacing.rules.resolution import FITTING, WALL_CELL, WIDEST_WALL, resolved, thin_walls, unresolved
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.rules.resolution import (
+    FITTING,
+    WALL_CELL,
+    WIDEST_WALL,
+    resolved,
+    steepest,
+    surely_slow,
+    thin_walls,
+    unresolved,
+)
 from bubblemesh.spacing.rules.sources import Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -84,3 +94,49 @@ def test_walls_of_a_comb_are_found_as_by_asking_for_each_disc():
     thin = radius < WIDEST_WALL * 0.3
     assert thin.sum() > 50
     assert len(places) == 2 * np.ceil(length[thin] / (WALL_CELL * radius[thin])).sum()
+
+
+class Counted(Expression):
+    """An expression that counts the places it is asked for."""
+
+    def __call__(self, x, y):
+        asked.append(np.size(x))
+        return super().__call__(x, y)
+
+
+asked = []
+AROUND_A_CIRCLE = "h*(0.2*abs(sqrt(x**2 + y**2) - 0.5) + 0.15)"
+
+
+@pytest.mark.parametrize("h", [1.0, 0.01, 0.0001])
+def test_few_places_tell_that_a_spacing_grows_slowly_however_fine_it_is(h):
+    domain = Domain.of(rings.rectangle(-1, -1, 1, 1))
+    asked.clear()
+    assert surely_slow(domain, Spacing(Counted.parse(AROUND_A_CIRCLE, {"h": h})), 0.4)
+    assert sum(asked) < 20_000
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0.1 + 0.5*x",
+        "0.01 + 0.41*hypot(x - 0.77, y - 0.33)",
+        "0.02*(1 - 0.9*exp(-(hypot(x - 1.234, y - 0.4)/0.01)**2))",  # steep around one place
+        "0.01 if x < 1 else 0.02",
+    ],
+)
+def test_what_is_steep_somewhere_is_not_surely_slow(text):
+    domain = Domain.of(RECTANGLE)
+    spacing = Spacing(Expression.parse(text), floor=0.001)
+    assert steepest(resolved(unresolved(domain, spacing), domain, spacing, Sources.none()), domain, 0.4) is not None
+    assert not surely_slow(domain, spacing, 0.4)
+
+
+def test_what_is_steep_beyond_the_domain_only_may_be_slow():
+    domain = Domain.of(RECTANGLE)
+    assert surely_slow(domain, Spacing(Expression.parse("0.1 + max(0.3*(x + 1), 9*(x - 2))")), 0.4)
+    assert not surely_slow(domain, Spacing(Expression.parse("0.1 + max(0.3*(x + 1), 9*(x - 1.7))")), 0.4)
+
+
+def test_only_samples_tell_of_what_has_no_bounds():
+    assert not surely_slow(Domain.of(RECTANGLE), uniform(0.1), 0.4)

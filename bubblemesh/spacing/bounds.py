@@ -1,0 +1,171 @@
+"""Bounds of a function of x and y within boxes, and of its slopes: numbers that NumPy's functions take as such.
+
+They are those of interval arithmetic (R. E. Moore, "Interval analysis", 1966), with slopes by the chain rule: as far
+off as their box is large, and never too narrow but for rounding.
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.records import record
+
+NONE = np.zeros(())  # slope of a constant
+
+
+@record(eq=False)
+class Bounds:
+    """Bounds of a function within each of some boxes; what is not known is infinite, or no number.
+
+    Functions of the table `RULES` take it, all others raise a TypeError.
+    """
+
+    low: Floats  # (n,): least value
+    high: Floats  # (n,): largest value
+    along_x: Floats  # (n,): largest size of the slope in the direction of x
+    along_y: Floats  # (n,)
+
+    @classmethod
+    def of(cls, value: "Bounds | Any") -> "Bounds":
+        """Bounds of bounds, or of a constant."""
+        return value if isinstance(value, Bounds) else cls(value, value, NONE, NONE)
+
+    @classmethod
+    def of_coordinates(cls, low: Floats, high: Floats) -> tuple[Self, Self]:
+        """Bounds of x and of y within boxes between corners low (n, 2) and high (n, 2)."""
+        one, none = np.ones(len(low)), np.zeros(len(low))
+        return cls(low[:, 0], high[:, 0], one, none), cls(low[:, 1], high[:, 1], none, one)
+
+    @property
+    def steepest(self) -> Floats:
+        """Largest growth (n,) per length, in any direction."""
+        return np.asarray(np.hypot(self.along_x, self.along_y))
+
+    @property
+    def size(self) -> Floats:
+        """Largest size (n,) of a value."""
+        return np.asarray(np.maximum(np.abs(self.low), np.abs(self.high)))
+
+    def mapped(self, low: Floats, high: Floats, slope: Floats | float) -> "Bounds":
+        """Bounds of a function of this one, whose values are between two and whose slope has at most some size."""
+        return Bounds(low, high, slope * self.along_x, slope * self.along_y)
+
+    def increasing(self, function: Callable[[Floats], Floats], slope: Floats | float) -> "Bounds":
+        """Bounds of a function that increases with this one."""
+        return self.mapped(function(self.low), function(self.high), slope)
+
+    def __array_ufunc__(self, function: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        if method != "__call__" or options or function not in RULES:
+            return NotImplemented
+        return RULES[function](*map(Bounds.of, inputs))
+
+    def __array_function__(self, *_: Any) -> Any:
+        return NotImplemented
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("bounds are no array")
+
+
+@runtime_checkable
+class Bounded(Protocol):
+    """A function of x and y that may know its bounds."""
+
+    def bounds(self, low: Floats, high: Floats) -> Bounds | None:
+        """Bounds within boxes between corners low (n, 2) and high (n, 2); None if nothing is known."""
+
+
+def _sum(a: Bounds, b: Bounds) -> Bounds:
+    return Bounds(a.low + b.low, a.high + b.high, a.along_x + b.along_x, a.along_y + b.along_y)
+
+
+def _negative(a: Bounds) -> Bounds:
+    return a.mapped(-a.high, -a.low, 1.0)
+
+
+def _product(a: Bounds, b: Bounds) -> Bounds:
+    ends = np.stack(np.broadcast_arrays(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high))
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    return Bounds(low, high, b.size * a.along_x + a.size * b.along_x, b.size * a.along_y + a.size * b.along_y)
+
+
+def _inverse(a: Bounds) -> Bounds:
+    unknown = np.where((a.low > 0) | (a.high < 0), 0.0, np.inf)  # the slope there is infinite, too
+    return a.mapped(1 / a.high - unknown, 1 / a.low + unknown, np.maximum(a.low**-2.0, a.high**-2.0) + unknown)
+
+
+def _absolute(a: Bounds) -> Bounds:
+    return a.mapped(np.maximum(np.maximum(a.low, -a.high), 0.0), a.size, 1.0)
+
+
+def _least(a: Bounds, b: Bounds) -> Bounds:
+    first, second = a.low <= b.high, b.low <= a.high  # whether each may be the smaller one
+    x, y = (
+        np.maximum(np.where(first, mine, 0.0), np.where(second, other, 0.0))
+        for mine, other in ((a.along_x, b.along_x), (a.along_y, b.along_y))
+    )
+    return Bounds(np.minimum(a.low, b.low), np.minimum(a.high, b.high), x, y)
+
+
+def _largest(a: Bounds, b: Bounds) -> Bounds:
+    return _negative(_least(_negative(a), _negative(b)))
+
+
+def _power(a: Bounds, b: Bounds) -> Bounds:
+    """Powers of what is positive, and whole positive powers of anything, by a constant exponent."""
+    exponent = b.low
+    if np.ndim(exponent) or exponent != b.high:
+        raise TypeError("the exponent is no constant")
+    whole = exponent >= 1 and exponent % 1 == 0
+    if whole and exponent % 2 == 0:
+        a = _absolute(a)
+    known = np.where((a.low > 0) | bool(whole), 1.0, np.nan)
+    ends = a.low**exponent * known, a.high**exponent * known
+    slope = np.abs(exponent) * np.maximum(np.abs(a.low) ** (exponent - 1), np.abs(a.high) ** (exponent - 1))
+    return a.mapped(np.minimum(*ends), np.maximum(*ends), slope * known)
+
+
+def _hypot(a: Bounds, b: Bounds) -> Bounds:
+    a, b = _absolute(a), _absolute(b)
+    low, high = np.hypot(a.low, b.low), np.hypot(a.high, b.high)
+    # The parts of a unit vector, which are at most 1.
+    first, second = (np.where(part.high < low, part.high / low, 1.0) for part in (a, b))
+    x, y = first * a.along_x + second * b.along_x, first * a.along_y + second * b.along_y
+    return Bounds(low, high, x, y)
+
+
+def _root(a: Bounds) -> Bounds:
+    return a.increasing(np.sqrt, 0.5 / np.sqrt(a.low))
+
+
+def _logarithm(a: Bounds) -> Bounds:
+    return a.increasing(np.log, np.where(a.low > 0, 1 / a.low, np.inf))
+
+
+def _wave(a: Bounds) -> Bounds:
+    one = np.ones(np.shape(a.low))
+    return a.mapped(-one, one, 1.0)
+
+
+# Of each function the bounds of its value, by those of its arguments.
+RULES: dict[np.ufunc, Callable[..., Bounds]] = {
+    np.add: _sum,
+    np.subtract: lambda a, b: _sum(a, _negative(b)),
+    np.multiply: _product,
+    np.divide: lambda a, b: _product(a, _inverse(b)),
+    np.positive: lambda a: a,
+    np.negative: _negative,
+    np.absolute: _absolute,
+    np.minimum: _least,
+    np.maximum: _largest,
+    np.power: _power,
+    np.hypot: _hypot,
+    np.sqrt: _root,
+    np.exp: lambda a: a.increasing(np.exp, np.exp(a.high)),
+    np.log: _logarithm,
+    np.sin: _wave,
+    np.cos: _wave,
+    np.tanh: lambda a: a.increasing(np.tanh, np.cosh(_absolute(a).low) ** -2.0),
+    np.arctan: lambda a: a.increasing(np.arctan, 1 / (1 + _absolute(a).low ** 2)),
+}

@@ -1,0 +1,93 @@
+"""Bounds of functions and of their slopes, which no sample may leave."""
+
+import numpy as np
+import pytest
+
+from bubblemesh.spacing.bounds import RULES
+from bubblemesh.spacing.expression import Expression
+
+# For each rule an expression that is made of it, where it has bounds and where it has none.
+EXPRESSIONS = {
+    np.add: "x + 2*y + 3",
+    np.subtract: "x - y*y - 1",
+    np.multiply: "(x - 0.3)*(y + 0.2)*x",
+    np.divide: "(1 + x)/(y - 2.2) + 1/x",
+    np.positive: "+x*y",
+    np.negative: "-x**2",
+    np.absolute: "abs(x*y - 0.1)",
+    np.minimum: "min(x, 0.5*y, 0.3)",
+    np.maximum: "max(x, 0.5*y, 0.3) + clip(x + y, -1, 1)",
+    np.power: "x**2 + (x - y)**3 + (x + 2.5)**1.5 + (3 + y)**-2 + abs(x)**0.5",
+    np.hypot: "hypot(x - 0.3, 2*y)",
+    np.sqrt: "sqrt(x**2 + y**2)",
+    np.exp: "exp(x - y)",
+    np.log: "log(2.5 + x) + log(x)",
+    np.sin: "sin(3*x + y)",
+    np.cos: "cos(3*x*y)",
+    np.tanh: "tanh((x - y)/0.1)",
+    np.arctan: "atan(4*x) + y",
+}
+BLUNT = [EXPRESSIONS[function] for function in (np.power, np.sin, np.cos)]  # whose slopes cancel, or are at most those
+WITHOUT = [
+    "where(x > 0, 0.1, y)",
+    "0.1 if x > 0 else 0.2",
+    "floor(x)",
+    "x % 0.4",
+    "sign(x)",
+    "2**x",
+    "x > y",
+    "atan2(x, y)",
+]
+
+
+def boxes(count):
+    """Random boxes, small and large ones."""
+    random = np.random.default_rng(3)
+    low = random.uniform(-2, 2, (count, 2))
+    return low, np.minimum(low + 10.0 ** random.uniform(-3, 0.6, (count, 1)), 2)
+
+
+def test_each_rule_has_an_expression_here():
+    assert EXPRESSIONS.keys() == RULES.keys()
+
+
+@pytest.mark.parametrize("text", EXPRESSIONS.values())
+def test_no_sample_is_beyond_bounds(text):
+    function, (low, high) = Expression.parse(text), boxes(400)
+    found = function.bounds(low, high)
+    places = low[:, None] + np.random.default_rng(5).uniform(0, 1, (400, 200, 2)) * (high - low)[:, None]
+    values = function(places[..., 0], places[..., 1])
+    known = ~np.isnan(found.low) & ~np.isnan(values).any(axis=1)
+    values, slopes = values[known], found.steepest[known]
+    away = np.hypot(*np.diff(places[known], axis=1).transpose(2, 0, 1))
+    rounding = 1e-12 * (1 + np.abs(values).max(axis=1))
+    assert (values.min(axis=1) >= found.low[known] - rounding).all()
+    assert (values.max(axis=1) <= found.high[known] + rounding).all()
+    risen = np.abs(np.diff(values, axis=1)) / away
+    assert not (risen.max(axis=1) > slopes * (1 + 1e-9) + rounding / away.min(axis=1)).any()
+    if text not in BLUNT:  # bounds in small boxes are worth something
+        small = np.isfinite(slopes) & ((high - low)[known].max(axis=1) < 0.01)
+        assert small.any()
+        assert (slopes[small] < 2 * risen.max(axis=1)[small] + 0.5).all()
+
+
+@pytest.mark.parametrize("text", WITHOUT)
+def test_what_jumps_or_has_no_rule_has_no_bounds(text):
+    assert Expression.parse(text).bounds(*boxes(3)) is None
+
+
+def test_a_constant_has_no_slope():
+    found = Expression.parse("2*h", {"h": 0.1}).bounds(*boxes(3))
+    assert (found.low, found.high, found.steepest) == (0.2, 0.2, 0.0)
+
+
+def test_distances_and_rasters_have_no_bounds():
+    def measured(points):
+        return points[:, 0]
+
+    measured.costly = False
+    expression = Expression.parse("0.1 + distance() + raster.depth").measuring(
+        lambda labels: measured, {"depth": lambda x, y: x + y}
+    )
+    assert expression.bounds(*boxes(3)) is None
+    assert Expression.parse("0.1 + distance()", None, lambda labels: measured).bounds(*boxes(3)) is None
