@@ -1,6 +1,7 @@
 """A mesh that is too large to be held at once: what all of it has in common, and slices of nodes and triangles."""
 
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -81,8 +82,14 @@ class SlicedMesh:
         return np.cumsum(self.sizes[:, 1]) - self.sizes[:, 1]
 
     def slices(self) -> Iterator[Slice]:
-        """All slices, one after the other."""
-        return map(self.read, range(len(self.sizes)))
+        """All slices, one after the other; each is read while the one before is in use."""
+        with ThreadPoolExecutor(1, "reader") as reader:
+            following = reader.submit(self.read, 0)
+            for number in range(1, len(self.sizes) + 1):
+                part = following.result()
+                if number < len(self.sizes):
+                    following = reader.submit(self.read, number)
+                yield part
 
     def points(self, nodes: Integers, number: int, part: Slice) -> Floats:
         """Places (..., 2) of nodes (...), which are of the frame or of this slice with its number."""

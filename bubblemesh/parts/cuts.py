@@ -55,12 +55,16 @@ class Cuts:
 
     def cell_of(self, points: Floats) -> Integers:
         """Cell (n,) of each of the points (n, 2)."""
-        found = np.zeros(len(points), np.int64) if self.cuts else np.full(len(points), -1)
-        for number, cut in enumerate(self.cuts):  # later ones divide what the ones before have left
-            mine = np.flatnonzero(found == number)
-            left = _offset(points[mine], cut.at, cut.angle) > 0
-            found[mine] = np.where(left, cut.left, cut.right)
-        return -1 - found
+        found = np.empty(len(points), np.int64)
+        queue = [(0 if self.cuts else -1, np.arange(len(points)))]
+        for number, mine in queue:
+            if number < 0:
+                found[mine] = -1 - number
+            else:
+                cut = self.cuts[number]
+                left = _offset(points[mine], cut.at, cut.angle) > 0
+                queue += [(cut.left, mine[left]), (cut.right, mine[~left])]
+        return found
 
 
 def _offset(points: Floats, at: Point, angle: float) -> Floats:

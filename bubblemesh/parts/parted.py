@@ -20,9 +20,9 @@ from bubblemesh.parts.cores import Core, Margin, Part, packed_part
 from bubblemesh.parts.cuts import Cuts, cut
 from bubblemesh.parts.division import Division, Places, divided
 from bubblemesh.parts.patches import Patch, joined, patch
-from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, put_back, settled
+from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, packed_again, settled
 from bubblemesh.parts.store import Store
-from bubblemesh.parts.work import Crew, Deadline, Job, Record, packed_from
+from bubblemesh.parts.work import Crew, Deadline, Job, Record
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -108,7 +108,7 @@ class Together:
             domain, places[cell] = division.part(cell)
             method, rest = self._of_a_part(shares[cell]), (self.max_nodes, self.deadline)
             given = domain, places[cell], self.spacing, self.wanted, method, shares[cell] * expected_nodes, *rest
-            return Job(f"the part around {_middle_of(domain)}", given)
+            return Job(f"the part around {_middle_of(domain.bounds)}", given)
 
         kept = ((cell, self.store.margin(cell)) for cell in range(cuts.cells))
         known = {cell: margin for cell, margin in kept if margin is not None and not margin.record.late}
@@ -124,19 +124,19 @@ class Together:
         return [places[cell] for cell in range(cuts.cells)], margins
 
     def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
-        """Pack strips of a net once more, as of `put_back`, in which the bubbles that are ``free`` (n,) may move."""
+        """Pack strips of a net once more, as of `Strips.put_back`; bubbles that are ``free`` (n,) may move."""
         found, method, made = Strips.of(net, free), self._of_a_seam(), dict[int, Strip]()
         work = [SEAMS_WORK / 2 * size / sum(found.sizes) for size in found.sizes]
 
         def job(number: int) -> Job:
             strip = made[number] = found[number]
-            given = strip.domain, self.spacing, method, strip.x, self.deadline
-            return Job(f"the seam around {_middle_of(strip.domain)}", given)
+            around = _middle_of((*strip.x.min(axis=0), *strip.x.max(axis=0)))
+            return Job(f"the seam around {around}", (strip, self.spacing, method, self.deadline))
 
-        done = list(self._in_order(self._results(packed_from, job, range(len(found)), work), work))
+        done = list(self._in_order(self._results(packed_again, job, range(len(found)), work), work))
         if done:
             self.on_done(Record.together([part.record for part in done]))
-        return put_back(net, [(made[number], part) for number, part in enumerate(done)], self.spacing)
+        return found.put_back([(made[number], part) for number, part in enumerate(done)], self.spacing)
 
     def _kept(self, cell: int, part: Part) -> Margin:
         self.store.keep(cell, part)
@@ -218,8 +218,8 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
     )
 
 
-def _middle_of(domain: Domain) -> str:
-    x0, y0, x1, y1 = domain.bounds
+def _middle_of(bounds: tuple[float, float, float, float]) -> str:
+    x0, y0, x1, y1 = bounds
     return place(((x0 + x1) / 2, (y0 + y1) / 2))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,9 @@ from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, find_sides, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.ellipses.smoothing import with_better_shapes
+from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
-from bubblemesh.parts.work import Packed
+from bubblemesh.parts.work import Deadline, Packed, packed_from
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -24,15 +26,36 @@ SEAM = 6  # edges from a cut to the bubbles that stay
 JUNCTION = 10  # the same from where a cut ends, which is packed once more after the rest of the seams
 
 
-@record
-class Strip:
-    """A part of a net as a domain with straight sides, all of whose corners are bubbles that stay."""
+class Strip(NamedTuple):
+    """A part of a net that is packed once more, as a domain with straight sides whose corners are bubbles that stay."""
 
-    rim: Integers  # (r,): bubbles of the net that are its corners
-    inside: Integers  # (k,): the others, which are free
-    triangles: Integers  # (t,): of the net
-    domain: Domain
-    x: Floats  # (k, 2): places of the bubbles inside
+    node: Integers  # (n,): numbers of its bubbles in the net, ascending
+    free: Booleans  # (n,): those of them that are within; the others are corners
+    x: Floats  # (n, 2)
+    triangles: Integers  # (t, 3): by numbers in the net
+    lines: Integers  # (l, 2): likewise, sides of the domain within the strip, and facets between others that stay
+
+    @property
+    def rim(self) -> Integers:
+        """Numbers (r,) in the net of the bubbles that are its corners."""
+        return self.node[~self.free]
+
+    @property
+    def inside(self) -> Integers:
+        """Numbers (k,) in the net of the other bubbles."""
+        return self.node[self.free]
+
+    def domain(self) -> Domain:
+        """The strip as a domain."""
+        sides = directed_sides(self.triangles)
+        outer = sides[np.sort(one_sided(sides, int(self.node[-1]) + 1))]
+        ends = np.searchsorted(self.rim, np.concatenate([outer, self.lines]))
+        return _polygon(self.x[~self.free], ends, len(outer))
+
+
+def packed_again(strip: Strip, spacing: Spacing, method: Method, deadline: Deadline) -> Packed:
+    """Pack a strip from where its bubbles are: first come those of its rim, in their order."""
+    return packed_from(strip.domain(), spacing, method, strip.x[strip.free], deadline)
 
 
 def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
@@ -79,13 +102,30 @@ class Strips:
         return len(self.triangles)
 
     def __getitem__(self, number: int) -> Strip:
-        net, free, triangles, lines = self.net, self.free, self.triangles[number], self.lines[number]
-        sides = directed_sides(net.triangles[triangles])
-        nodes = each_once(sides.ravel())
-        rim, inside = nodes[~free[nodes]], nodes[free[nodes]]
-        outer = sides[np.sort(one_sided(sides, len(net.bubbles)))]
-        ends = np.searchsorted(rim, np.concatenate([outer, lines]))
-        return Strip(rim, inside, triangles, _polygon(net.bubbles.x[rim], ends, len(outer)), net.bubbles.x[inside])
+        triangles = self.net.triangles[self.triangles[number]]
+        node = each_once(triangles.ravel())
+        return Strip(node, self.free[node], self.net.bubbles.x[node], triangles, self.lines[number])
+
+    def put_back(self, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -> tuple[Net, Integers]:
+        """The net with all strips packed again, and the new numbers (n,) of its bubbles, -1 for those within.
+
+        Like the net given, it has no list of edges.
+        """
+        net, gone = self.net, np.zeros(len(self.net.bubbles), bool)
+        left = np.ones(len(net.triangles), bool)
+        for (strip, _), rows in zip(done, self.triangles, strict=True):
+            gone[strip.inside], left[rows] = True, False
+        number = np.where(gone, -1, np.cumsum(~gone) - 1)
+        rest, count = net.bubbles.select(np.flatnonzero(~gone)), len(gone) - int(gone.sum())
+        places, triangles = list[Floats](), [number[net.triangles[left]]]
+        for strip, part in done:
+            inside = part.bubbles.x[len(strip.rim) :]
+            triangles.append(np.append(number[strip.rim], count + np.arange(len(inside)))[part.triangles])
+            places.append(inside)
+            count += len(inside)
+        x = np.vstack([np.zeros((0, 2)), *places])
+        grown = rest.append(x, spacing.extended(x))
+        return replace(net, bubbles=grown, facets=number[net.facets], triangles=np.concatenate(triangles)), number
 
 
 def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:
@@ -110,27 +150,6 @@ def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:
     )
     traced, _ = face(boundary, on_rim)
     return Domain(traced, held=Held(np.arange(count)))
-
-
-def put_back(net: Net, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -> tuple[Net, Integers]:
-    """The net with strips as they were packed again, and the new numbers (n,) of its bubbles, -1 for those within.
-
-    Like the net given, it has no list of edges.
-    """
-    n, gone, replaced = len(net.bubbles), np.zeros(len(net.bubbles), bool), np.zeros(len(net.triangles), bool)
-    for strip, _ in done:
-        gone[strip.inside] = replaced[strip.triangles] = True
-    number = np.where(gone, -1, np.cumsum(~gone) - 1)
-    rest, count = net.bubbles.select(np.flatnonzero(~gone)), n - int(gone.sum())
-    places, triangles = list[Floats](), [number[net.triangles[~replaced]]]
-    for strip, part in done:
-        inside = part.bubbles.x[len(strip.rim) :]
-        triangles.append(np.append(number[strip.rim], count + np.arange(len(inside)))[part.triangles])
-        places.append(inside)
-        count += len(inside)
-    x = np.vstack([np.zeros((0, 2)), *places])
-    grown = rest.append(x, spacing.extended(x))
-    return replace(net, bubbles=grown, facets=number[net.facets], triangles=np.concatenate(triangles)), number
 
 
 def settled(net: Net, spacing: Spacing) -> Net:

@@ -213,7 +213,7 @@ def _grid(mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data, store: _St
     shape = {"TopologyType": topology.kind, "NumberOfElements": str(topology.count)}
     if topology.cells.ndim == 2:
         shape["NodesPerElement"] = str(topology.cells.shape[1])
-    _add_item(ET.SubElement(grid, "Topology", shape), topology.cells.astype(np.int64), store)
+    _add_item(ET.SubElement(grid, "Topology", shape), topology.cells.astype(np.int64, copy=False), store)
     for center, arrays in (("Cell", data), ("Node", nodal)):
         for name, values in arrays.items():
             attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center=center)
