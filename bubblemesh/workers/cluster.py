@@ -165,7 +165,7 @@ def _connected(address: str) -> Any:
             f'{(error.name or "").partition(".")[0]} is needed for --cluster: pip install "bubblemesh[cluster]"'
         ) from None
     for name in [*logging.root.manager.loggerDict]:
-        if name.startswith("distributed"):  # what it has to say about lost connections comes in our words
+        if name.startswith(("distributed", "tornado")):  # what they say about lost connections comes in our words
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         # First a question on its own: a client that meets silence or nonsense waits for ever, or ends in disorder.

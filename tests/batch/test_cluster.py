@@ -1,6 +1,7 @@
 """The same batch on a Dask cluster: a real scheduler and real workers, in processes of their own."""
 
 import json
+import logging
 import os
 import re
 import signal
@@ -99,17 +100,53 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_parts_of_one_mesh_are_packed_by_the_cluster_even_if_a_worker_dies(cluster, here):
-    Path("plate.yaml").write_text("domain: {outer: {rectangle: [0, 0, 2, 1]}}\nspacing: 0.008\nparts: 5\n")
-    line = [sys.executable, "-m", "bubblemesh", "run", "plate.yaml", "-o"]
-    subprocess.run([*line, "local", "--jobs", "1"], check=True, timeout=120)
-    cluster.hire(1)
-    leaving = cluster.workers.pop()
-    thread = Thread(target=lambda: (time.sleep(2.0), leaving.kill(), leaving.wait()))
-    thread.start()
-    subprocess.run([*line, "remote", "--cluster", cluster.address], check=True, timeout=120)
-    thread.join()
-    assert (here / "local" / "plate.msh").read_bytes() == (here / "remote" / "plate.msh").read_bytes()
+PARTS = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}}
+spacing: 0.008
+parts: 8
+output: {formats: [xdmf]}
+"""
+
+
+def kept(folder):
+    """Number of the parts that a run has kept, -1 before it has begun."""
+    return len([*folder.glob(".bubblemesh-parts-*/**/part-*.npz")]) if folder.exists() else -1
+
+
+@pytest.mark.parametrize("lost", [1, 2], ids=["one of two", "both"])
+@pytest.mark.parametrize("done", [0, 3], ids=lambda done: f"after {done} parts")
+def test_parts_of_workers_that_die_are_packed_by_others(lost, done, here, tmp_path_factory):
+    Path("plate.yaml").write_text(PARTS)
+    line = [sys.executable, "-m", "bubblemesh", "run", "plate.yaml", "-q", "-o"]
+    subprocess.run([*line, "local/", "--jobs", "1"], check=True, timeout=120)
+    own = Cluster(tmp_path_factory.mktemp("dying"))
+    own.hire(2)
+    try:
+        with cluster_workers(own.address) as workers:
+            while workers.capacity() < 4:  # until both have told their version
+                time.sleep(0.05)
+        process = subprocess.Popen([*line, "remote/", "--cluster", own.address], stderr=subprocess.PIPE, text=True)
+        while kept(here / "remote") < done:
+            assert process.poll() is None
+            time.sleep(0.01)
+        for worker in own.workers[:lost]:
+            worker.kill()
+        if lost == 2:
+            own.hire(2)
+        _, message = process.communicate(timeout=120)
+    finally:
+        own.close()
+    assert process.returncode == 0, message
+    # That there is nobody may be seen or not, and is all that is told.
+    assert message in {"", f"warning: no workers are at {own.address}: waiting for them\n"}
+    for name in ("plate.h5", "plate_facets.h5"):
+        assert Path("local", name).read_bytes() == Path("remote", name).read_bytes()
+
+
+def test_what_the_library_says_of_lost_workers_is_not_shown(cluster):
+    with cluster_workers(cluster.address):
+        for name in ("distributed.client", "tornado.application"):
+            assert not logging.getLogger(name).isEnabledFor(logging.CRITICAL)
 
 
 def test_a_cluster_gives_the_rows_and_the_bytes_of_this_machine(cluster, here):
