@@ -1,6 +1,7 @@
 """The mesh of a packing, with its figures: whole, or in slices where it was packed in parts and stays so."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -87,8 +88,10 @@ def _in_slices(parted: "Parted", problem: Problem) -> Measured:
     """Figures merged from those of the parts and of the seams between them."""
     net, x = parted.net, parted.net.bubbles.x
     measures, used = Measures(x, net.triangles), parted.valence > 0
-    edges = measures.edges[0]
-    mesh = sliced_mesh(parted, problem.domain, triangle_fields(measures, problem.spacing))
+    with ThreadPoolExecutor(1) as beside:  # to sort the edges takes as long as what is done meanwhile
+        sorted_ = beside.submit(lambda: measures.edges)
+        mesh = sliced_mesh(parted, problem.domain, triangle_fields(measures, problem.spacing))
+        edges, _ = sorted_.result()
     on_rings = np.zeros(len(x), bool)
     on_rings[mesh.frame.facets[mesh.outer]] = True
     census = list(parted.census)
