@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -59,16 +60,21 @@ class Columns:
 
     @property
     def thickness(self) -> Floats:
-        """Height (c,) of all layers that are asked for, and no higher than the spacing."""
+        """Height (c,) of all layers that are asked for, and no higher than the spacing at the foot."""
         return np.array([ladder.thickness_below(self.spacing) for ladder in self.ladders])[
             self.ladder, np.arange(len(self))
         ]
 
-    @property
-    def most_nodes(self) -> int:
-        """Number of nodes if there were room for all layers."""
-        fits = [np.searchsorted(ladder.heights, self.spacing, side="right") for ladder in self.ladders]
-        return int(np.array(fits)[self.ladder, np.arange(len(self))].sum())
+    def tops(self, which: Integers, count: Integers) -> Floats:
+        """Height (k,) of so many layers (k,) on columns (k,), as they are asked for."""
+        return self._tops[self.ladder[which], count]
+
+    @cached_property
+    def _tops(self) -> Floats:
+        table = np.zeros((len(self.ladders), 1 + max(ladder.count for ladder in self.ladders)))
+        for number, ladder in enumerate(self.ladders):
+            table[number, : ladder.count + 1] = ladder.tops
+        return table
 
     @property
     def bare_widths(self) -> Floats:

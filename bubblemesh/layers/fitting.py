@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from bubblemesh.arrays import Integers
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import Widths, heights
+from bubblemesh.layers.heights import heights
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.room import room, spread
 from bubblemesh.layers.strips import Strips
@@ -13,20 +14,20 @@ LOWERED = 0.8  # of their height: columns that are in the way
 PATIENCE = 16  # times that a column is lowered before it has no layers
 
 
-def fitted(columns: Columns, walls: Walls) -> Strips:
-    """Strips between columns that go as high as is asked for and there is room for.
+def fitted(columns: Columns, walls: Walls, most: Integers) -> Strips:
+    """Strips between columns of ``most`` (c,) layers, as high as there is room for.
 
     Where cells are not valid or meet others the columns are made lower, again and again: without layers a column is in
     nobody's way, so that this ends.
     """
-    obstacles, widths = Obstacles.of(walls), Widths(columns)
-    height = room(columns, walls, obstacles)
+    obstacles = Obstacles.of(walls)
+    height = room(columns, walls, obstacles, most)
     lowered = np.zeros(len(columns), np.int64)
-    strips = Strips.of(columns, walls, heights(columns, height, widths))
+    strips = Strips.of(columns, walls, heights(columns, height, most))
     while (wrong := obstacles.in_the_way(strips)).any():
         lowered[wrong] += 1
         height = np.where(wrong, LOWERED * np.minimum(height, strips.reached), height)
         height[lowered > PATIENCE] = 0.0
         height = spread(columns, height)
-        strips = Strips.of(columns, walls, heights(columns, height, widths))
+        strips = Strips.of(columns, walls, heights(columns, height, most))
     return strips

@@ -6,6 +6,7 @@ from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
+from bubblemesh.spacing.spacing import Spacing
 
 FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
@@ -24,19 +25,18 @@ class Heights:
     factor: Floats  # (c,): of the heights of these, at most 1
 
 
-def heights(columns: Columns, room: Floats, widths: "Widths") -> Heights:
-    """Layers that there is room (c,) for, at most one fewer from column to column."""
+def heights(columns: Columns, room: Floats, most: Integers) -> Heights:
+    """Layers that there is room (c,) for, ``most`` (c,) of them, and at most one fewer from column to column."""
     wanted, count = (np.zeros(len(columns), np.int64) for _ in range(2))
     factor = np.ones(len(columns))
     for number, ladder in enumerate(columns.ladders):
         mine = np.flatnonzero(columns.ladder == number)
-        most = np.minimum(ladder.count, widths.layers(mine, ladder.heights, ladder.tops, ladder.isotropic))
-        wanted[mine] = most if ladder.isotropic else ladder.count
+        wanted[mine] = most[mine] if ladder.isotropic else ladder.count
         # Room for just so many layers must not be lost by rounding.
         fitting = np.searchsorted(ladder.tops, room[mine] * (1 + 1e-12), side="right") - 1
-        few = np.minimum(FEWEST, most)
+        few = np.minimum(FEWEST, most[mine])
         squeezed = np.clip(room[mine] / np.maximum(ladder.tops[few], 1e-300), 0, 1)
-        count[mine] = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
+        count[mine] = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most[mine]))
         factor[mine] = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
     due, _ = _gradual(columns, np.where(columns.ends, 0, wanted), np.ones(len(columns)))
     return Heights(wanted, due, *_gradual(columns, count, factor))
@@ -59,47 +59,53 @@ def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integer
     return count, factor
 
 
-@record
-class Widths:
-    """Distances between neighbouring columns at any height."""
+def most_layers(columns: Columns, spacing: Spacing) -> Integers:
+    """Number (c,) of layers that columns have where nothing is in their way.
 
-    columns: Columns
-
-    def layers(self, which: Integers, heights: Floats, tops: Floats, isotropic: bool) -> Integers:
-        """Number (k,) of layers of some columns that are no higher than wide, nor than the spacing.
-
-        Layers that are not ``isotropic`` may be as high as the larger one of both. All columns of a fan are as wide as
-        those beside it. Columns that part end before they are much farther from each other than the spacing.
-        """
-        columns = self.columns
-        number, going = np.zeros(len(which), np.int64), np.ones(len(which), bool)
-        spacing, foot = columns.spacing[which], columns.foot[which]
-        bound, at_foot = np.minimum if isotropic else np.maximum, self._widest(0.0)[foot]
-        for height, top in zip(heights, tops[1:], strict=True):
-            widest = self._widest(top)[foot]
-            going &= (height <= bound(widest, spacing)) & (widest <= WIDEST * np.maximum(spacing, at_foot))
-            if not going.any():
+    None is higher than the spacing at its own place, nor than it is wide, or than the spacing at the foot where that is
+    more and the layers are not ``isotropic``. Columns that part end before they are much farther from each other than
+    the spacing. All columns of a fan are as wide as those beside it.
+    """
+    most, at_foot = np.zeros(len(columns), np.int64), _widest(columns, 0.0)
+    for number, ladder in enumerate(columns.ladders):
+        going = np.flatnonzero(columns.ladder == number)
+        for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
+            foot, d = columns.foot[going], _spacing_at(columns, going, height, top, spacing)
+            widest = _widest(columns, top)[foot]
+            wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
+            fits = (height <= np.minimum(wide, d)) & (widest <= WIDEST * np.maximum(d, at_foot[foot]))
+            going = going[fits]
+            if not len(going):
                 break
-            number += going
-        return number
+            most[going] += 1
+    return most
 
-    def _widest(self, height: float) -> Floats:
-        """Largest width (n,) beside the columns of each node of the walls, but for those in fans."""
-        columns = self.columns
-        at = columns.places(np.arange(len(columns)), np.full(len(columns), height))
-        i, j = pair = columns.pair[~columns.fan].T
-        width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
-        for end in pair:
-            np.maximum.at(widest, columns.foot[end], width)
-        return widest
+
+def _spacing_at(columns: Columns, which: Integers, height: float, top: float, spacing: Spacing) -> Floats:
+    """Spacing (k,) along some columns in the middle of a layer; NaN outside the domain where there is none.
+
+    It changes by no more than a length over that length: what the foot tells to be surely enough is not looked up.
+    """
+    d = columns.spacing[which] - top
+    near = np.flatnonzero(d < height)
+    middle = columns.places(which[near], np.full(len(near), top - height / 2))
+    d[near] = spacing.anywhere_towards(middle, columns.up[which[near]])
+    return d
+
+
+def _widest(columns: Columns, height: float) -> Floats:
+    """Largest width (n,) beside the columns of each node of the walls at some height, but for those in fans."""
+    at = columns.places(np.arange(len(columns)), np.full(len(columns), height))
+    i, j = pair = columns.pair[~columns.fan].T
+    width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
+    for end in pair:
+        np.maximum.at(widest, columns.foot[end], width)
+    return widest
 
 
 def reached(columns: Columns, found: Heights, owner: Integers, level: Integers) -> Floats:
     """Heights (k,) above the wall, on the columns (k,), of the ends of their layers numbered ``level`` (k,)."""
-    tops = np.zeros((len(columns.ladders), 1 + max(ladder.count for ladder in columns.ladders)))
-    for number, ladder in enumerate(columns.ladders):
-        tops[number, : ladder.count + 1] = ladder.tops
-    return tops[columns.ladder[owner], level] * found.factor[owner]
+    return columns.tops(owner, level) * found.factor[owner]
 
 
 def places(columns: Columns, walls: Walls, found: Heights) -> Floats:

@@ -6,6 +6,7 @@ from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.columns import columns_on
 from bubblemesh.layers.fitting import fitted
+from bubblemesh.layers.heights import most_layers
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.walls import Walls
@@ -26,12 +27,13 @@ def layered(domain: Domain, wanted: Spacing, spacing: Spacing, ladders: Sequence
     for number, ladder in enumerate(ladders):
         _require_walls(walls, number, ladder)
     columns = columns_on(walls, ladders)
-    if columns.most_nodes > max_nodes:
+    most = most_layers(columns, wanted)
+    if (nodes := int(most.sum())) > max_nodes:
         raise LimitError(
-            f"layers: they may take {columns.most_nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "
+            f"layers: they may take {nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "
             f"the walls, ask for fewer layers, or raise {node_limit()}"
         )
-    return Rest.of(fitted(columns, walls))
+    return Rest.of(fitted(columns, walls, most))
 
 
 def _require_walls(walls: Walls, number: int, ladder: Ladder) -> None:

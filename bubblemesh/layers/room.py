@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.walls import Walls
@@ -18,11 +18,13 @@ REACH = 2.5  # thicknesses that are looked at
 PASSES = 500
 
 
-def room(columns: Columns, walls: Walls, obstacles: Obstacles) -> Floats:
-    """Heights (c,) above the wall up to which columns may go."""
-    height = np.where(columns.ends, 0.0, columns.thickness)
+def room(columns: Columns, walls: Walls, obstacles: Obstacles, most: Integers) -> Floats:
+    """Heights (c,) above the wall up to which columns of ``most`` (c,) layers may go."""
+    # By the spacing at the foot it changes gradually along the wall, as the number of layers need not.
+    thickness = np.maximum(columns.thickness, columns.tops(np.arange(len(columns)), most))
+    height = np.where(columns.ends, 0.0, thickness)
     height = np.minimum(height, _between_neighbours(columns))
-    height = np.minimum(height, _up_to(obstacles, columns))
+    height = np.minimum(height, _up_to(obstacles, columns, thickness))
     height = np.minimum(height, _along_pieces(columns, walls))
     return spread(columns, height)
 
@@ -54,10 +56,10 @@ def _between_neighbours(columns: Columns) -> Floats:
     return columns.least_of_pairs(height)
 
 
-def _up_to(obstacles: Obstacles, columns: Columns) -> Floats:
-    """Heights (c,) at which straight columns have taken their part of the way to what is across."""
+def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats) -> Floats:
+    """Heights (c,) at which straight columns of a thickness (c,) have taken their part of the way to what is across."""
     straight = np.flatnonzero((columns.follows < 0) & ~columns.ends)
-    reach = REACH * columns.thickness[straight] + 2 * columns.spacing[straight]
+    reach = REACH * thickness[straight] + 2 * columns.spacing[straight]
     origin, ray = columns.at[straight], columns.up[straight] * reach[:, None]
     of, line = obstacles.tree.query(shapely.linestrings(np.stack([origin, origin + ray], axis=1)), "intersects")
     along, across = (obstacles.end - obstacles.start)[line], obstacles.start[line] - origin[of]

@@ -65,6 +65,11 @@ class Spacing:
         """Spacing (n,) at points (n, 2) of the domain in some directions (n, 2), in which it may differ."""
         return self(points)
 
+    def anywhere_towards(self, points: Floats, directions: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) in some directions (n, 2), as `towards`, but anywhere: NaN where undefined."""
+        d = self._values(points)
+        return np.where(_usable(d), d, np.nan)
+
     def extended(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""
         d = self._values(points)

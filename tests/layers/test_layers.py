@@ -7,8 +7,11 @@ import pytest
 from invariants import check_area, check_arrays, check_edges, check_facets_do_not_cross, check_labels
 
 import bubblemesh
+from bubblemesh.arrays import members
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.layers.heights import reached
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
 SIDES = ["bottom", "right", "top", "left"]
@@ -26,6 +29,12 @@ def run(domain, *layers, spacing=0.1, **keys):
     if result.mesh.order == 1:
         check(result.mesh)
     return result
+
+
+def prepared(domain, *layers, spacing):
+    """Problem of a case."""
+    case = {"domain": domain, "spacing": spacing, "layers": layers}
+    return prepare(load_case("a.yaml", text=json.dumps(case)))
 
 
 def check(mesh):
@@ -271,6 +280,31 @@ def test_layers_until_isotropic_end_where_they_are_as_high_as_wide():
     assert last * (1 + 1e-9) >= 0.1 / 1.2
     assert last <= 0.1
     assert 0.7 < row["across_front"] < 1.5
+
+
+@pytest.mark.parametrize("heights", [{"until": "isotropic"}, {"count": 40}], ids=["isotropic", "count"])
+def test_layers_around_a_wire_go_on_where_the_spacing_grows(heights):
+    wire = {"outer": {"rectangle": [-1, -1, 1, 1]}, "holes": [{"circle": {"center": [0, 0], "radius": 0.02}}]}
+    wire["holes"][0]["label"] = "wire"
+    spacing = {"near": {"label": "wire", "size": 0.004, "growth": 0.2}, "maximum": 0.05}
+    result = run(wire, {"on": "wire", "first": 2e-4, **heights}, spacing=spacing)
+    row = row_of(result, "wire")
+    height = 2e-4 * 1.2 ** (row["count"]["least"] - 1)
+    below = row["thickness"] - height / 2
+    assert height == pytest.approx(min(0.05, 0.004 + 0.2 * below), rel=0.2)
+    assert 0.7 < row["across_front"] < 1.5
+
+
+@pytest.mark.parametrize("heights", [{"until": "isotropic"}, {"count": 30}], ids=["isotropic", "count"])
+def test_no_layer_is_higher_than_the_spacing_at_its_own_place(heights):
+    spacing = {"value": 0.2, "near": {"label": "top", "size": 0.01, "growth": 0.12}}
+    problem = prepared({**CHANNEL}, {"on": "bottom", "first": 0.005, **heights}, spacing=spacing)
+    strips = problem.rest.strips
+    owner, level = members(strips.heights.count)
+    top, below = (reached(strips.columns, strips.heights, owner, level + k) for k in (1, 0))
+    x = strips.columns.at[owner] + np.array([0, 1]) * ((top + below) / 2)[:, None]
+    assert (top - below <= problem.spacing(x) * (1 + 1e-9)).all()
+    assert (top - below).max() < 0.8 * problem.spacing(np.array([[2.0, 0.0]]))[0]
 
 
 def test_a_thickness_is_reached_with_a_growth_near_the_given_one():

@@ -85,6 +85,10 @@ class MetricSpacing(Spacing):
         self(points)
         return np.hypot(*directions.T) / lengths(self.at(points), directions)
 
+    def anywhere_towards(self, points: Floats, directions: Floats) -> Floats:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.hypot(*directions.T) / lengths(self.at(points), directions)
+
     def _between(self, corners: Floats) -> Floats:
         if corners.shape[1] != 2:
             return super()._between(corners)
