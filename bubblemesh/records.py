@@ -36,9 +36,10 @@ class _Methods:
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name not in self.__dataclass_fields__ or name in self.__dict__:  # each field is set once, when it is made
+        values = self.__dict__
+        if name in values or name not in self.__dataclass_fields__:  # each field is set once, when the record is made
             raise FrozenInstanceError(f"cannot assign to field {name!r}")
-        object.__setattr__(self, name, value)
+        values[name] = value
 
     def __delattr__(self, name: str) -> None:
         raise FrozenInstanceError(f"cannot delete field {name!r}")

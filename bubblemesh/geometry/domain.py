@@ -305,7 +305,11 @@ class Domain(Uncached):
         """Mask (m,) of the points (m, 2) inside, or outside but nearer than ``distance`` (m,)."""
         reached = self.contains(points)
         outside = np.flatnonzero(~reached)
-        reached[outside] = self._signed_distance(taken(points, outside), reached[outside]) > -distance[outside]
+        away, belly = self._projection.distances_beside_chords(taken(points, outside))
+        reached[outside] = away < distance[outside]
+        # What is between a curve and its chord may be inside after all.
+        unsure = outside[(away <= belly) & ~reached[outside]]
+        reached[unsure] = self._signed_distance(points[unsure], reached[unsure]) > -distance[unsure]
         return reached
 
     def deep_outside(self, points: Floats, depth: Floats) -> tuple[Booleans, Floats]:

@@ -15,6 +15,7 @@ SOURCE = Path(kernels.__file__).parent / "source"
 HERE = Path(__file__).parent
 TESTS = [
     "kernels/test_kernels_fuzz.py",
+    "kernels/test_bulge_distances.py",
     "kernels/test_disorder.py",
     "kernels/test_linking.py",
     "kernels/test_lookup.py",

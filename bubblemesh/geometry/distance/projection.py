@@ -6,12 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select, taken
 from bubblemesh.geometry.boundary import Boundary, Chords
 from bubblemesh.geometry.curves import turning
+from bubblemesh.geometry.distance import bulges
 from bubblemesh.geometry.distance.bulges import Bulges
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
+from bubblemesh.kernels.bulges import bulge_distances
+from bubblemesh.kernels.library import library
 from bubblemesh.records import record
 
 STEPS = 8
@@ -57,13 +60,31 @@ class Projection:
 
     def distances(self, points: Floats) -> Floats:
         """Distances (k,) of ``points`` (k, 2), on curves to about 1e-7 of their radius: quicker than the points."""
+        return self._distances(points, nearest_chord(self._runs, points))
+
+    def distances_beside_chords(self, points: Floats) -> tuple[Floats, Floats]:
+        """Distances (k,) as of `distances`, and by how much (k,) a curve departs from the nearest chord at most."""
         chord = nearest_chord(self._runs, points)
-        _, foot = self._runs.feet(points, chord)
-        distance = np.hypot(*(points - foot).T)
-        curved = np.flatnonzero(self._approximated[chord])
-        if len(curved):
-            distance[curved] = self._bulges.distances(points[curved], self._bulge[chord[curved]])
+        return self._distances(points, chord), self._bellies[chord]
+
+    def _distances(self, points: Floats, chord: Integers) -> Floats:
+        """Distances (k,) of points (k, 2) from the curves along the nearest chords (k,)."""
+        distance, curved = np.empty(len(points)), self._approximated[chord]
+        if curved.any():
+            mine = taken(points, curved)
+            distance[curved] = self._from_curves(mine, self._bulge[chord[curved]])
+        if not curved.all():
+            mine = taken(points, ~curved)
+            _, foot = self._runs.feet(mine, chord[~curved])
+            distance[~curved] = np.hypot(*(mine - foot).T)
         return distance
+
+    def _from_curves(self, points: Floats, of: Integers) -> Floats:
+        """Distances (k,) of points (k, 2) from some of the curves (k,), which they are nearest to."""
+        compiled = library()
+        if compiled is None:
+            return self._bulges.distances(points, of)
+        return bulge_distances(compiled, self._cubics, points, of, bulges.STEPS, bulges.FLATTEST)
 
     def feet(self, points: Floats) -> Feet:
         """Nearest points of ``points`` (k, 2), and how the curves run there: much quicker than with arc lengths."""
@@ -81,10 +102,15 @@ class Projection:
         """Lower bounds (k,) of the distances of ``points`` (k, 2), much quicker than these; 0 next to the curves."""
         return np.maximum(distance_at_least(self._runs, points) - self._belly, 0)
 
-    @cached_property
+    @property
     def _belly(self) -> float:
         """More than any curve departs from its chords."""
-        return float((np.abs(self._curvature) * self.chords.step**2).max() / 4)
+        return float(self._bellies.max())
+
+    @cached_property
+    def _bellies(self) -> Floats:
+        """More (m,) than the curve along each chord departs from it."""
+        return np.abs(self._curvature) * self.chords.step**2 / 4
 
     @cached_property
     def _runs(self) -> ChordRuns:
@@ -118,6 +144,11 @@ class Projection:
         last = np.diff(chords.piece, append=-1) != 0
         ends = ~closed[chords.piece]
         return Bulges.of(chords.start, chords.end, *self._tangents, first & ends, last & ends)
+
+    @cached_property
+    def _cubics(self) -> Floats:
+        """Rows (c, 9) of the bulges."""
+        return self._bulges.rows
 
     @cached_property
     def _curvature(self) -> Floats:
