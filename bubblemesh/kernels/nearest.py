@@ -16,7 +16,7 @@ class RunTree(NamedTuple):
     """
 
     boxes: Floats  # (2 * leaves, 4): low x and y, high x and y
-    points: Floats  # (r, g + 1, 2) of runs of up to g chords, the last one repeated in shorter runs
+    points: Floats  # (r, 2, g + 1): x and y of runs of up to g chords, the last one repeated in shorter runs
     rectangles: Floats  # (r, 6): centre and axis of each run's rectangle, half its length and half its width
     first: Integers  # (r,): number of each run's first chord
     counts: Integers  # (r,): numbers of its chords
@@ -34,7 +34,7 @@ class RunTree(NamedTuple):
             boxes[leaves : 2 * leaves, :2] = pairs[..., :2].min(axis=1)
             boxes[leaves : 2 * leaves, 2:] = pairs[..., 2:].max(axis=1)
         flat = np.ascontiguousarray
-        return cls(boxes, flat(points, float), flat(rectangles, float), flat(first), flat(counts))
+        return cls(boxes, flat(points.transpose(0, 2, 1), float), flat(rectangles, float), flat(first), flat(counts))
 
 
 def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: float) -> Integers:
@@ -43,7 +43,7 @@ def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: floa
     Boxes are left out that are farther than ``slack`` times the squared distance of what was found.
     """
     found = np.empty(len(points), np.int64)
-    runs, length = len(tree.points), tree.points.shape[1] - 1
+    runs, length = len(tree.points), tree.points.shape[2] - 1
     arrays = tree.boxes, tree.points, tree.rectangles, tree.first, tree.counts
     compiled.call(
         "nearest_chords",

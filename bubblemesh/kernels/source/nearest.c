@@ -1,5 +1,6 @@
 /* The nearest chord of each point, among runs of chords in a binary tree of boxes; see nearest.py. */
 #include <math.h>
+#include <stdlib.h>
 
 #include "kernels.h"
 
@@ -38,31 +39,39 @@ static double from_rectangle(const double *of, double x, double y)
     return along * along + aside * aside;
 }
 
-/* The nearest chord of one run, if it is nearer than what was found, or as near with a smaller number. */
-static void look_at(const Runs *runs, int64_t run, double px, double py, Found *found)
+/* Squared distances (count,) of a place from the chords between points (count + 1,) and (count + 1,). */
+SIDE_BY_SIDE static void from_chords(const double *restrict xs, const double *restrict ys, int64_t count, double px,
+                                     double py, double *restrict squared)
 {
-    const double *at = runs->points + 2 * (runs->length + 1) * run;
-    int64_t count = runs->count[run], rank = 0, k;
-    double x = at[0] - px, y = at[1] - py, from_start = x * x + y * y, least = INFINITY;
+    int64_t k;
     for (k = 0; k < count; k++) {
-        double ux = at[2 * k + 2] - at[2 * k], uy = at[2 * k + 3] - at[2 * k + 1], across = ux * y - uy * x;
-        double length = ux * ux + uy * uy, from_end, squared;
-        x = at[2 * k + 2] - px;
-        y = at[2 * k + 3] - py;
-        from_end = x * x + y * y;
-        if (fabs(from_start - from_end) < length)
-            squared = across * (across / length);
-        else
-            squared = from_start < from_end ? from_start : from_end;
-        if (squared < least) {
-            least = squared;
+        double x = xs[k] - px, y = ys[k] - py, next_x = xs[k + 1] - px, next_y = ys[k + 1] - py;
+        double ux = xs[k + 1] - xs[k], uy = ys[k + 1] - ys[k], across = ux * y - uy * x, length = ux * ux + uy * uy;
+        double from_start = x * x + y * y, from_end = next_x * next_x + next_y * next_y;
+        double nearer = from_start < from_end ? from_start : from_end, beside = across * (across / length);
+        squared[k] = fabs(from_start - from_end) < length ? beside : nearer;
+    }
+}
+
+/* The nearest chord of one run, if it is nearer than what was found, or as near with a smaller number. There is room
+   for squared distances (length,). */
+static void look_at(const Runs *runs, int64_t run, double px, double py, double *squared, Found *found)
+{
+    const double *xs = runs->points + 2 * (runs->length + 1) * run, *ys = xs + runs->length + 1;
+    int64_t count = runs->count[run], rank = 0, k;
+    double least = INFINITY;
+    from_chords(xs, ys, count, px, py, squared);
+    for (k = 0; k < count; k++)
+        if (squared[k] < least) {
+            least = squared[k];
             rank = k;
         }
-        from_start = from_end;
-    }
-    if (count < runs->length && from_start < least) { /* the last point is repeated in shorter runs */
-        least = from_start;
-        rank = count - 1;
+    if (count < runs->length) { /* the last point is repeated in shorter runs */
+        double x = xs[count] - px, y = ys[count] - py, from_last = x * x + y * y;
+        if (from_last < least) {
+            least = from_last;
+            rank = count - 1;
+        }
     }
     if (least < found->squared || (least == found->squared && runs->first[run] + rank < found->chord)) {
         found->squared = least;
@@ -71,18 +80,21 @@ static void look_at(const Runs *runs, int64_t run, double px, double py, Found *
 }
 
 /* Chords (n,) nearest to places (n, 2). The tree has boxes (2 * leaves, 4), the root's being the second; its leaves
-   are the runs with points (runs, length + 1, 2), first chord and number of chords (runs,) and rectangles (runs, 6). */
+   are the runs with points (runs, 2, length + 1), first chord and number of chords (runs,) and rectangles (runs, 6). */
 KERNEL int64_t nearest_chords(int64_t n, const double *places, int64_t count, int64_t leaves, int64_t length,
                               const double *boxes, const double *points, const double *rectangles,
                               const int64_t *first, const int64_t *counts, double slack, int64_t *nearest)
 {
     Runs runs = {points, rectangles, first, counts, length};
     int64_t k, last = 0;
+    double *squared = malloc((size_t)length * sizeof *squared);
+    if (squared == NULL)
+        return NO_MEMORY;
     for (k = 0; k < n; k++) {
         double x = places[2 * k], y = places[2 * k + 1];
         Found found = {INFINITY, INT64_MAX};
         int64_t stack[DEPTH], depth = 0, node;
-        look_at(&runs, last, x, y, &found); /* places mostly lie near to the one before */
+        look_at(&runs, last, x, y, squared, &found); /* places mostly lie near to the one before */
         stack[depth++] = 1;
         while (depth > 0) {
             node = stack[--depth];
@@ -95,11 +107,12 @@ KERNEL int64_t nearest_chords(int64_t n, const double *places, int64_t count, in
             } else if (node - leaves < count) {
                 int64_t run = node - leaves, before = found.chord;
                 if (from_rectangle(rectangles + 6 * run, x, y) <= found.squared * slack)
-                    look_at(&runs, run, x, y, &found);
+                    look_at(&runs, run, x, y, squared, &found);
                 last = found.chord == before ? last : run;
             }
         }
         nearest[k] = found.chord;
     }
+    free(squared);
     return DONE;
 }
