@@ -8,13 +8,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from bubblemesh.adaptivity import adapt as adapting
 from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.messages import calling_node_limit
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
@@ -173,6 +171,10 @@ def adapt(
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
+    # Imported here since meshing alone needs neither readers of solutions nor estimates of errors.
+    from bubblemesh.adaptivity import adapt as adapting
+    from bubblemesh.meshfiles.read import read_nodal_field
+
     if isinstance(solution, Path | str):
         read = read_nodal_field(Path(solution), field)
         for note in read.notes:
