@@ -15,7 +15,6 @@ from test_output import holed_square
 
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
 from bubblemesh.meshfiles.write.nodes import nodes_of
-from bubblemesh.meshfiles.write.vtk import BLOCK, Grid, write_grid
 
 
 def parts_by_label(mesh):
@@ -45,20 +44,6 @@ def test_binary_msh_is_what_meshio_writes(mesh, tmp_path):
     mesh.to_meshio(columns=3).write(tmp_path / "meshio.msh", file_format="gmsh22", binary=True)
     mesh.write(tmp_path / "own.msh")
     assert (tmp_path / "own.msh").read_bytes() == (tmp_path / "meshio.msh").read_bytes()
-
-
-def test_grids_of_vtk_are_read_whole_where_arrays_take_several_blocks(tmp_path):
-    rng, count = np.random.default_rng(3), 4 * BLOCK // 8 + 5
-    cells = tuple(rng.integers(count, size=(size, k)) for size, k in ((count, 3), (7, 9)))
-    values = {"v": rng.random(count), "whole": rng.integers(9, size=count)}
-    write_grid(Grid(rng.random((count, 3)), cells, values, {"w": rng.random(count + 7)}), tmp_path / "a.vtu")
-    read = meshio.read(tmp_path / "a.vtu")
-    assert [block.type for block in read.cells] == ["triangle", "quad9"]
-    for block, nodes in zip(read.cells, cells, strict=True):
-        np.testing.assert_array_equal(block.data, nodes)
-    for name, expected in values.items():
-        np.testing.assert_array_equal(read.point_data[name], expected)
-    assert list(map(len, read.cell_data["w"])) == [count, 7]
 
 
 @pytest.mark.parametrize("form", ["msh", "msh-ascii"])

@@ -3,9 +3,12 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
+import meshio
 import numpy as np
+from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers, each_once
 from bubblemesh.meshes.division import GEOMETRY
@@ -14,9 +17,10 @@ from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.sliced import Border, Slice, SlicedMesh
 from bubblemesh.meshfiles.formats import PIECE
 from bubblemesh.meshfiles.groups import GLOBAL_CELL, GLOBAL_NODE, Fields
-from bubblemesh.meshfiles.write.vtk import TYPES, Grid, write_grid
+from bubblemesh.meshfiles.write.viewers import vtk_grid, write_compressed
 
 GHOSTS = "vtkGhostType"  # 1 for cells and nodes that are those of another piece
+TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
 
 
 def write_pvtu(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -27,7 +31,7 @@ def write_pvtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     """
     partition = mesh.partition or Partition(mesh.triangles, np.zeros(len(mesh.triangles), np.int64), 1, GEOMETRY)
     cells = sum(len(each.nodes) for each in mesh.cells)
-    grid = _numbered(Grid.of(mesh, fields), np.arange(len(mesh.points)), np.arange(cells))
+    grid = _numbered(vtk_grid(mesh, fields), np.arange(len(mesh.points)), np.arange(cells))
     triangle_of = np.concatenate([each.triangles[:, 0] for each in mesh.cells])
     owner = partition.owner[triangle_of]
     own = np.split(np.argsort(owner, kind="stable"), np.cumsum(np.bincount(owner, minlength=partition.count))[:-1])
@@ -42,7 +46,7 @@ def write_sliced_pvtu(mesh: SlicedMesh, path: Path) -> None:
     _write_pieces((_slice_piece(mesh, border, number, part) for number, part in enumerate(mesh.slices())), path)
 
 
-def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> Grid:
+def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> meshio.Mesh:
     """The piece of a slice, made of its triangles and of those around it."""
     around, own = _around(border, number), np.arange(len(part.triangles))
     outer = border.mesh.triangles[around]
@@ -62,7 +66,7 @@ def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> 
         triangle_regions=np.concatenate([part.regions, border.mesh.triangle_regions[around]]),
         partition=partition,
     )
-    return _piece(_numbered(Grid.of(local, fields), nodes, cells), own, partition.halo(number), partition, number)
+    return _piece(_numbered(vtk_grid(local, fields), nodes, cells), own, partition.halo(number), partition, number)
 
 
 def _around(border: Border, number: int) -> Integers:
@@ -73,52 +77,56 @@ def _around(border: Border, number: int) -> Integers:
     return np.flatnonzero((owner != number) & at_halo[triangles].any(axis=1))
 
 
-def _write_pieces(pieces: Iterable[Grid], path: Path) -> None:
+def _write_pieces(pieces: Iterable[meshio.Mesh], path: Path) -> None:
     """Write the pieces and the list of them."""
     names = []
     for part, piece in enumerate(pieces):
         names.append(path.stem + PIECE.format(part))
-        write_grid(piece, path.with_name(names[-1]))
+        write_compressed(piece, path.with_name(names[-1]))
     path.write_bytes(_list_of(names, piece))
 
 
-def _numbered(grid: Grid, nodes: Integers, cells: Integers) -> Grid:
-    """The grid with numbers of its nodes and cells in the whole mesh."""
-    nodal, data = {**grid.point_data, GLOBAL_NODE: nodes}, {**grid.cell_data, GLOBAL_CELL: cells}
-    return replace(grid, point_data=nodal, cell_data=data)
+def _numbered(grid: meshio.Mesh, nodes: Integers, cells: Integers) -> meshio.Mesh:
+    """The grid with numbers of its nodes and cells in the whole mesh, and room for marks on cells."""
+    grid.point_data[GLOBAL_NODE] = nodes
+    grid.cell_data[GLOBAL_CELL] = np.split(cells, np.cumsum([len(block.data) for block in grid.cells])[:-1])
+    grid.cell_data[GHOSTS] = [np.zeros(len(block.data), np.uint8) for block in grid.cells]
+    return grid
 
 
-def _piece(grid: Grid, own: Integers, halo: Integers, partition: Partition, part: int) -> Grid:
+def _piece(grid: meshio.Mesh, own: Integers, halo: Integers, partition: Partition, part: int) -> meshio.Mesh:
     """The cells ``own`` (m,) of a part of a grid and those of its ``halo`` (g,), with a mark on what is another part's.
 
-    Cells are given by their numbers among those of all kinds, and have a kind's own ones before its halo.
+    Cells are given by their numbers in all blocks of the grid.
     """
-    kinds, numbers = list[Integers](), list[Integers]()
+    blocks: list[tuple[str, Integers]] = []
+    data: dict[str, list[NDArray[Any]]] = {name: [] for name in grid.cell_data}
     before = 0
-    for cells in grid.cells:
-        there = [of[(of >= before) & (of < before + len(cells))] for of in (own, halo)]
-        chosen = np.concatenate(there)
-        if len(chosen):
-            kinds.append(cells[chosen - before])
-            numbers.append(chosen)
-        before += len(cells)
-    chosen = np.concatenate(numbers)
-    nodes = each_once(np.concatenate([cells.ravel() for cells in kinds]))
+    for k, block in enumerate(grid.cells):
+        mine, ghosts = (cells[(cells >= before) & (cells < before + len(block.data))] - before for cells in (own, halo))
+        before += len(block.data)
+        cells = np.concatenate([mine, ghosts])
+        if len(cells):
+            blocks.append((block.type, block.data[cells]))
+            for name, values in grid.cell_data.items():
+                data[name].append(values[k][cells])
+            data[GHOSTS][-1][len(mine) :] = 1
+    nodes = each_once(np.concatenate([cells.ravel() for _, cells in blocks]))
     nodal = {name: values[nodes] for name, values in grid.point_data.items()}
     nodal[GHOSTS] = (partition.node_owner[nodes] != part).astype(np.uint8)
-    data = {name: values[chosen] for name, values in grid.cell_data.items()}
-    data[GHOSTS] = np.isin(chosen, halo).astype(np.uint8)
-    return Grid(grid.points[nodes], tuple(np.searchsorted(nodes, cells) for cells in kinds), nodal, data)
+    return meshio.Mesh(
+        grid.points[nodes], [(kind, np.searchsorted(nodes, cells)) for kind, cells in blocks], nodal, data
+    )
 
 
-def _list_of(names: list[str], piece: Grid) -> bytes:
+def _list_of(names: list[str], piece: meshio.Mesh) -> bytes:
     """Text of the list of pieces that have the data of this one."""
     root = ET.Element("VTKFile", type="PUnstructuredGrid", version="0.1", byte_order="LittleEndian")
     grid = ET.SubElement(root, "PUnstructuredGrid", GhostLevel="1")
     nodal, cells = ET.SubElement(grid, "PPointData"), ET.SubElement(grid, "PCellData")
     for name, values in piece.point_data.items():
         ET.SubElement(nodal, "PDataArray", type=TYPES[values.dtype.kind], Name=name)
-    for name, values in piece.cell_data.items():
+    for name, (values, *_) in piece.cell_data.items():
         ET.SubElement(cells, "PDataArray", type=TYPES[values.dtype.kind], Name=name)
     ET.SubElement(ET.SubElement(grid, "PPoints"), "PDataArray", type="Float64", NumberOfComponents="3")
     for name in names:

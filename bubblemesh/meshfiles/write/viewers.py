@@ -1,14 +1,14 @@
 """Formats of programs that show meshes, cells only: VTK's grids, XML (vtu) and legacy (vtk), and Tecplot's text."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.groups import CELL_KINDS, Fields
-from bubblemesh.meshfiles.write.vtk import Grid, write_grid
+from bubblemesh.meshfiles.groups import CELL_KINDS, NODE_OWNER, PARTITION, Fields, cell_ids, cell_values
 
 
 def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -17,28 +17,41 @@ def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     Fields of a quadrilateral are the means of its halves. With a partition there are the part of each cell,
     ``partition``, and that of each node, ``owner``.
     """
-    write_grid(Grid.of(mesh, fields), path)
+    write_compressed(vtk_grid(mesh, fields), path)
 
 
 def write_vtk(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write the data of `write_vtu` in the legacy format, version 4.2, which every reader of VTK knows."""
-    _as_meshio(Grid.of(mesh, fields)).write(path, file_format="vtk42", binary=True)
+    vtk_grid(mesh, fields).write(path, file_format="vtk42", binary=True)
 
 
 def write_tecplot(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write the data of `write_vtu` as one zone."""
-    grid = Grid.of(mesh, fields)
-    nodal, data = (
-        {name: values.astype(float) for name, values in of.items()} for of in (grid.point_data, grid.cell_data)
-    )
-    _as_meshio(replace(grid, points=mesh.points, point_data=nodal, cell_data=data)).write(path, file_format="tecplot")
+    _grid(mesh, fields, mesh.points, float).write(path, file_format="tecplot")
 
 
-def _as_meshio(grid: Grid) -> Any:
-    """A `meshio.Mesh` of a grid."""
+def vtk_grid(mesh: Mesh, fields: Fields) -> Any:
+    """A `meshio.Mesh` with the data of VTK's formats."""
+    # int64 on purpose: VTK 9 loses int32 cell data of legacy files.
+    return _grid(mesh, fields, np.pad(mesh.points, ((0, 0), (0, 1))), np.int64)
+
+
+def write_compressed(grid: Any, path: Path) -> None:
+    """Write a `meshio.Mesh` as an XML file of VTK."""
+    grid.write(path, file_format="vtu", binary=True, compression="zlib")
+
+
+def _grid(mesh: Mesh, fields: Fields, points: Floats, tag: type) -> Any:
+    """A `meshio.Mesh` of the cells at points (n, 2) or (n, 3), with ``material`` and parts of the type ``tag``."""
     import meshio
 
-    ends = np.cumsum([len(cells) for cells in grid.cells])[:-1]
-    blocks = [(CELL_KINDS[cells.shape[1]], cells) for cells in grid.cells]
-    data = {name: np.split(values, ends) for name, values in grid.cell_data.items()}
-    return meshio.Mesh(grid.points, blocks, dict(grid.point_data), data)
+    data: dict[str, list[NDArray[Any]]] = {"material": [cell_ids(mesh, cells).astype(tag) for cells in mesh.cells]} | {
+        name: [cell_values(values, cells) for cells in mesh.cells] for name, values in fields.items()
+    }
+    nodal: dict[str, NDArray[Any]] = {}
+    if mesh.partition is not None:
+        owner: NDArray[Any] = mesh.partition.owner.astype(tag)
+        data[PARTITION] = [owner[cells.triangles[:, 0]] for cells in mesh.cells]
+        nodal[NODE_OWNER] = mesh.partition.node_owner.astype(tag)
+    blocks = [(CELL_KINDS[cells.nodes.shape[1]], cells.nodes) for cells in mesh.cells]
+    return meshio.Mesh(points, blocks, nodal, data)
