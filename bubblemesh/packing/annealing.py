@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import field
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -22,11 +22,22 @@ from bubblemesh.spacing.spacing import Spacing
 
 CYCLES = {"fast": 20, "normal": 100, "best": 800}
 FEWEST_CYCLES = {"fast": 2, "normal": 10, "best": 40}  # on the largest levels
-ON_COARSE_LEVELS = 2  # times as many, where the order is handed on to four times as many bubbles
+TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1, 2, 4, 4, 8), "best": (1, 2, 2, 2, 4)}  # by the number of finer levels
+SHAKEN_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 REGULAR_VALENCE = 6
 
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
 Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
+
+
+class Rank(NamedTuple):
+    """Where a level stands among those of a packing."""
+
+    coarser: int = 0  # number of levels before it
+    finer: int = 0  # number of levels after it
+
+
+ONLY = Rank()
 
 
 @record
@@ -42,12 +53,12 @@ class NoAnnealing:
         spacing: Spacing,
         random: np.random.Generator,
         relax: Relax,
-        coarse: bool = False,
+        rank: Rank = ONLY,
     ) -> Relaxed:
         """The bubbles as they are."""
         return Relaxed.none(net.bubbles)
 
-    def cycles(self, bubbles: int, coarse: bool = False) -> int:
+    def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
         """Zero, whatever the number of bubbles."""
         return 0
 
@@ -64,7 +75,7 @@ class Annealing:
     """
 
     effort: Annotated[
-        Literal["fast", "normal", "best"], Doc("20, 100 or 800 cycles of shaking, twice that on coarse levels")
+        Literal["fast", "normal", "best"], Doc("20, 100 or 800 cycles of shaking, 2 to 8 times that on coarse levels")
     ] = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
@@ -80,11 +91,11 @@ class Annealing:
         spacing: Spacing,
         random: np.random.Generator,
         relax: Relax,
-        coarse: bool = False,
+        rank: Rank = ONLY,
     ) -> Relaxed:
-        """The bubbles after all cycles, each a displacement and a relaxation, on a ``coarse`` level or the only one."""
+        """The bubbles after all cycles of a level, each a displacement and a relaxation."""
         parts = [Relaxed.none(net.bubbles)]
-        cycles = self.cycles(len(net.bubbles), coarse)
+        cycles = self.cycles(len(net.bubbles), rank)
         for cycle in range(cycles):
             displaced = self._displaced(net, 1 - cycle / cycles, random)
             net = connect_inside(displaced, domain, spacing, net)
@@ -94,11 +105,19 @@ class Annealing:
             net = connect_inside(relaxed.bubbles, domain, spacing) if relaxed.lost else net.of(relaxed.bubbles)
         return Relaxed.one_of(parts)
 
-    def cycles(self, bubbles: int, coarse: bool = False) -> int:
-        """Number of cycles on a level of so many bubbles, which is a ``coarse`` one or the only one."""
-        most, fewest = CYCLES[self.effort], FEWEST_CYCLES[self.effort]
-        times = ON_COARSE_LEVELS if coarse else 1
-        return math.ceil(times * max(most * min(1, self.fully_shaken / bubbles), fewest))
+    def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
+        """Number of cycles on a level of so many bubbles.
+
+        A coarse level gets more of them than an only one: it is small beside the finest, and all others take over its
+        order. But on the finest of several levels, and on a large one next to it, shaking breaks more of the order that
+        was taken over than it lessens the strain.
+        """
+        most_next = SHAKEN_NEXT_TO_FINEST[self.effort]
+        if rank.coarser and (rank.finer == 0 or (rank.finer == 1 and bubbles > most_next)):
+            return 0
+        most, fewest, times = CYCLES[self.effort], FEWEST_CYCLES[self.effort], TIMES[self.effort]
+        share = min(1, self.fully_shaken / bubbles)
+        return math.ceil(times[min(rank.finer, len(times) - 1)] * max(most * share, fewest))
 
     def sparing(self, calm: Calm) -> "Annealing":
         """Annealing of all but calm bubbles, which are left alone."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
 from bubblemesh.records import record
@@ -22,7 +23,7 @@ class TimeUp(Exception):  # noqa: N818 - it ends the packing, but is no error
 class Stage:
     """A part of a packing: the rounds on a level until its termination says stop."""
 
-    level: int
+    rank: Rank  # of its level
     annealing: bool  # the stage begins by annealing
     finishing: bool  # the packing is finished at its end
     work: float  # expected cost, in steps of relaxation of one bubble
@@ -30,25 +31,26 @@ class Stage:
     @property
     def opening(self) -> bool:
         """Whether the stage is the first of all."""
-        return self.level == 0 and not self.annealing
+        return self.rank.coarser == 0 and not self.annealing
 
 
 def stages_of(method: Method, levels: int, bubbles: int) -> tuple[Stage, ...]:
     """Stages of a method on its levels; the first has so many ``bubbles``, and each next one four times more.
 
-    Each level settles, and but for the finest of several it is annealed then and settles again.
+    Each level settles; those that have cycles of annealing go through these then, and settle again.
     """
     stages = []
     for level in range(levels):
-        finest, count = level == levels - 1, bubbles * 4**level
+        rank, count = Rank(coarser=level, finer=levels - 1 - level), bubbles * 4**level
+        finest = rank.finer == 0
         work = count * (CONNECTING + method.termination.expected_steps(level == 0))
-        cycles = 0 if finest and level > 0 else method.annealing.cycles(count, coarse=not finest)
+        cycles = method.annealing.cycles(count, rank)
         if cycles:
-            stages.append(Stage(level, annealing=False, finishing=False, work=work))
+            stages.append(Stage(rank, annealing=False, finishing=False, work=work))
             work += count * cycles * (CONNECTING + method.annealing.shake_steps)
         if finest:
             work += _finishing_work(method, count)
-        stages.append(Stage(level, annealing=cycles > 0, finishing=finest, work=work))
+        stages.append(Stage(rank, annealing=cycles > 0, finishing=finest, work=work))
     return tuple(stages)
 
 

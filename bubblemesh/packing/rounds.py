@@ -78,8 +78,8 @@ def rounds(
     progress = Progress(stages, watch, connect(method.perturbation(start, levels[0], random), domain))
     try:
         for stage in stages:
-            if stage.level > level:
-                level = stage.level
+            if stage.rank.coarser > level:
+                level = stage.rank.coarser
                 progress.net = connect(refined(progress.net, domain, levels[level]), domain)
             progress.begin(stage)
             number += yield from LevelRun(domain, levels[level], method, random, progress).rounds(stage, number + 1)
@@ -118,8 +118,8 @@ class LevelRun:
             # 1. The bubbles move; in the round that anneals they are displaced before, again and again.
             steps = method.termination.steps(stage.opening and number == 0)
             if stage.annealing and number == 0:
-                coarse = not stage.finishing
-                relaxed = method.annealing(progress.net, self.domain, self.spacing, self.random, self.relax, coarse)
+                state = progress.net, self.domain, self.spacing, self.random
+                relaxed = method.annealing(*state, self.relax, stage.rank)
             else:
                 relaxed = self.relax(progress.net, steps, number, odd)
             # 2. They are triangulated where they are now, with the spacing there.

@@ -6,7 +6,7 @@ from lattices import packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.annealing import CYCLES, Annealing
+from bubblemesh.packing.annealing import CYCLES, ONLY, Annealing, Rank
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import connect, connect_inside
@@ -33,9 +33,9 @@ class Recorder:
         return [net.bubbles.x for net in self.nets]
 
 
-def shaken(scheme, domain, spacing, bubbles, seed=0, relax=None, coarse=False):
+def shaken(scheme, domain, spacing, bubbles, seed=0, relax=None, rank=ONLY):
     recorder = relax or Recorder()
-    result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder, coarse)
+    result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder, rank)
     return result, recorder
 
 
@@ -102,8 +102,24 @@ def test_the_largest_systems_have_the_fewest_cycles(effort, cycles):
 @pytest.mark.parametrize(("full", "cycles"), [(37, 200), (20, 109), (1, 20)])
 def test_coarse_levels_have_twice_as_many_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
-    _, recorder = shaken(Annealing(fully_shaken=full), domain, spacing, bubbles, coarse=True)
+    _, recorder = shaken(Annealing(fully_shaken=full), domain, spacing, bubbles, rank=Rank(finer=1))
     assert len(recorder.nets) == cycles
+
+
+@pytest.mark.parametrize(
+    ("effort", "cycles"), [("fast", [20, 40, 80, 80, 160, 160]), ("best", [800, 1600, 1600, 1600, 3200, 3200])]
+)
+def test_levels_whose_order_is_handed_on_often_have_more_cycles(effort, cycles):
+    assert [Annealing(effort=effort).cycles(4000, Rank(finer=finer)) for finer in range(6)] == cycles
+
+
+def test_finest_of_several_levels_has_no_cycles_and_a_large_one_next_to_it_only_the_best_effort():
+    for effort in CYCLES:
+        assert Annealing(effort=effort).cycles(500, Rank(coarser=1)) == 0
+    for bubbles in (2000, 2001):
+        cycles = [Annealing(effort=effort).cycles(bubbles, Rank(coarser=1, finer=1)) for effort in CYCLES]
+        assert cycles == ([40, 200, 1600] if bubbles == 2000 else [0, 0, 1600])
+    assert Annealing().cycles(2001, Rank(finer=1)) == 200  # the coarsest level, which takes over no order
 
 
 @pytest.mark.parametrize("d", [1.0, 0.01])

@@ -64,7 +64,7 @@ def test_multilevel_tells_its_progress_evenly():
 
 def test_stages_begin_with_the_coarsest_level_and_finish_once():
     stages = stages_of(METHODS["multilevel"], 3, 200)
-    assert [(stage.level, stage.annealing, stage.finishing) for stage in stages] == [
+    assert [(stage.rank.coarser, stage.annealing, stage.finishing) for stage in stages] == [
         (0, False, False),
         (0, True, False),
         (1, False, False),
