@@ -12,6 +12,8 @@ CONNECTING = 8.0
 SMOOTHING = 60.0  # a pass
 MENDING, MENDING_AT_LEAST = 25.0, 4e5
 
+TOLD_AFTER = 2e4  # steps of a bubble, some half a millisecond: a watch takes time, too
+
 Watch = Callable[[float], None]  # is told, again and again, what share of the packing is done; may raise TimeUp
 
 
@@ -64,7 +66,7 @@ class Progress:
 
     def __init__(self, stages: Sequence[Stage], watch: Watch, net: Net) -> None:
         self._total = sum(stage.work for stage in stages)
-        self._done, self._end, self._watch = 0.0, 0.0, watch
+        self._done, self._end, self._untold, self._watch = 0.0, 0.0, TOLD_AFTER, watch
         self.net = net
 
     def begin(self, stage: Stage) -> None:
@@ -73,6 +75,9 @@ class Progress:
         self.add(0.0)
 
     def add(self, work: float) -> None:
-        """Count so many steps of a bubble; TimeUp if the watch does."""
+        """Count so many steps of a bubble; TimeUp if the watch does, when it is told."""
         self._done = min(self._done + work, self._end)
-        self._watch(self._done / self._total)
+        self._untold += work
+        if self._untold >= TOLD_AFTER:
+            self._untold = 0.0
+            self._watch(self._done / self._total)
