@@ -91,8 +91,8 @@ METHODS["ellipses"] = replace(
     METHODS["multilevel"],
     levels=SingleLevel(),
     population=Defects(delete_shorter=0.72, insert_longer=1.5, insert_longer_at_crowd=1.3),
-    smoothing=Smoothing(passes=8, shape_steps=4, spacing_weight=4.0),
-    mending=Mending(mend_attempts=5, mend_worse=1.2),
+    smoothing=Smoothing(passes=6, shape_steps=4, spacing_weight=5.0),
+    mending=Mending(mend_attempts=32, mend_worse=1.15),
 )
 
 

@@ -38,11 +38,12 @@ def annealed(
     cycles = annealing.cycles(len(ellipses.tensors))
     for cycle in range(cycles):
         if cycle % LOOK_AFTER == 0:
+            ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
             free = spacing.shares(ellipses.net.bubbles.x) > SPARED
         amplitude = np.where(free, _amplitude(annealing, ellipses, 1 - cycle / cycles), 0.0)
         chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
         moves = unmapped(roots(ellipses.tensors), amplitude[:, None] * chance)
-        ellipses = ellipses.displaced(moves, spacing)
+        ellipses = ellipses.displaced(moves)
         # The tensors from before the relaxation do until the next displacement.
         ellipses = ellipses.at(relaxed(ellipses, schemes, annealing.shake_steps)[0])
         yield (cycle + 1) / cycles, ellipses

@@ -35,10 +35,10 @@ class EllipseNet(NamedTuple):
         """Mask (n,) of the bubbles inside the domain."""
         return np.arange(len(self.tensors)) >= self.net.bubbles.boundary_count
 
-    def displaced(self, moves: Floats, spacing: MetricSpacing) -> "EllipseNet":
-        """The net after moves (n, 2) of bubbles, as far as they invert no triangle, and flips."""
+    def displaced(self, moves: Floats) -> "EllipseNet":
+        """The net after moves (n, 2) of bubbles, as far as they invert no triangle, and flips in the same tensors."""
         x, _ = moved(self.net.bubbles.x, moves, self.net.triangles)
-        return self.moved(x, spacing)
+        return _flipped(self.net, self.net.bubbles.moved(x), self.net.triangles, self.tensors, self.known)
 
     def moved(self, x: Floats, spacing: MetricSpacing) -> "EllipseNet":
         """The net with its bubbles at x (n, 2), where no triangle is inverted, after flips."""

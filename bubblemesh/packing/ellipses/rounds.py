@@ -14,6 +14,7 @@ from bubblemesh.packing.ellipses.net import EllipseNet, connected
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import smoothed
+from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.progress import TimeUp, Watch
@@ -22,7 +23,8 @@ from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-SETTLED, ANNEALED, SETTLED_AGAIN = 0.4, 0.6, 0.7  # shares of the packing that are done then
+LAST_PASSES = 2  # of the smoothing, after trials
+SETTLED, ANNEALED, SETTLED_AGAIN, TRIED = 0.25, 0.45, 0.55, 0.95  # shares of the packing that are done then
 
 
 def rounds_in_metric(
@@ -109,13 +111,24 @@ class LevelRun:
             progress.tell(SETTLED + share * (ANNEALED - SETTLED))
 
     def finish(self, number: int) -> Round:
-        """Finish the packing by passes of smoothing, with mending between the first of them."""
+        """Finish the packing by passes of smoothing, with mending between them."""
         progress, smoothing, mending = self.progress, self.schemes.smoothing, self.schemes.mending
         before = len(progress.ellipses.tensors)
         if isinstance(smoothing, Smoothing):
             for done in range(smoothing.passes):
-                if isinstance(mending, Mending) and 0 < done <= mending.mend_attempts:
-                    progress.ellipses = mended(progress.ellipses, self.spacing, smoothing, mending)
+                if isinstance(mending, Mending) and mending.mend_attempts > 0:
+                    self.mend(done, smoothing, mending)
                 progress.ellipses = smoothed(progress.ellipses, self.spacing, smoothing)
-                progress.tell(SETTLED_AGAIN + (1 - SETTLED_AGAIN) * (done + 1) / smoothing.passes)
         return Round(number, before, 0, progress.ellipses.net, np.zeros(0), 0, "the metric is packed")
+
+    def mend(self, done: int, smoothing: Smoothing, mending: Mending) -> None:
+        """Take bubbles away between the first passes of smoothing, of which so many are done; try before the last."""
+
+        def tell(share: float) -> None:
+            self.progress.tell(SETTLED_AGAIN + share * (TRIED - SETTLED_AGAIN))
+
+        ellipses, given = self.progress.ellipses, (self.spacing, smoothing, mending)
+        if 0 < done < smoothing.passes - LAST_PASSES:
+            self.progress.ellipses = mended(ellipses, *given)
+        elif done == smoothing.passes - LAST_PASSES:
+            self.progress.ellipses = tried(ellipses, *given, self.random, tell)

@@ -1,0 +1,166 @@
+"""Trials: at bad triangles bubbles leave, come or are displaced, and stay so where triangles get better by it.
+
+Forces and smoothing find the best places of bubbles for the neighbours that they have, trials find other neighbours.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.ellipses import costs_in, moved
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import doubled_areas
+from bubblemesh.meshes.tensors import area_sizes, determinants, edge_lengths, roots, unmapped
+from bubblemesh.packing.ellipses.net import EllipseNet
+from bubblemesh.packing.ellipses.patches import Patches, patches_around
+from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, side_weight, smoothed_places
+from bubblemesh.packing.mending import Mending
+from bubblemesh.packing.net import Net
+from bubblemesh.packing.placement import CLIPPED_AT
+from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.spacing.metric.metric import MetricSpacing
+
+PASSES = 2  # of flips and smoothing in a trial
+PRICE = 2.0  # what triangles have to cost less for one bubble more, and may cost more for one less
+HOPE = 1.0  # costs above those before, of a patch that a pass is still made for
+LEAST_GAIN = 1e-3  # costs that are less by more than rounding
+AGAIN = 0.8  # of the chance to be tried, of a triangle for each trial in vain at its nodes
+PERFECT_AREA = np.sqrt(3) / 4
+SMALL, LARGE = 0.8, 1.2  # triangles, by their areas in the metric and in terms of perfect ones
+VALENCE_NOISE, LENGTH_NOISE = 0.6, 0.2  # in the choice of the bubble that leaves, of the edge to which one comes
+CHANCES = np.array([[0.8, 0.05], [0.25, 0.25], [0.05, 0.9]])  # at small, other and large ones: a bubble leaves, comes
+
+
+@dataclass(frozen=True)
+class Tried:
+    """Bubbles and triangles as trials have left them so far."""
+
+    x: Floats  # (n, 2)
+    tensors: Floats  # (n, 3): of the metric that is asked for
+    triangles: Integers  # (t, 3)
+    costs: Floats  # (t,)
+    failures: Integers  # (n,): trials in vain of triangles there
+
+
+def tried(
+    ellipses: EllipseNet,
+    spacing: MetricSpacing,
+    smoothing: Smoothing,
+    mending: Mending,
+    random: np.random.Generator,
+    tell: Callable[[float], None] = lambda share: None,
+) -> EllipseNet:
+    """The net after ``mend_attempts`` at its triangles with a measure above ``mend_worse``.
+
+    What share of them is done is told.
+    """
+    net, asked = ellipses.net, spacing.unstraightened
+    x, triangles = net.bubbles.x, net.triangles
+    trials = Trials(net, asked, smoothing, mending, random)
+    state = Tried(x, asked.at(x), triangles, costs(x, triangles, asked, smoothing), np.zeros(len(x), np.int64))
+    for attempt in range(mending.mend_attempts):
+        candidates = trials.candidates(state)
+        if len(candidates) == 0:
+            break
+        state = trials.attempt(state, candidates)
+        tell((attempt + 1) / mending.mend_attempts)
+    fixed, tensors = net.bubbles.boundary_count, spacing.at(state.x)
+    shell, d = net.bubbles.select(np.arange(fixed)), area_sizes(tensors)
+    bubbles, (edges, _) = shell.append(state.x[fixed:], d[fixed:]), unique_edges(state.triangles)
+    done = Net(bubbles, net.facets, net.facet_piece, net.two_sided, state.triangles, edges)
+    return EllipseNet(done, tensors, state.x)
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Trials within the boundary of a net."""
+
+    net: Net
+    spacing: MetricSpacing
+    smoothing: Smoothing
+    mending: Mending
+    random: np.random.Generator
+
+    def candidates(self, state: Tried) -> Integers:
+        """Rows (c,) of bad triangles, by chance: sooner those that are worse, later where trials were in vain."""
+        bad = np.flatnonzero(state.costs > self.mending.mend_worse**4 - 1)
+        chance = np.sqrt(state.costs[bad]) * AGAIN ** state.failures[state.triangles[bad]].sum(axis=1)
+        return bad[np.argsort(-chance * self.random.random(len(bad)), kind="stable")]
+
+    def attempt(self, state: Tried, candidates: Integers) -> Tried:
+        """The state after trials at some of the candidates (c,), whose patches are apart."""
+        edges, _ = unique_edges(state.triangles)
+        chosen, within, patches = patches_around(candidates, self.net, state.x, state.triangles, edges)
+        corners, count = state.triangles[chosen], len(chosen)
+        before, owner = _sums(state.costs[within], patches.owner, count), np.full(len(within), -1)
+        owner[within] = patches.owner
+        # 1. Bubbles leave, come and are displaced; what is around them is smoothed.
+        patches = self.smoothed(self.changed(patches, corners, state, edges), before)
+        # 2. Patches stay so whose triangles cost less.
+        cost = costs(patches.x, patches.triangles, self.spacing, self.smoothing)
+        better = _sums(cost, patches.owner, count) < before - LEAST_GAIN
+        cost, patches = cost[better[patches.owner]], patches.select(better)
+        # 3. The others are as they were.
+        n, came, stays = len(state.x), int((patches.nodes < 0).sum()), ~np.append(better, False)[owner]
+        nodes = np.where(patches.nodes < 0, n - 1 + np.cumsum(patches.nodes < 0), patches.nodes)
+        x, tensors = (np.append(part, np.zeros((came, part.shape[1])), axis=0) for part in (state.x, state.tensors))
+        x[nodes], tensors[nodes] = patches.x, self.spacing.at(patches.x)
+        failures = np.append(state.failures, np.zeros(came, np.int64))
+        failures[corners] += 1
+        failures[corners[better]] = 0
+        triangles = np.concatenate([state.triangles[stays], nodes[patches.triangles]])
+        used = np.arange(len(x)) < self.net.bubbles.boundary_count
+        used[triangles] = True
+        numbered = (np.cumsum(used) - 1)[triangles]
+        return Tried(x[used], tensors[used], numbered, np.append(state.costs[stays], cost), failures[used])
+
+    def changed(self, patches: Patches, corners: Integers, state: Tried, edges: Integers) -> Patches:
+        """Patches in which a bubble has left, one has come, or the free ones are displaced.
+
+        One leaves sooner where the triangle in the middle, with these corners (k, 3), is small in the metric, and it is
+        a corner with few neighbours; one comes sooner where that is large, to the longest side.
+        """
+        x, number, rows = state.x[corners], np.full(len(state.x), -1), np.arange(len(corners))
+        number[patches.nodes] = np.arange(len(patches.nodes))
+        corners_there = number[corners]
+        area = np.sqrt(determinants(state.tensors[corners].mean(axis=1))) * doubled_areas(x) / 2
+        leaves, comes = CHANCES[np.digitize(area / PERFECT_AREA, [SMALL, LARGE])].T
+        chance, noise = self.random.random(len(corners)), self.random.standard_normal((len(corners), 3))
+        leaving, coming = chance < leaves, chance > 1 - comes
+        # 1. A corner leaves.
+        valence = np.bincount(edges.ravel(), minlength=len(state.x))[corners]
+        few = np.where(patches.free[corners_there], valence + VALENCE_NOISE * noise, np.inf).argmin(axis=1)
+        gone = np.zeros(len(patches.x), bool)
+        gone[corners_there[rows, few][leaving]] = True
+        # 2. A side is halved.
+        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+        lengths = edge_lengths(state.x, state.tensors, sides.reshape(-1, 2)).reshape(-1, 3)
+        long = (lengths + LENGTH_NOISE * noise).argmax(axis=1)
+        halved = number[sides[rows, long][coming]]
+        inner = patches.free[halved].any(axis=1)
+        changed = patches.changed(gone & patches.free, halved[inner])
+        # 3. Elsewhere bubbles are displaced.
+        shaken = np.flatnonzero(changed.free & ~(leaving | coming)[changed.patch])
+        random = self.random.standard_normal((len(shaken), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+        moves = np.zeros_like(changed.x)
+        moves[shaken] = unmapped(roots(self.spacing.at(changed.x[shaken])), self.mending.mend_amplitude * random)
+        return changed._replace(x=moved(changed.x, moves, changed.triangles)[0])
+
+    def smoothed(self, patches: Patches, before: Floats) -> Patches:
+        """Patches after flips and smoothing, without those that cost so much more than before that there is no hope."""
+        for done in range(PASSES):
+            triangles, edges = better_shapes(patches.x, patches.triangles, patches.facets, self.spacing)
+            x, metrics = smoothed_places(patches.x, triangles, edges, patches.free, self.spacing, self.smoothing)
+            patches = patches._replace(x=x, triangles=triangles)
+            if done < PASSES - 1:
+                about = costs_in(x, triangles, *metrics, side_weight(self.smoothing)) - 1
+                patches = patches.select(_sums(about, patches.owner, len(before)) < before + HOPE)
+        return patches
+
+
+def _sums(costs: Floats, owner: Integers, count: int) -> Floats:
+    """Costs (count,) of the triangles (t,) of each owner with the price of its bubbles; infinite without triangles."""
+    triangles = np.bincount(owner, minlength=count)  # two of each bubble
+    return np.where(triangles > 0, np.bincount(owner, costs, count) + PRICE / 2 * triangles, np.inf)

@@ -1,0 +1,156 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metrics import uniform_metric
+
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshes.tensors import of_axes
+from bubblemesh.packing.ellipses.net import connected
+from bubblemesh.packing.ellipses.patches import patches_around
+from bubblemesh.packing.ellipses.rounds import rounds_in_metric
+from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, shape_measures
+from bubblemesh.packing.ellipses.trials import tried
+from bubblemesh.packing.methods import METHODS
+from bubblemesh.spacing.metric.metric import MetricSpacing
+
+METHOD = METHODS["ellipses"]
+CORNERS = rings.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
+LINE = rings.open_path((0.2, 0.5), [rings.LineTo((0.8, 0.55))], "line")
+SQUARE = Domain.of(CORNERS)
+SLIT = Domain.of(CORNERS, parts=Parts(lines=(LINE,)))
+
+
+def waves():
+    """A metric that turns and widens."""
+
+    def tensors(x, y):
+        angle = np.sin(5 * x) + np.cos(4 * y)
+        across = 0.03 + 0.02 * np.sin(7 * x - 2 * y)
+        return of_axes(across, np.full(len(x), 0.1), np.column_stack([np.cos(angle), np.sin(angle)]))
+
+    return MetricSpacing.of_tensors(tensors)
+
+
+def settled(domain, spacing):
+    """Ellipses that have settled, but are not finished."""
+    first = next(rounds_in_metric(METHOD.placement(domain, spacing, 10**6), domain, [spacing], METHOD))
+    return connected(first.net.bubbles, domain, spacing)
+
+
+def attempted(ellipses, spacing, seed=0, tell=lambda share: None, **keys):
+    mending = replace(METHOD.mending, **keys)
+    return tried(ellipses, spacing, METHOD.smoothing, mending, np.random.default_rng(seed), tell)
+
+
+@pytest.fixture(scope="module", params=[SQUARE, SLIT], ids=["square", "slit"])
+def ellipses(request):
+    return settled(request.param, waves())
+
+
+def total(some, price=0.0):
+    return (costs(some.net.bubbles.x, some.net.triangles, waves(), METHOD.smoothing) + price).sum()
+
+
+def test_trials_lessen_what_triangles_cost(ellipses):
+    net, found = ellipses.net, attempted(ellipses, waves())
+    assert total(found, price=1.0) < 0.9 * total(ellipses, price=1.0)
+    x, triangles, fixed = found.net.bubbles.x, found.net.triangles, net.bubbles.boundary_count
+    assert (signed_areas(x, triangles) > 0).all()
+    assert signed_areas(x, triangles).sum() == pytest.approx(1)
+    assert len(found.net.edges) == len(x) + len(triangles) - 1
+    np.testing.assert_array_equal(np.unique(triangles), np.arange(len(x)))
+    np.testing.assert_array_equal(x[:fixed], net.bubbles.x[:fixed])
+    np.testing.assert_allclose(found.tensors, waves().at(x))
+    assert found.net.are_facets(found.net.edges).sum() == len(net.facets)
+
+
+def test_trials_are_the_same_for_the_same_seed(ellipses):
+    one, same, other = (attempted(ellipses, waves(), seed).net.bubbles.x.tobytes() for seed in (1, 1, 2))
+    assert one == same != other
+
+
+def test_trials_tell_what_share_is_done(ellipses):
+    told = []
+    attempted(ellipses, waves(), tell=told.append, mend_attempts=4)
+    assert told == [0.25, 0.5, 0.75, 1.0]
+
+
+def test_where_no_triangle_is_bad_nothing_is_tried(ellipses):
+    told = []
+    found = attempted(ellipses, waves(), tell=told.append, mend_worse=1e3)
+    assert not told
+    np.testing.assert_array_equal(found.net.bubbles.x, ellipses.net.bubbles.x)
+    np.testing.assert_array_equal(found.net.triangles, ellipses.net.triangles)
+
+
+def lattice():
+    spacing = uniform_metric(0.1, 0.2, 0.0)
+    *_, last = rounds_in_metric(METHOD.placement(SQUARE, spacing, 10**6), SQUARE, [spacing], METHOD)
+    return spacing, last.bubbles
+
+
+def middle_of(bubbles):
+    return np.hypot(*(bubbles.x - 0.5).T).argmin()
+
+
+def test_a_bubble_comes_where_one_lacks():
+    spacing, bubbles = lattice()
+    without = bubbles.select(np.delete(np.arange(len(bubbles)), middle_of(bubbles)))
+    found = attempted(connected(without, SQUARE, spacing), spacing)
+    assert len(found.tensors) == len(bubbles)
+
+
+def test_a_bubble_leaves_where_one_is_too_many():
+    spacing, bubbles = lattice()
+    more = bubbles.append(bubbles.x[[middle_of(bubbles)]] + [[0.03, 0.02]], np.ones(1))
+    found = attempted(connected(more, SQUARE, spacing), spacing)
+    assert len(found.tensors) == len(bubbles)
+
+
+def test_patches_are_apart(ellipses):
+    net, candidates = ellipses.net, np.arange(0, len(ellipses.net.triangles), 3)
+    x, triangles, edges = net.bubbles.x, net.triangles, net.edges
+    chosen, within, patches = patches_around(candidates, net, x, triangles, edges)
+    assert len(chosen) > 3
+    assert chosen[0] == candidates[0]
+    patch = np.full(len(x), -1)
+    patch[patches.nodes] = patches.patch
+    first, last = patch[edges].T
+    assert ((first == last) | (first < 0) | (last < 0)).all()
+    np.testing.assert_array_equal(patches.nodes[patches.triangles], triangles[within])
+    np.testing.assert_array_equal(patch[triangles[chosen]], np.arange(len(chosen))[:, None] + np.zeros(3, int))
+    # All triangles of what may move are there.
+    free = patches.nodes[patches.free]
+    assert (free >= net.bubbles.boundary_count).all()
+    assert within[np.isin(triangles, free).any(axis=1)].all()
+    # There is no room for one more.
+    taken = net.within(patches.nodes, 1)
+    assert net.dilated(taken, 2)[triangles[candidates]].any(axis=1).all()
+
+
+def test_some_of_the_patches_are_as_they_were(ellipses):
+    net = ellipses.net
+    _, _, patches = patches_around(np.arange(len(net.triangles)), net, net.bubbles.x, net.triangles, net.edges)
+    chosen = np.arange(patches.patch.max() + 1) % 2 == 0
+    some = patches.select(chosen)
+    kept = chosen[patches.owner]
+    np.testing.assert_array_equal(some.nodes[some.triangles], patches.nodes[patches.triangles[kept]])
+    np.testing.assert_array_equal(some.owner, patches.owner[kept])
+    assert some.free.sum() == patches.free[chosen[patches.patch]].sum()
+
+
+def test_flips_leave_no_edge_whose_flip_would_better_the_worse_of_two_triangles(ellipses):
+    net, spacing = ellipses.net, waves()
+    triangles, edges = better_shapes(net.bubbles.x, net.triangles, net.facets, spacing)
+    again, _ = better_shapes(net.bubbles.x, triangles, net.facets, spacing)
+    np.testing.assert_array_equal(again, triangles)
+    assert (
+        shape_measures(net.bubbles.x, triangles, spacing).sum()
+        < shape_measures(net.bubbles.x, net.triangles, spacing).sum()
+    )
+    np.testing.assert_array_equal(np.unique(np.sort(edges, axis=1), axis=0), unique_edges(triangles)[0])
