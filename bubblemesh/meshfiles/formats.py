@@ -136,6 +136,7 @@ FORMATS: Mapping[str, Format] = {
         quads=True,
     ),
     "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",), quads=True),
+    "pos": Format((".pos",), "write.pos.write_pos", None, points=False),
     "inp": Format(
         (".inp",), "write.fem.write_plane_stress", "write.fem.set_names", BOTH, solvers=("calculix",), quads=True
     ),

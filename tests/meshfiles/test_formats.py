@@ -88,7 +88,9 @@ def test_plain_words_are_words_and_differ():
 @pytest.mark.parametrize("form", FORMATS)
 def test_without_points_the_sidecar_is_there_for_ids_only(tmp_path, form):
     files = write_files(holed_square(), {}, {}, tmp_path, "plate", [form])["files"]
-    assert ("plate.labels.json" in files) == (form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "dat", "sfepy", "2dm"})
+    assert ("plate.labels.json" in files) == (
+        form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "dat", "sfepy", "2dm", "pos"}
+    )
 
 
 def test_the_format_of_an_ending_is_the_first_that_has_it(tmp_path):

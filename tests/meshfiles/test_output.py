@@ -24,7 +24,16 @@ ALL = tuple(name for name, form in FORMATS.items() if name == form.files[0][1:])
 ALL_FILES = [
     *("plate.msh", "plate.vtu", "plate.vtk", "plate.xdmf", "plate.h5", "plate_facets.xdmf", "plate_facets.h5"),
     *("plate.pvtu", "plate_0.vtu"),
-    *("plate.mesh", "plate.inp", "plate.su2", "plate.med", "plate.dat", "plate.nodes.csv", "plate.nodes.npz"),
+    *(
+        "plate.mesh",
+        "plate.pos",
+        "plate.inp",
+        "plate.su2",
+        "plate.med",
+        "plate.dat",
+        "plate.nodes.csv",
+        "plate.nodes.npz",
+    ),
     *("plate.gr3", "plate.2dm", "plate.slf", "plate.cli"),
     *("plate.labels.json", "plate.report.json"),
 ]

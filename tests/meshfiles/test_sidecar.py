@@ -15,7 +15,7 @@ COASTS = ("fort.14", "gr3", "2dm", "slf", "ugrid")
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_sidecar_is_there_where_a_format_needs_it(tmp_path, form):
     files = write_files(sandwich(regions=("a", "b")), {}, {}, tmp_path, "plate", [form])["files"]
-    needed = form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "su2", "dat", "openfoam", "skfem", "dealii", "sfepy"}
+    needed = form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "su2", "dat", "openfoam", "skfem", "dealii", "sfepy", "pos"}
     needed |= form in COASTS
     assert ("plate.labels.json" in files) == needed
     if needed:

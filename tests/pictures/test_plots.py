@@ -442,7 +442,7 @@ def test_zoom_is_view_with_commas(mesh, tmp_path):
 # Files of other programs
 
 
-@pytest.mark.parametrize("name", [name for name in FORMATS if not name.startswith(("nodes", "openfoam"))])
+@pytest.mark.parametrize("name", [name for name in FORMATS if not name.startswith(("nodes", "openfoam", "pos"))])
 def test_labels_regions_and_data_of_all_formats_are_found(name, mesh, data, tmp_path):
     fields = {"quality": radius_ratios(mesh.points, mesh.triangles), "target_spacing": data.cells["target_spacing"]}
     path = tmp_path / f"a{FORMATS[name].files[0]}"

@@ -285,7 +285,7 @@ def meshed(tmp_path_factory):
     return {1: mesh, 2: mesh.second_order()[0]}
 
 
-WITHOUT = ("su2", "fort.14", "gr3", "slf", "nodes.csv", "nodes.npz")
+WITHOUT = ("su2", "fort.14", "gr3", "slf", "pos", "nodes.csv", "nodes.npz")
 HAVE_REGIONS = [form for form in FORMATS if form not in WITHOUT]
 
 
