@@ -16,7 +16,8 @@ def record(kind: type[Any] | None = None, /, *, eq: bool = True) -> Any:
     """Make of a class what ``dataclass(frozen=True, eq=eq)`` makes of it, in a quarter of the time.
 
     Python would write and compile five methods more for each class, whether they are ever called or not. Those of
-    records are written once, here, and look up the fields when they are called.
+    records are written once, here, and look up the fields when they are called. Classes derived from a record are
+    records, too: no frozen dataclasses.
     """
     if kind is None:
         return lambda kind: _made(kind, eq)
@@ -25,19 +26,22 @@ def record(kind: type[Any] | None = None, /, *, eq: bool = True) -> Any:
 
 def _made(kind: type[Any], eq: bool) -> type[Any]:
     for name in ("__repr__", "__setattr__", "__delattr__", *(("__eq__", "__hash__") if eq else ())):
-        if name not in vars(kind):
+        if vars(kind).get(name) is None:  # one with an __eq__ of its own has None as its __hash__
             setattr(kind, name, vars(_Methods)[name])
-    return dataclass(repr=False, eq=False)(kind)
+    made = dataclass(repr=False, eq=False)(kind)
+    made.__record_fields__ = frozenset(field.name for field in fields(made))
+    return made
 
 
 class _Methods:
     """The methods that records share."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    __record_fields__: ClassVar[frozenset[str]]
 
     def __setattr__(self, name: str, value: object) -> None:
         values = self.__dict__
-        if name in values or name not in self.__dataclass_fields__:  # each field is set once, when the record is made
+        if name in values or name not in self.__record_fields__:  # each field is set once, when the record is made
             raise FrozenInstanceError(f"cannot assign to field {name!r}")
         values[name] = value
 

@@ -4,6 +4,7 @@ import pickle
 from copy import copy, deepcopy
 from dataclasses import FrozenInstanceError, asdict, dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import pytest
 
@@ -15,6 +16,7 @@ def made(decorated):
 
     @decorated
     class Made:
+        steps: ClassVar[int] = 0
         x: int
         names: list = field(default_factory=list)
         note: str = field(default="", compare=False, repr=False)
@@ -48,6 +50,16 @@ class High(Place):
     z: float = 1.0
 
 
+@record
+class Near:
+    """A number that equals others near to it."""
+
+    x: float
+
+    def __eq__(self, other):
+        return abs(self.x - other.x) < 1
+
+
 @record(eq=False)
 class Single:
     """What equals nothing but itself."""
@@ -72,6 +84,8 @@ def test_fields_of_a_record_are_set_once(kind):
     one = kind(1)
     with pytest.raises(FrozenInstanceError, match="cannot assign to field 'x'"):
         one.x = 2
+    with pytest.raises(FrozenInstanceError, match="cannot assign to field 'steps'"):
+        one.steps = 2
     with pytest.raises(FrozenInstanceError, match="cannot assign to field 'other'"):
         one.other = 2
     with pytest.raises(FrozenInstanceError, match="cannot delete field 'x'"):
@@ -97,6 +111,11 @@ def test_records_of_different_classes_differ():
 def test_methods_of_its_own_stay():
     assert repr(Place(1.0)) == "here"
     assert repr(High(1.0)) == "High(x=1.0, y=0.0, z=1.0)"
+
+
+def test_a_record_with_an_equality_of_its_own_has_a_hash():
+    assert Near(1.0) == Near(1.5)
+    assert hash(Near(1.0)) == hash(Near(1.0))
 
 
 def test_records_without_equality_are_compared_by_identity():

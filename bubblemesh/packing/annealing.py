@@ -23,7 +23,7 @@ from bubblemesh.spacing.spacing import Spacing
 CYCLES = {"fast": 20, "normal": 100, "best": 800}
 FEWEST_CYCLES = {"fast": 2, "normal": 10, "best": 40}  # on the largest levels
 TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1, 2, 4, 4, 8), "best": (1, 2, 2, 2, 4)}  # by the number of finer levels
-SHAKEN_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
+ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 REGULAR_VALENCE = 6
 
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
@@ -109,10 +109,10 @@ class Annealing:
         """Number of cycles on a level of so many bubbles.
 
         A coarse level gets more of them than an only one: it is small beside the finest, and all others take over its
-        order. But on the finest of several levels, and on a large one next to it, shaking breaks more of the order that
-        was taken over than it lessens the strain.
+        order. But on the finest of several levels, and on a large one next to it, annealing breaks more of the order
+        that was taken over than it lessens the strain.
         """
-        most_next = SHAKEN_NEXT_TO_FINEST[self.effort]
+        most_next = ANNEALED_NEXT_TO_FINEST[self.effort]
         if rank.coarser and (rank.finer == 0 or (rank.finer == 1 and bubbles > most_next)):
             return 0
         most, fewest, times = CYCLES[self.effort], FEWEST_CYCLES[self.effort], TIMES[self.effort]

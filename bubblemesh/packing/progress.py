@@ -12,7 +12,7 @@ CONNECTING = 8.0
 SMOOTHING = 60.0  # a pass
 MENDING, MENDING_AT_LEAST = 25.0, 4e5
 
-TOLD_AFTER = 2e4  # steps of a bubble, some half a millisecond: a watch takes time, too
+TOLD_AFTER = 2e3  # steps of a bubble, about a tenth of a millisecond: a watch takes time, too
 
 Watch = Callable[[float], None]  # is told, again and again, what share of the packing is done; may raise TimeUp
 

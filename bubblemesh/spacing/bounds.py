@@ -15,11 +15,15 @@ from bubblemesh.records import record
 NONE = np.zeros(())  # slope of a constant
 
 
+class NoBoundsError(Exception):
+    """There are no bounds of what a function does with its arguments."""
+
+
 @record(eq=False)
 class Bounds:
-    """Bounds of a function within each of some boxes; what is not known is infinite, or no number.
+    """Bounds of a function within each of some boxes; what is not known is infinite.
 
-    Functions of the table `RULES` take it, all others raise a TypeError.
+    Functions of the table `RULES` take it, all others raise a `NoBoundsError`.
     """
 
     low: Floats  # (n,): least value
@@ -56,23 +60,29 @@ class Bounds:
         """Bounds of a function that increases with this one."""
         return self.mapped(function(self.low), function(self.high), slope)
 
-    def __array_ufunc__(self, function: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+    def __array_ufunc__(self, function: np.ufunc, method: str, *inputs: Any, **options: Any) -> "Bounds":
         if method != "__call__" or options or function not in RULES:
-            return NotImplemented
-        return RULES[function](*map(Bounds.of, inputs))
+            raise NoBoundsError(function.__name__)
+        return RULES[function](*map(Bounds.of, inputs))._known()
 
-    def __array_function__(self, *_: Any) -> Any:
-        return NotImplemented
+    def __array_function__(self, function: Callable[..., Any], *_: Any) -> Any:
+        raise NoBoundsError(function.__name__)
 
     def __array__(self, *_: Any, **__: Any) -> Any:
-        raise TypeError("bounds are no array")
+        raise NoBoundsError("array")
+
+    def _known(self) -> "Bounds":
+        """The bounds with infinite ones where one is no number, so that no rule compares what is none."""
+        none = np.isnan(self.low) | np.isnan(self.high)
+        low, high = np.where(none, -np.inf, self.low), np.where(none, np.inf, self.high)
+        return Bounds(low, high, *(np.where(none | np.isnan(one), np.inf, one) for one in (self.along_x, self.along_y)))
 
 
 @runtime_checkable
 class Bounded(Protocol):
     """A function of x and y that may know its bounds."""
 
-    def bounds(self, low: Floats, high: Floats) -> Bounds | None:
+    def bounds_within(self, low: Floats, high: Floats) -> Bounds | None:
         """Bounds within boxes between corners low (n, 2) and high (n, 2); None if nothing is known."""
 
 
@@ -116,7 +126,7 @@ def _power(a: Bounds, b: Bounds) -> Bounds:
     """Powers of what is positive, and whole positive powers of anything, by a constant exponent."""
     exponent = b.low
     if np.ndim(exponent) or exponent != b.high:
-        raise TypeError("the exponent is no constant")
+        raise NoBoundsError("power of no constant")
     whole = exponent >= 1 and exponent % 1 == 0
     if whole and exponent % 2 == 0:
         a = _absolute(a)

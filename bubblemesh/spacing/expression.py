@@ -15,7 +15,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 from bubblemesh.records import record
-from bubblemesh.spacing.bounds import Bounds
+from bubblemesh.spacing.bounds import Bounds, NoBoundsError
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
 from bubblemesh.spacing.quantities import Dimension, is_quantity, value_of
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
@@ -121,14 +121,14 @@ class Expression:
         result[...] = values
         return result
 
-    def bounds(self, low: Floats, high: Floats) -> Bounds | None:
+    def bounds_within(self, low: Floats, high: Floats) -> Bounds | None:
         """Bounds within boxes between corners low (n, 2) and high (n, 2); None if it is of what has none."""
         if self._rasters:
             return None
         try:
             with np.errstate(all="ignore"):
                 return Bounds.of(self._evaluate(*Bounds.of_coordinates(low, high)))
-        except TypeError:  # of what makes none
+        except NoBoundsError:
             return None
 
     def __reduce__(self) -> tuple[Any, ...]:

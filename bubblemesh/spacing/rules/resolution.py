@@ -100,7 +100,7 @@ def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
     for _ in range(GRID_LEVELS + 1):
         grid = front.grid
         low = grid.centers - grid.sides[:, None] / 2
-        bounds = function.bounds(low, low + grid.sides[:, None])
+        bounds = function.bounds_within(low, low + grid.sides[:, None])
         if bounds is None:
             return False
         unsure = front.inside & ~(bounds.steepest <= growth)

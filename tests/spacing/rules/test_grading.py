@@ -9,9 +9,11 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.raster import Raster
 
 SQUARE = Domain.of(rings.rectangle(-1, -1, 1, 1))
 NONE = Sources(np.zeros((0, 2)), np.zeros(0))
@@ -239,3 +241,23 @@ def test_fast_growth_is_warned_of_with_its_place():
     assert "from 0.05" in warning
     assert "(0.12" in warning
     assert problem.refined
+
+
+def test_raster_that_grows_slowly_is_left_as_it_is():
+    columns = np.linspace(0.1, 0.3, 40)
+    raster = Raster.within((-2, -2, 2, 2), np.tile(columns, (30, 1)))
+    spacing = Spacing(raster, floor=0.1)
+    assert gradient_limited(SQUARE, spacing, 0.2, NONE).spacing is spacing
+
+
+@pytest.mark.parametrize(
+    "text", ["max(0.02 + 0.1*sqrt(x + 1), 0.01)", "max(0.01, 0.02 + 0.1*hypot(x - 0.2, y - 0.1)**0.5)"]
+)
+def test_roots_of_zero_within_bounds_are_limited(text):
+    spacing = Spacing(Expression.parse(text), floor=0.01)
+    limited = gradient_limited(SQUARE, spacing, 0.2, NONE).spacing
+    ends = np.random.default_rng(1).uniform(-0.9, 0.9, (20_000, 2))
+    others = ends + np.random.default_rng(2).uniform(-0.05, 0.05, ends.shape)
+    rise = np.abs(limited(ends) - limited(others)) / np.hypot(*(ends - others).T)
+    assert limited is not spacing
+    assert np.quantile(rise, 0.999) < 0.3
