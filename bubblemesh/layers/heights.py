@@ -62,7 +62,7 @@ def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integer
 def most_layers(columns: Columns, spacing: Spacing) -> Integers:
     """Number (c,) of layers that columns have where nothing is in their way.
 
-    None is higher than the spacing at its own place, nor than it is wide, or than the spacing at the foot where that is
+    None is higher than the spacing at its middle, nor than it is wide, or than the spacing at the foot where that is
     more and the layers are not ``isotropic``. Columns that part end before they are much farther from each other than
     the spacing. All columns of a fan are as wide as those beside it.
     """
@@ -70,7 +70,8 @@ def most_layers(columns: Columns, spacing: Spacing) -> Integers:
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
         for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
-            foot, d = columns.foot[going], _spacing_at(columns, going, height, top, spacing)
+            foot, middle = columns.foot[going], np.full(len(going), top - height / 2)
+            d = _spacing_at(columns, going, middle, spacing)
             widest = _widest(columns, top)[foot]
             wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
             fits = (height <= np.minimum(wide, d)) & (widest <= WIDEST * np.maximum(d, at_foot[foot]))
@@ -81,16 +82,13 @@ def most_layers(columns: Columns, spacing: Spacing) -> Integers:
     return most
 
 
-def _spacing_at(columns: Columns, which: Integers, height: float, top: float, spacing: Spacing) -> Floats:
-    """Spacing (k,) along some columns in the middle of a layer; NaN outside the domain where there is none.
+def _spacing_at(columns: Columns, which: Integers, height: Floats, spacing: Spacing) -> Floats:
+    """Spacing (k,) along columns (k,) at heights (k,) above the wall; outside the domain, if there is none, the foot's.
 
-    It changes by no more than a length over that length: what the foot tells to be surely enough is not looked up.
+    Layers that would reach so far end where there is room for them.
     """
-    d = columns.spacing[which] - top
-    near = np.flatnonzero(d < height)
-    middle = columns.places(which[near], np.full(len(near), top - height / 2))
-    d[near] = spacing.anywhere_towards(middle, columns.up[which[near]])
-    return d
+    d = spacing.anywhere_towards(columns.places(which, height), columns.up[which])
+    return np.where(np.isnan(d), columns.spacing[which], d)
 
 
 def _widest(columns: Columns, height: float) -> Floats:

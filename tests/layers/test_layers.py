@@ -307,6 +307,36 @@ def test_no_layer_is_higher_than_the_spacing_at_its_own_place(heights):
     assert (top - below).max() < 0.8 * problem.spacing(np.array([[2.0, 0.0]]))[0]
 
 
+@pytest.mark.parametrize(
+    "spacing",
+    ["0.2 if hypot(x, y) < 0.12 else 0.012", "min(0.2, max(0.012, 0.2 - 3*(hypot(x, y) - 0.05)))"],
+    ids=["jump", "slope"],
+)
+def test_layers_end_where_the_spacing_falls_by_more_than_the_way(spacing):
+    wire = {"circle": {"center": [0, 0], "radius": 0.05}, "label": "wire"}
+    domain = {"outer": {"rectangle": [-1, -1, 1, 1]}, "holes": [wire]}
+    problem = prepared(domain, {"on": "wire", "first": 0.004, "count": 30}, spacing=spacing)
+    strips = problem.rest.strips
+    owner, level = members(strips.heights.count)
+    top, below = (reached(strips.columns, strips.heights, owner, level + k) for k in (1, 0))
+    x = strips.columns.places(owner, (top + below) / 2)
+    assert (top - below <= problem.spacing(x) * (1 + 1e-9)).all()
+    assert strips.heights.count.min() > 5
+
+
+def test_columns_around_a_slender_hole_part_no_more_than_the_uniform_spacing_allows():
+    slender = {"ellipse": {"center": [0, 0], "radii": [0.6, 0.03]}, "label": "slender"}
+    domain = {"outer": {"rectangle": [-9, -9, 9, 9]}, "holes": [slender]}
+    problem = prepared(domain, {"on": "slender", "first": 0.004, "growth": 1, "count": 80}, spacing=0.3)
+    assert (problem.rest.strips.heights.count == 80).all()
+
+
+def test_a_slot_has_layers_also_where_the_spacing_is_defined_in_the_domain_only():
+    slot = {"outer": {"rectangle": [0, 0, 4, 0.02], "labels": SIDES}}
+    layers = {"on": ["bottom", "top"], "first": 0.05, "count": 2}
+    assert row_of(run(slot, layers, spacing="0.1 + 0*sqrt(y*(0.02 - y))"), "bottom")["count"]["least"] > 0
+
+
 def test_a_thickness_is_reached_with_a_growth_near_the_given_one():
     result = run(CHANNEL, {"on": "bottom", "first": 0.004, "thickness": 0.2, "growth": 1.3})
     row = row_of(result, "bottom")

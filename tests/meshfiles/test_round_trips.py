@@ -366,6 +366,6 @@ def test_every_format_is_read_back_here_or_by_numpy():
     here = {"msh", "msh-ascii", "vtu", "vtk", "xdmf", "dat", "mesh", "inp", "inp-strain", "su2", "med", "openfoam"}
     here |= {"ngsolve", "dealii", "sfepy", "skfem"}
     here |= {"fort.14", "gr3", "2dm", "slf", "ugrid"}  # in test_coasts.py
-    here |= {"pos"}  # in test_views.py
+    here |= {"pos"}  # in test_written_views.py
     here |= {"msh4", "pvtu"}  # with partitions, in test_partition_files.py
     assert here | {"nodes.csv", "nodes.npz"} == set(FORMATS)
