@@ -275,11 +275,13 @@ def destination_of(
     in_slices: bool = False,
 ) -> "Destination | StreamDestination":
     """Destination of the results, as of `destination`; errors as of `mesh_stream` if that is the standard output."""
-    from bubblemesh.run.destination import destination, stream_destination
+    from bubblemesh.run.destination import destination, require_fitting_coordinates, stream_destination
 
     if options.output != "-":
         return destination(case, source, options, solution, in_slices=in_slices)
-    return stream_destination(case.output, mesh_stream(as_json), options)
+    place = stream_destination(case.output, mesh_stream(as_json), options)
+    require_fitting_coordinates(case, [place.format_name])
+    return place
 
 
 def deliver(

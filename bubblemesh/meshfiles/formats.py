@@ -36,6 +36,7 @@ class Format:
     periodic: bool = False  # whether it holds which nodes of periodic sides match
     partition: bool = False  # whether it holds the parts of triangles or nodes
     quads: bool = False  # whether it holds quadrilaterals; others get their halves
+    sizes: bool = False  # whether it tells sizes, which are those of the plane that a mesh is packed in
     piece: str | None = None  # end of the name of the file that each part has, with its number for the braces
     alone: str | None = None  # as the writer unless given
     slices: str | None = None
@@ -136,7 +137,7 @@ FORMATS: Mapping[str, Format] = {
         quads=True,
     ),
     "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",), quads=True),
-    "pos": Format((".pos",), "write.pos.write_pos", None, points=False),
+    "pos": Format((".pos",), "write.pos.write_pos", None, points=False, sizes=True),
     "inp": Format(
         (".inp",), "write.fem.write_plane_stress", "write.fem.set_names", BOTH, solvers=("calculix",), quads=True
     ),
@@ -253,6 +254,13 @@ def require_order(formats: Iterable[str], order: int) -> None:
         if order not in format_named(name).orders:
             able = ", ".join(known for known, form in FORMATS.items() if order in form.orders)
             raise CaseError(f"{name} has no form for triangles of order {order}: choose among {able}, or order 1")
+
+
+def require_no_sizes(formats: Iterable[str]) -> None:
+    """Check that no format tells sizes, for coordinates that are not those of the packing; else it is a CaseError."""
+    for name in formats:
+        if format_named(name).sizes:
+            raise CaseError(f"{name} holds sizes, which are no lengths in the system of crs.to: set crs.to: auto")
 
 
 def _loaded(function: str) -> Callable[..., Any]:

@@ -18,6 +18,7 @@ from bubblemesh.meshfiles.formats import (
     FormatName,
     formats_by_ending,
     formats_for,
+    require_no_sizes,
     require_order,
     whole_only,
     without_partition,
@@ -145,7 +146,7 @@ def destination(
     """Destination that the options and the case name together, as of `destination_beside`.
 
     ``in_slices`` tells that what is packed in parts may be written part by part. An untrusted case that names a folder
-    outside of its own is a CaseError.
+    outside of its own is a CaseError, and a format that the case's coordinates do not go with.
     """
     # Relative to the case file; with a case of the standard input, or without a name, the present folder.
     directory = case.output.directory
@@ -154,7 +155,15 @@ def destination(
         _require_below(folder, case.root)
     inputs = [path for path in (None if source == "-" else source, solution) if path is not None]
     slices = _most_parts(case) if in_slices else 1
-    return destination_beside(inputs, case.output, folder, str(case.name), options, slices)
+    place = destination_beside(inputs, case.output, folder, str(case.name), options, slices)
+    require_fitting_coordinates(case, place.formats)
+    return place
+
+
+def require_fitting_coordinates(case: Case, formats: Iterable[FormatName]) -> None:
+    """Check that sizes are written in the plane of the packing only; else it is a CaseError."""
+    if case.crs is not None and case.crs.to != "auto":
+        require_no_sizes(formats)
 
 
 def _most_parts(case: Case) -> int:

@@ -1,6 +1,7 @@
 """Views of Gmsh that are written: read back here, and background fields for Gmsh."""
 
 import json
+from contextvars import copy_context
 
 import numpy as np
 import pytest
@@ -72,6 +73,26 @@ def test_a_mesh_without_a_metric_has_its_spacing_or_its_sizes(tmp_path):
         assert text[0] == 'View "target_spacing" {'
         found = [[float(word) for word in row[:-2].split("{")[1].split(",")] for row in text[1:-1]]
         np.testing.assert_array_equal(found, np.repeat(wanted[:, None], 3, axis=1))
+
+
+@pytest.mark.parametrize("extra", [{}, {"metric": {"angle": 0, "across": 20_000}}], ids=["spacing", "metric"])
+@pytest.mark.parametrize(
+    "place",
+    [["-o", "a.pos"], ["--format", "pos", "-o", "-"], ["--format", "msh", "--format", "pos"]],
+    ids=["file", "stream", "folder"],
+)
+def test_sizes_are_not_written_in_other_coordinates_than_those_of_the_plane(place, extra, tmp_path, monkeypatch):
+    pytest.importorskip("pyproj")
+    monkeypatch.chdir(tmp_path)
+    outer = {"polygon": [[-5, 60], [5, 60], [5, 64], [-5, 64]]}
+    case = {"crs": {"from": "EPSG:4326", "to": "EPSG:4326"}, "domain": {"outer": outer}, "spacing": 60_000} | extra
+    (tmp_path / "a.yaml").write_text(json.dumps(case))
+    code, _, told = command("run", "a.yaml", "-q", *place)
+    assert code == 2
+    assert "pos holds sizes, which are no lengths in the system of crs.to: set crs.to: auto" in told
+    assert [path.name for path in tmp_path.iterdir()] == ["a.yaml"]
+    code, _, told = copy_context().run(command, "run", "a.yaml", "-q", "--set", "crs.to=auto", *place)
+    assert code == 0, told
 
 
 def test_gmsh_takes_the_metric_as_its_background(mesh, tmp_path, gmsh):
