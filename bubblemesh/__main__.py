@@ -19,7 +19,7 @@ def main() -> None:
     """Entry point of the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
-    from bubblemesh.resources import seldom_look_for_garbage
+    from bubblemesh.process.resources import seldom_look_for_garbage
 
     seldom_look_for_garbage()
     atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from commands import command
 
-from bubblemesh import limits
 from bubblemesh.batch.plan import BatchOptions, plan_cases
 from bubblemesh.batch.worker import mesh_job
 from bubblemesh.case import load_case, overrides_of
 from bubblemesh.errors import FileError, LimitError
-from bubblemesh.limits import Late, enter, settle, time_left, within
+from bubblemesh.process import limits
+from bubblemesh.process.limits import Late, enter, settle, time_left, within
 from bubblemesh.run.pipeline import mesh_case
 
 SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\n"
@@ -426,7 +426,7 @@ def test_a_batch_goes_on_after_a_case_that_is_late(tmp_path, monkeypatch):
 def test_a_limit_that_was_kept_leaves_the_profiler_working():
     """An exception of a thread that is taken back makes Python look for it for ever, with which profiling hangs."""
     code = (
-        "import cProfile, time\nfrom bubblemesh.limits import within\n"
+        "import cProfile, time\nfrom bubblemesh.process.limits import within\n"
         "within(lambda: None, 60, None, time.perf_counter())\n"
         "print(cProfile.Profile().runcall(lambda: sum(k for k in range(10))))\n"
     )

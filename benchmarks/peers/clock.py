@@ -5,7 +5,7 @@ from pathlib import Path
 from time import process_time
 from typing import Self
 
-from bubblemesh.resources import peak_memory_mb
+from bubblemesh.process.resources import peak_memory_mb
 
 STATUS = Path("/proc/self/status")
 

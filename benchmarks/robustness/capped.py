@@ -11,7 +11,7 @@ from multiprocessing.process import BaseProcess
 from time import perf_counter
 from typing import Any
 
-from bubblemesh.resources import seldom_look_for_garbage
+from bubblemesh.process.resources import seldom_look_for_garbage
 
 CALLS_OF_A_PROCESS = 300  # then a fresh one takes over, so that memory that one call leaves behind burdens few
 

@@ -22,7 +22,6 @@ from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.limits import timed
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
@@ -30,6 +29,7 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
+from bubblemesh.process.limits import timed
 from bubblemesh.records import record
 from bubblemesh.run.packings import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, mesh_problem

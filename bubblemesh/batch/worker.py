@@ -13,8 +13,8 @@ from bubblemesh.errors import FileError, located
 from bubblemesh.files import local_copies, no_place, temporary_folder
 from bubblemesh.problem.files import inputs_digest
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.process.resources import forget_peak_memory
 from bubblemesh.records import record
-from bubblemesh.resources import forget_peak_memory
 from bubblemesh.run.destination import Destination
 from bubblemesh.run.pipeline import mesh_problem
 from bubblemesh.workers.workers import Tell

@@ -20,7 +20,7 @@ from bubblemesh.case.sweep import ALONE, SweepError, Variant, path_of, variants_
 from bubblemesh.case.yaml import read_text, value_ahead
 from bubblemesh.errors import CaseError
 from bubblemesh.files import confined_to
-from bubblemesh.limits import allow, within
+from bubblemesh.process.limits import allow, within
 from bubblemesh.records import record
 
 if TYPE_CHECKING:

@@ -40,8 +40,8 @@ from bubblemesh.case.layers import LayerKeys
 from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
 from bubblemesh.errors import CaseError
-from bubblemesh.limits import unlimited_memory, within
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver, formats_for
+from bubblemesh.process.limits import unlimited_memory, within
 from bubblemesh.spacing.expression import check_parameter_name
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import OWNER, sync, temporary_folder, unwritten
-from bubblemesh.limits import settle
+from bubblemesh.process.limits import settle
 
 _PREFIX = ".bubblemesh-"
 

@@ -9,13 +9,13 @@ from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import temporary_folder, unwritten
-from bubblemesh.limits import enter
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stems
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.text import json_text
 from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.process.limits import enter
 
 _REPORT = ".report.json"
 MEDIT, METRIC_FILE = "mesh", ".sol"

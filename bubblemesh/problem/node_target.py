@@ -8,9 +8,9 @@ import numpy as np
 
 from bubblemesh.errors import CaseError, Key, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.limits import timed
 from bubblemesh.messages import node_limit
 from bubblemesh.problem.problem import Problem, Task
+from bubblemesh.process.limits import timed
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes

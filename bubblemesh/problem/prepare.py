@@ -14,7 +14,6 @@ from bubblemesh.errors import CaseError, Key, LimitError, about, at_key
 from bubblemesh.geometry.distance.distances import require_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
-from bubblemesh.limits import enter, timed
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
 from bubblemesh.problem.crs import require_one_unit
@@ -26,6 +25,7 @@ from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
+from bubblemesh.process.limits import enter, timed
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.grading import Ground
 from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides

@@ -6,7 +6,6 @@ from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
-from bubblemesh.limits import enter, time_left, timed
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
@@ -14,6 +13,7 @@ from bubblemesh.packing.rounds import Round, all_rounds
 from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record
 from bubblemesh.problem.problem import Problem
+from bubblemesh.process.limits import enter, time_left, timed
 from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.spacing.grid.table import tabulated

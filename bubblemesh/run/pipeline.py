@@ -9,7 +9,6 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.kernels.library import engine
-from bubblemesh.limits import time_left, timed
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.parts.store import IN_MEMORY, Keeping
@@ -18,8 +17,9 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
+from bubblemesh.process.limits import time_left, timed
+from bubblemesh.process.resources import peak_memory_mb
 from bubblemesh.records import record
-from bubblemesh.resources import peak_memory_mb
 from bubblemesh.run.completed import Completed, completed
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import Measured, measured

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 from bubblemesh.errors import CaseError
-from bubblemesh.resources import available_cores
+from bubblemesh.process.resources import available_cores
 from bubblemesh.workers.local import local_workers
 from bubblemesh.workers.workers import Workers
 

@@ -17,7 +17,7 @@ from typing import IO, TypeVar
 
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
-from bubblemesh.resources import available_cores, seldom_look_for_garbage
+from bubblemesh.process.resources import available_cores, seldom_look_for_garbage
 from bubblemesh.workers.workers import Note, WorkerDied, Workers
 
 T = TypeVar("T")

@@ -182,4 +182,9 @@ def test_a_growth_that_is_not_named_is_that_of_case_files():
 def test_a_program_of_gmsh_loads_next_to_nothing_of_ours():
     listed = "import sys, benchmarks.layers.program; print(*(name for name in sys.modules if name[:6] == 'bubble'))"
     done = subprocess.run([sys.executable, "-c", listed], cwd=ROOT, check=True, capture_output=True, text=True)
-    assert set(done.stdout.split()) == {"bubblemesh", "bubblemesh.arrays", "bubblemesh.resources"}
+    assert set(done.stdout.split()) == {
+        "bubblemesh",
+        "bubblemesh.arrays",
+        "bubblemesh.process",
+        "bubblemesh.process.resources",
+    }

@@ -11,7 +11,6 @@ import h5py
 import numpy as np
 import pytest
 
-from bubblemesh import limits
 from bubblemesh.case import load_case
 from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.partition import Partition
@@ -21,6 +20,7 @@ from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.parts.store import InFolder, Keeping
 from bubblemesh.parts.work import alone
+from bubblemesh.process import limits
 from bubblemesh.run.pipeline import mesh_case_in_slices
 
 PLATE = """

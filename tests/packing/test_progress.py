@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from invariants import check_mesh
 
-from bubblemesh import limits
 from bubblemesh.case import load_case
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.progress import TimeUp, stages_of
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.process import limits
 from bubblemesh.run.pipeline import mesh_case
 
 CASE = """

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_of, results_in, rows_of
 
-from bubblemesh import resources
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import OWNER
 from bubblemesh.parts.work import Job
+from bubblemesh.process import resources
 from bubblemesh.workers.crew import crew_of
 from bubblemesh.workers.hire import workers_at
 from bubblemesh.workers.local import local_workers
