@@ -14,7 +14,7 @@ from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 SPARED = 0.98  # share of its length below which a shortened ellipse is left alone
-LOOK_AFTER = 10  # cycles, which ones these are: they move little in between
+LOOK_AFTER = 10  # cycles: at the metric, and which ellipses are spared; bubbles move little in between
 
 
 def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
@@ -44,7 +44,7 @@ def annealed(
         chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
         moves = unmapped(roots(ellipses.tensors), amplitude[:, None] * chance)
         ellipses = ellipses.displaced(moves)
-        # The tensors from before the relaxation do until the next displacement.
+        # Displacements and relaxations go by the tensors of the last look.
         ellipses = ellipses.at(relaxed(ellipses, schemes, annealing.shake_steps)[0])
         yield (cycle + 1) / cycles, ellipses
     if cycles:

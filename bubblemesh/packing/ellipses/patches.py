@@ -12,7 +12,7 @@ RINGS = 2  # of bubbles around a triangle that a patch has; the outermost ones s
 LOOKS = 6  # for room between the patches that are there already
 
 
-class Patches(NamedTuple):
+class PatchNet(NamedTuple):
     """Bubbles and triangles of patches, no two of which have an edge in between; bubbles are numbered anew."""
 
     nodes: Integers  # (n,): numbers of the bubbles in the net, -1 for new ones
@@ -61,7 +61,7 @@ class Patches(NamedTuple):
 
 def patches_around(
     candidates: Integers, net: Net, x: Floats, triangles: Integers, edges: Integers
-) -> tuple[Integers, Booleans, Patches]:
+) -> tuple[Integers, Booleans, PatchNet]:
     """Patches of x (n, 2), triangles (t, 3) and edges (m, 2) with the boundary of a net, around candidates (c,).
 
     Returns
@@ -95,7 +95,7 @@ def patches_around(
     nodes, number = np.flatnonzero(known), np.cumsum(known) - 1
     facets = net.facets[all_of_rows(known[net.facets])]
     free = (inner[nodes] < none) & (nodes >= net.bubbles.boundary_count)
-    return chosen, within, Patches(nodes, x[nodes], free, patch[nodes], number[triangles[within]], number[facets])
+    return chosen, within, PatchNet(nodes, x[nodes], free, patch[nodes], number[triangles[within]], number[facets])
 
 
 def _least_around(edges: Integers, values: Integers, rings: int) -> Integers:

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -10,12 +11,12 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.ellipses.annealing import annealed, relaxed
 from bubblemesh.packing.ellipses.mending import mended
-from bubblemesh.packing.ellipses.net import EllipseNet, connected
+from bubblemesh.packing.ellipses.net import EllipseNet, connected, flipped_net
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import smoothed
 from bubblemesh.packing.ellipses.trials import tried
-from bubblemesh.packing.mending import Mending
+from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.rounds import Round
@@ -24,7 +25,8 @@ from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 LAST_PASSES = 2  # of the smoothing, after trials
-SETTLED, ANNEALED, SETTLED_AGAIN, TRIED = 0.25, 0.45, 0.55, 0.95  # shares of the packing that are done then
+# Shares of the packing that are done then.
+SETTLED, ANNEALED, SETTLED_AGAIN, SMOOTHED, TRIED = 0.25, 0.45, 0.55, 0.65, 0.95
 
 
 def rounds_in_metric(
@@ -47,7 +49,9 @@ def rounds_in_metric(
         number += yield from run.settle(number + 1, SETTLED_AGAIN)
         yield run.finish(number + 1)
     except TimeUp as reason:
+        # Between two looks at the metric ellipses keep that of where they were.
         net = progress.ellipses.net
+        net = flipped_net(net, net.bubbles, net.triangles, spacing).net
         yield Round(number + 1, len(net.bubbles), 0, net, np.zeros(0), 0, str(reason))
 
 
@@ -61,6 +65,10 @@ class Progress:
     def tell(self, share: float) -> None:
         """Tell what share is done; TimeUp if the watch says so."""
         self.watch(share)
+
+    def tell_between(self, begin: float, end: float, part: float) -> None:
+        """Tell what part is done of the work from one share to another."""
+        self.tell(begin + part * (end - begin))
 
 
 @record
@@ -108,27 +116,35 @@ class LevelRun:
         progress = self.progress
         for share, ellipses in annealed(progress.ellipses, self.spacing, self.schemes, self.random):
             progress.ellipses = ellipses
-            progress.tell(SETTLED + share * (ANNEALED - SETTLED))
+            progress.tell_between(SETTLED, ANNEALED, share)
 
     def finish(self, number: int) -> Round:
-        """Finish the packing by passes of smoothing, with mending between them."""
-        progress, smoothing, mending = self.progress, self.schemes.smoothing, self.schemes.mending
-        before = len(progress.ellipses.tensors)
-        if isinstance(smoothing, Smoothing):
-            for done in range(smoothing.passes):
-                if isinstance(mending, Mending) and mending.mend_attempts > 0:
-                    self.mend(done, smoothing, mending)
-                progress.ellipses = smoothed(progress.ellipses, self.spacing, smoothing)
-        return Round(number, before, 0, progress.ellipses.net, np.zeros(0), 0, "the metric is packed")
+        """Finish the packing by passes of smoothing, with mending between the first and trials before the last ones.
 
-    def mend(self, done: int, smoothing: Smoothing, mending: Mending) -> None:
-        """Take bubbles away between the first passes of smoothing, of which so many are done; try before the last."""
+        Of few passes all come after the trials; without any there are no trials either.
+        """
+        smoothing, mending = self.schemes.smoothing, self.schemes.mending
+        before = len(self.progress.ellipses.tensors)
+        if isinstance(smoothing, Smoothing) and smoothing.passes > 0:
+            last = min(smoothing.passes, LAST_PASSES)
+            self.smooth(smoothing.passes - last, smoothing, mending, (SETTLED_AGAIN, SMOOTHED))
+            if isinstance(mending, Mending):
+                self.attempt(smoothing, mending, (SMOOTHED, TRIED))
+            self.smooth(last, smoothing, NoMending(), (TRIED, 1.0))
+        return Round(number, before, 0, self.progress.ellipses.net, np.zeros(0), 0, "the metric is packed")
 
-        def tell(share: float) -> None:
-            self.progress.tell(SETTLED_AGAIN + share * (TRIED - SETTLED_AGAIN))
+    def smooth(
+        self, passes: int, smoothing: Smoothing, mending: NoMending | Mending, shares: tuple[float, float]
+    ) -> None:
+        """Passes of smoothing; between them bubbles leave, ``mend_attempts`` times at most."""
+        progress = self.progress
+        for done in range(passes):
+            if isinstance(mending, Mending) and 0 < done <= mending.mend_attempts:
+                progress.ellipses = mended(progress.ellipses, self.spacing, smoothing, mending)
+            progress.ellipses = smoothed(progress.ellipses, self.spacing, smoothing)
+            progress.tell_between(*shares, (done + 1) / passes)
 
-        ellipses, given = self.progress.ellipses, (self.spacing, smoothing, mending)
-        if 0 < done < smoothing.passes - LAST_PASSES:
-            self.progress.ellipses = mended(ellipses, *given)
-        elif done == smoothing.passes - LAST_PASSES:
-            self.progress.ellipses = tried(ellipses, *given, self.random, tell)
+    def attempt(self, smoothing: Smoothing, mending: Mending, shares: tuple[float, float]) -> None:
+        """Try other neighbours around bad triangles."""
+        progress, tell = self.progress, partial(self.progress.tell_between, *shares)
+        progress.ellipses = tried(progress.ellipses, self.spacing, smoothing, mending, self.random, tell)

@@ -4,7 +4,6 @@ Forces and smoothing find the best places of bubbles for the neighbours that the
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,12 +13,13 @@ from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.tensors import area_sizes, determinants, edge_lengths, roots, unmapped
 from bubblemesh.packing.ellipses.net import EllipseNet
-from bubblemesh.packing.ellipses.patches import Patches, patches_around
+from bubblemesh.packing.ellipses.patches import PatchNet, patches_around
 from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, side_weight, smoothed_places
 from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 PASSES = 2  # of flips and smoothing in a trial
@@ -33,7 +33,7 @@ VALENCE_NOISE, LENGTH_NOISE = 0.6, 0.2  # in the choice of the bubble that leave
 CHANCES = np.array([[0.8, 0.05], [0.25, 0.25], [0.05, 0.9]])  # at small, other and large ones: a bubble leaves, comes
 
 
-@dataclass(frozen=True)
+@record
 class Tried:
     """Bubbles and triangles as trials have left them so far."""
 
@@ -73,7 +73,7 @@ def tried(
     return EllipseNet(done, tensors, state.x)
 
 
-@dataclass(frozen=True)
+@record
 class Trials:
     """Trials within the boundary of a net."""
 
@@ -116,7 +116,7 @@ class Trials:
         numbered = (np.cumsum(used) - 1)[triangles]
         return Tried(x[used], tensors[used], numbered, np.append(state.costs[stays], cost), failures[used])
 
-    def changed(self, patches: Patches, corners: Integers, state: Tried, edges: Integers) -> Patches:
+    def changed(self, patches: PatchNet, corners: Integers, state: Tried, edges: Integers) -> PatchNet:
         """Patches in which a bubble has left, one has come, or the free ones are displaced.
 
         One leaves sooner where the triangle in the middle, with these corners (k, 3), is small in the metric, and it is
@@ -148,7 +148,7 @@ class Trials:
         moves[shaken] = unmapped(roots(self.spacing.at(changed.x[shaken])), self.mending.mend_amplitude * random)
         return changed._replace(x=moved(changed.x, moves, changed.triangles)[0])
 
-    def smoothed(self, patches: Patches, before: Floats) -> Patches:
+    def smoothed(self, patches: PatchNet, before: Floats) -> PatchNet:
         """Patches after flips and smoothing, without those that cost so much more than before that there is no hope."""
         for done in range(PASSES):
             triangles, edges = better_shapes(patches.x, patches.triangles, patches.facets, self.spacing)

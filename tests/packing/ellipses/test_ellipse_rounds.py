@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from metrics import uniform_metric
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import of_axes, roots
+from bubblemesh.meshes.tensors import area_sizes, of_axes, roots
 from bubblemesh.packing.ellipses.annealing import SPARED, annealed
 from bubblemesh.packing.ellipses.mending import mended
 from bubblemesh.packing.ellipses.net import connected, flipped_net
@@ -16,6 +17,7 @@ from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.rounds import rounds_in_metric
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import costs, metrics_at, smoothed
+from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
@@ -32,9 +34,9 @@ def stretched_hexagon(side, factor):
     return Domain.of(rings.polygon(corners))
 
 
-def packed(domain, spacing, watch=lambda share: None):
-    levels = METHOD.levels(domain, spacing, 0)
-    return list(rounds_in_metric(METHOD.placement(domain, levels[0], 10**6), domain, levels, METHOD, watch))
+def packed(domain, spacing, watch=lambda share: None, method=METHOD):
+    levels = method.levels(domain, spacing, 0)
+    return list(rounds_in_metric(method.placement(domain, levels[0], 10**6), domain, levels, method, watch))
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.5, 20.0])
@@ -75,6 +77,76 @@ def test_when_the_time_is_up_the_mesh_is_brought_to_the_last_metric(share):
     assert (signed_areas(x, triangles) > 0).all()
     whole = packed(SQUARE, spacing)[-1]
     assert 0.6 < len(x) / len(whole.bubbles) < 1.3
+
+
+def test_bubbles_have_the_metric_of_their_places_when_the_time_is_up_between_two_looks_at_it():
+    def watch(done):
+        if done > 0.3:
+            raise TimeUp("no time")
+
+    *_, last = packed(SQUARE, front(), watch)
+    x = last.net.bubbles.x
+    np.testing.assert_array_equal(last.net.bubbles.d, area_sizes(front().at(x)))
+    assert (signed_areas(x, last.net.triangles) > 0).all()
+
+
+FINISHES = {
+    "whole": ({}, {}),
+    "no attempts": ({}, {"mend_attempts": 0}),
+    "three passes": ({"passes": 3}, {}),
+    "two passes": ({"passes": 2}, {}),
+    "one pass": ({"passes": 1}, {}),
+}
+
+
+@pytest.mark.parametrize(("smoothing", "mending"), FINISHES.values(), ids=FINISHES)
+def test_shares_are_told_after_each_pass_up_to_the_whole(smoothing, mending, monkeypatch):
+    calls = []
+
+    def counted(ellipses, spacing, smoothing):
+        calls.append(len(told))
+        return smoothed(ellipses, spacing, smoothing)
+
+    monkeypatch.setattr("bubblemesh.packing.ellipses.rounds.smoothed", counted)
+    told, method = [], with_finish(smoothing, mending)
+    packed(SQUARE, front(), told.append, method)
+    assert told == sorted(told)
+    assert told[-1] == 1
+    assert len(calls) == method.smoothing.passes
+    assert all(later > earlier for earlier, later in pairwise([*calls, len(told)]))
+
+
+@pytest.mark.parametrize(("attempts", "times"), [(0, 0), (2, 2), (32, 3)])
+def test_bubbles_leave_between_the_first_passes_as_often_as_attempts_are_made_at_most(attempts, times, monkeypatch):
+    calls = []
+
+    def counted(*given):
+        calls.append(len(given))
+        return mended(*given)
+
+    monkeypatch.setattr("bubblemesh.packing.ellipses.rounds.mended", counted)
+    packed(SQUARE, front(), method=with_finish({"passes": 6}, {"mend_attempts": attempts}))
+    assert len(calls) == times
+
+
+@pytest.mark.parametrize(("passes", "before"), [(1, 0), (2, 0), (3, 1), (6, 4)])
+def test_trials_come_before_the_last_two_passes(passes, before, monkeypatch):
+    order = []
+    for name, function in (("smoothed", smoothed), ("tried", tried)):
+
+        def noted(*given, name=name, function=function):
+            order.append(name)
+            return function(*given)
+
+        monkeypatch.setattr(f"bubblemesh.packing.ellipses.rounds.{name}", noted)
+    packed(SQUARE, front(), method=with_finish({"passes": passes}, {}))
+    assert order.count("smoothed") == passes
+    assert order.index("tried") == before
+
+
+def with_finish(smoothing, mending):
+    """The method with some other keys of smoothing and mending."""
+    return replace(METHOD, smoothing=replace(METHOD.smoothing, **smoothing), mending=replace(METHOD.mending, **mending))
 
 
 def test_two_runs_are_the_same():
