@@ -13,8 +13,9 @@ from commands import command
 from commands import within as bubblemesh
 from paths import ROOT
 
-from bubblemesh import __version__, limits
+from bubblemesh import __version__
 from bubblemesh.kernels.library import engine
+from bubblemesh.process import limits
 
 CONFIGS = ROOT / "configs"
 QUICKSTART = CONFIGS / "quickstart.yaml"
