@@ -27,6 +27,11 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
     """
     if not np.isfinite(points).all():  # the library would run out of memory
         raise ValueError("points must be finite")
+    return in_order(_within(points, constraints, two_sided), len(points))
+
+
+def _within(points: Floats, constraints: Integers, two_sided: Booleans | None) -> Integers:
+    """Triangles (t, 3) as of `linked`, in no order; the library's own mesh, which is large, ends here."""
     mesh = cdt.Triangulation(cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0)
     try:
         mesh.insert_vertices(np.ascontiguousarray(points))  # type: ignore[call-overload]
@@ -40,7 +45,7 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
     if found is None:
         mesh.erase_outer_triangles_and_holes()
         found = mesh.triangles_array()["vertices"].astype(np.int64)
-    return in_order(found, len(points))
+    return found
 
 
 def sorted_triangles(triangles: Integers) -> Integers:
