@@ -58,7 +58,7 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     """Join the bands of packed parts: what they have in common is there once."""
     whole, boundary = division.whole, division.boundary
     shared = len(boundary.corners) + len(division.held.s)
-    node, row = np.unique(np.concatenate([patch.node for patch in patches]), return_index=True)
+    node, row = _first_places(np.concatenate([patch.node for patch in patches]))
     x, piece, s = (np.concatenate([getattr(patch, name) for patch in patches])[row] for name in ("x", "piece", "s"))
     triangles = np.concatenate([patch.triangles for patch in patches])
     # The same places on both sides of a cut, whichever way it runs for them.
@@ -69,21 +69,28 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     slides = number >= 0
     kept = node < len(whole.boundary.corners)
     order = np.concatenate([np.flatnonzero(kept), np.flatnonzero(slides), np.flatnonzero(~kept & ~slides)])
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
+    place = np.full(int(node[-1]) + 1, -1)  # by the number in the division
+    place[node[order]] = np.arange(len(order))
     touched = np.zeros(len(order), bool)
     bubbles = Bubbles(x[order], spacing.extended(x[order]), number[slides], s[slides], int(kept.sum()), touched)
-    ends, on_cut = place[corner & ~kept], place[np.flatnonzero(held)[division.on_cut[piece[held]]]]
+    ends, on_cut = place[node[corner & ~kept]], place[node[held][division.on_cut[piece[held]]]]
     loose = slides & corner
     loose[loose] = ~whole.tied[number[loose]]
     net = unconnected(bubbles, whole)
-    triangles = place[np.searchsorted(node, triangles)]
-    triangles, stands = merged(bubbles.x, spacing, triangles, net.facets, place[loose])
+    triangles, stands = merged(bubbles.x, spacing, place[triangles], net.facets, place[node[loose]])
     stay = stands == np.arange(len(stands))
     rank = (np.cumsum(stay) - 1)[stands]
     if not stay.all():
         bubbles = bubbles.select(np.flatnonzero(stay))
         net = unconnected(bubbles, whole)
     net = replace(net, triangles=rank[triangles])
-    numbers = tuple(rank[place[np.searchsorted(node, patch.node)]] for patch in patches)
+    numbers = tuple(rank[place[patch.node]] for patch in patches)
     return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends], numbers)
+
+
+def _first_places(numbers: Integers) -> tuple[Integers, Integers]:
+    """Which numbers (k,) there are, ascending, and where each comes first: for numbers that hardly have gaps."""
+    first = np.full(int(numbers.max(initial=-1)) + 1, -1)
+    first[numbers[::-1]] = np.arange(len(numbers))[::-1]
+    known = np.flatnonzero(first >= 0)
+    return known, first[known]
