@@ -65,7 +65,7 @@ def outcome(exit_code: int) -> str:
 
 
 def missing_library(error: Exception) -> str | None:
-    """What to do about a library that is not installed; None for any other error, also for a module of our own.
+    """Advice on a library that is not installed; None for any other error, also for a module of our own.
 
     Small containers leave out matplotlib, for instance: what draws nothing works without.
     """

@@ -181,7 +181,7 @@ def _next_in_metric(
 
 
 def _everywhere(size: float, x: Floats, y: Floats) -> Floats:
-    """The same size at all places."""
+    """A constant size at all places."""
     return np.full(np.shape(x), size)
 
 

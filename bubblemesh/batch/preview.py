@@ -1,4 +1,4 @@
-"""What a batch would mesh: each case of a plan checked, and its nodes estimated, without any file."""
+"""Preview of a batch: each case of a plan is checked and its nodes are estimated, without any file."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

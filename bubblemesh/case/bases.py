@@ -21,7 +21,7 @@ OWN_KEYS = ("base", "name", "sweep")  # that a case neither takes over from its 
 
 @record
 class SourceFile:
-    """One file of a case, with what messages call it."""
+    """A file of a case, with its name in messages."""
 
     source: str
     document: Document

@@ -86,7 +86,7 @@ class RasterTerm(DataFile):
 
     @property
     def known_as(self) -> str:
-        """Its name in expressions, which make it a variable: that given, else the file's without its ending."""
+        """Name of the variable in expressions: the one given, or that of the file without its ending."""
         return self.name or Path(self.file).stem
 
 

@@ -56,7 +56,7 @@ Path = tuple[str | int, ...]
 
 
 def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Path], str]) -> list[str]:
-    """One line for each problem that Pydantic found with the data of a model: its place, its key and what is wrong.
+    """Lines that tell of Pydantic's errors with the data of a model, one each: the place, the key and the fault.
 
     What follows from another problem is left out, and what is alike is told once. ``place`` gives the place of a key
     path, such as ``plate.yaml:12``; empty where there is none to tell. There is no line if all follows from problems
@@ -82,7 +82,7 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
 
 @record
 class _Problem:
-    """One of Pydantic's errors, which is put in the words of a case file when it is told of: there may be very many."""
+    """An error of Pydantic's, put in the words of a case file only when it is told of: there may be very many."""
 
     path: Path
     error: dict[str, Any]
@@ -106,20 +106,20 @@ class _Problem:
 
     @cached_property
     def advice(self) -> Advice:
-        """What to do about an unknown key."""
+        """Advice on an unknown key."""
         *parents, key = self.error["loc"]
         return advice_on(str(key), parents, self.model)
 
     @property
     def message(self) -> str:
-        """What is wrong."""
+        """Message that tells the fault."""
         return (
             f"unknown key; {self.advice.text}" if self.kind == "extra_forbidden" else _message(self.error, self.model)
         )
 
     @property
     def group(self) -> Hashable:
-        """What problems that are told together have in common: an unknown name, or a list and what is wrong in it."""
+        """Key that is equal for problems told together: an unknown name, or a list and the fault in it."""
         if self.unknown is not None:
             return self.unknown
         ends = next((k for k in range(len(self.path), 0, -1) if isinstance(self.path[k - 1], str)), 0)
@@ -138,7 +138,7 @@ def _told(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
 
 
 def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
-    """What is wrong, with what was found."""
+    """Message that tells the fault and the value that was found."""
     kind, value, loc = problem["type"], problem["input"], problem["loc"]
     message = MESSAGES[kind].format(**problem.get("ctx", {})) if kind in MESSAGES else problem["msg"]
     if kind in WITHOUT_VALUE:

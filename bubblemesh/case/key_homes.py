@@ -109,7 +109,7 @@ def _option_homes(model: Model) -> dict[str, tuple[Home, ...]]:
 
 
 class Advice(NamedTuple):
-    """What to do about an unknown key, and keys beside it that are not missing once that is done."""
+    """Advice on an unknown key, and keys beside it that are not missing once it is followed."""
 
     text: str
     explains: tuple[str, ...] = ()

@@ -102,7 +102,7 @@ def _loaded(
 
 
 def _no_use(path: Sequence[str | int], data: dict[str, Any]) -> str | None:
-    """What is wrong with a value for a key of a case that nothing depends on; None if something may."""
+    """Message about a value for a key of a case that nothing depends on; None if something may."""
     return no_use(str(path[1]), data) if path[0] == "parameters" and len(path) > 1 else None
 
 

@@ -113,7 +113,7 @@ def _words(data: Any) -> set[str]:
 
 
 def no_use(name: str, data: Mapping[str, Any]) -> str | None:
-    """What is wrong with a value for a parameter that no key of a case's ``data`` uses; None if one does."""
+    """Message about a value for a parameter that no key of a case's ``data`` uses; None if one does."""
     used = used_names(data)
     if normal(name) in used:
         return None

@@ -8,7 +8,7 @@ from bubblemesh.case.fields import Positive, PositiveArea, Strict
 
 
 class GapKeys(Strict):
-    """How rings are mended."""
+    """Keys of the repair of rings."""
 
     gap: Positive = Field(description="Widest gap between ends of lines, or between areas, that is closed.")
 

@@ -29,7 +29,7 @@ class SweepError(CaseError):
 
 @record
 class Variant:
-    """One case of a file."""
+    """A case of a file, one of several where it has a sweep."""
 
     label: str = ""  # that the file's name gets for the case, such as -w2=0.5-h=0.1; empty if the file is one case
     values: tuple[tuple[str, Any], ...] = ()  # key, such as packing.w2, and value of all that is swept

@@ -379,7 +379,7 @@ class Polylines:
 
 
 def selected(family: Family, which: Integers) -> Family:
-    """Some curves ``which`` (k,) of a family, as a family of their own."""
+    """The curves ``which`` (k,) of a family, as a family of their own."""
 
     def kept(column: Any) -> Any:
         if isinstance(column, int):  # it is for all curves

@@ -44,7 +44,7 @@ NOTHING_HELD = Held()
 
 @record
 class Domain(Uncached):
-    """One area or several, each inside its outer ring and outside its holes.
+    """A plane area, or several, each inside its outer ring and outside its holes.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ class Domain(Uncached):
 
     @cached_property
     def unprojection(self) -> Unprojection | None:
-        """What gives the coordinates, as they were given, of places in it, if these have been taken to a plane."""
+        """Function from places in the plane to the given coordinates; None where they are in that plane already."""
         return None if self.plane is None else Unprojection(self.plane, self.bounds)
 
     @property

@@ -122,7 +122,7 @@ class Plane:
         return found
 
     def near(self, points: Floats) -> Floats:
-        """Those (m, 2) of given points (n, 2) that are in the plane, without check."""
+        """Places (m, 2) of the given points (n, 2) that the plane reaches; the others are left out without an error."""
         if len(points) == 0:
             return points
         found = _transformed(self.source, self.definition, points)
@@ -214,7 +214,7 @@ def _require_degrees(points: Floats) -> None:
 
 
 class Projecting:
-    """What coordinates are projected by while a domain is read: a plane about the first of them."""
+    """Projection of coordinates while a domain is read: to a plane about the first of them."""
 
     def __init__(self, source: str, target: str | None) -> None:
         self.source, self.target = source, target
@@ -254,7 +254,7 @@ def given_plane() -> Plane | None:
 
 
 def given_places() -> Callable[[Point], Point] | None:
-    """What gives the coordinates, as they were given, of a point of the plane, if coordinates are taken to one."""
+    """Function from a point of the plane to the given coordinates; None where these are in a plane already."""
     by = _projecting.get()
     if by is None or by.plane is None:
         return None
@@ -282,7 +282,7 @@ def projected(points: Floats) -> Floats:
 
 
 def projected_point(point: Point) -> Point:
-    """One point in the plane; errors as of `Plane.to`."""
+    """Place of a point in the plane; errors as of `Plane.to`."""
     return as_point(projected(np.array([point], float))[0])
 
 

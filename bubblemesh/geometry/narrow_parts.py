@@ -64,7 +64,7 @@ class Walls:
 
     @cached_property
     def reentrant(self) -> ReentrantCorners:
-        """What stands out into the domain."""
+        """Corners that stand out into the domain."""
         return reentrant_corners(self.domain)
 
     @cached_property
@@ -229,7 +229,7 @@ class Walls:
 
 
 def _without(some: Integers, others: Integers, count: int) -> Integers:
-    """Those of ``some`` numbers (k,) below ``count`` that are none of the ``others`` (m,)."""
+    """Numbers of ``some`` (k,), all below ``count``, without the ``others`` (m,)."""
     gone = np.zeros(count, bool)
     gone[others] = True
     return some[~gone[some]]

@@ -154,7 +154,7 @@ def family(members: Sequence[WholeCurve]) -> curves.Family:
 
 
 class Side(NamedTuple):
-    """One smooth side of a ring; ``label`` is None where the case gives none."""
+    """A smooth side of a ring; ``label`` is None where the case gives none."""
 
     curve: Curve
     label: str | None = None

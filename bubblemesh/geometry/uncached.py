@@ -1,4 +1,4 @@
-"""What of a domain travels to other processes, as a pickle."""
+"""Pickles of a domain for other processes, without what is cached in it."""
 
 from dataclasses import fields
 from typing import Any, cast

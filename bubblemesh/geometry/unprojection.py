@@ -59,7 +59,7 @@ class Unprojection:
     bounds: Bounds  # of the domain, in the plane
 
     def __call__(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Both coordinates (n,) of places with x (n,) and y (n,) in the plane."""
+        """Coordinates (n,), two arrays of them, of places with x (n,) and y (n,) in the plane."""
         table = self._table
         if table is None:
             return self._exact(x, y)

@@ -17,7 +17,7 @@ PASSES = 1000
 
 @record
 class Heights:
-    """How high columns are."""
+    """Heights of the columns."""
 
     wanted: Integers  # (c,): number of layers that are asked for
     due: Integers  # (c,): number that there can be beside the ends of layers

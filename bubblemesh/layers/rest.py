@@ -20,7 +20,7 @@ FRONT = "front"  # label of what the layers leave, which no mesh has
 
 @record
 class Rest:
-    """What layers leave of a domain; its boundary along them is straight between their nodes, and may get more."""
+    """The rest of a domain beside its layers; its boundary there is straight between their nodes, and may get more."""
 
     strips: Strips
     domain: Domain

@@ -14,7 +14,7 @@ OCTAVES, PER_OCTAVE = 4, 2_500  # of edge lengths over spacings, around 1
 
 
 class Tally(NamedTuple):
-    """What is known of many numbers, at least one: enough for mean, deviation, least one and quantiles."""
+    """Summary of many numbers, at least one: enough for mean, deviation, the least one and quantiles."""
 
     number: int
     total: float

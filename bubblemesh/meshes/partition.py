@@ -81,7 +81,7 @@ class Partition:
 
     @cached_property
     def node_parts(self) -> NodeParts:
-        """Which parts have triangles at each node."""
+        """Parts that have triangles at each node."""
         keys = self.triangles * self.count + self.owner[:, None]
         keys, triangles = np.unique(keys, return_counts=True)
         node, part = np.divmod(keys, self.count)

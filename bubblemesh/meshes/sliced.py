@@ -131,7 +131,7 @@ class SlicedMesh:
         return mesh, {name: values[near] for name, values in part.fields.items()}
 
     def border(self) -> Border:
-        """What is along facets and where slices meet; all slices are read twice."""
+        """Triangles along facets and where slices meet; all slices are read twice."""
         frame, slices_at = self.frame, np.zeros(len(self.frame.points), np.int64)
         for part in self.slices():
             slices_at[np.unique(part.triangles[part.triangles < len(slices_at)])] += 1

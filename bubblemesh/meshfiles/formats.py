@@ -20,7 +20,7 @@ XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 
 @record
 class Format:
-    """One way to write a mesh.
+    """A way to write a mesh.
 
     Functions are given as ``module.name`` within this package: ``writer`` is one of a mesh, its fields and the main
     file's path, which writes the other files beside it; ``slices`` writes the same of a `SlicedMesh` and the path, and

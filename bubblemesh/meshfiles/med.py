@@ -1,4 +1,4 @@
-"""What MED calls the cells that meshio's writer and reader of its files do not know."""
+"""Names in MED of the cells that meshio's writer and reader of its files do not know."""
 
 
 def teach_med() -> None:

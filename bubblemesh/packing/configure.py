@@ -64,7 +64,7 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
 
 
 def _meant(row: Method, section: str, key: str) -> str:
-    """What may be meant by a key that a method does not use: the same one of other methods, or one that is alike.
+    """Advice on a key that a method does not use: methods that have it, or a key that is alike.
 
     That is the key in the method's other section, else in other methods, else with other schemes.
     """

@@ -88,7 +88,7 @@ def report_page(
 
 
 def _sample(mesh: Mesh, report: Mapping[str, Any], overview: Overview) -> Markup:
-    """What of a mesh that is too large for a page is shown, above a picture of its spacing."""
+    """Sample of a mesh that is too large for a page, shown above a picture of its spacing."""
     told = (
         f"Of the {whole(report['triangles'])} triangles the picture to zoom into shows the "
         f"{whole(len(mesh.triangles))} around the worst one; histograms and worst triangles are theirs. This is the "

@@ -1,1 +1,1 @@
-"""One mesh of many parts: the domain is cut, its parts are packed side by side and joined, and the seams smoothed."""
+"""Meshes made in parts: the domain is cut, its parts are packed side by side and joined, and seams packed again."""

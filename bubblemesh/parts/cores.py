@@ -45,7 +45,7 @@ class Core(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """What is known of a packed part beside its core."""
+    """Margin of a packed part: all that is known of it beside its core."""
 
     band: Band
     census: Census | None  # of the core, if it has triangles and figures are wanted

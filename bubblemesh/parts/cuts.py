@@ -81,7 +81,7 @@ def cut(domain: Domain, spacing: Spacing, expected_nodes: float, cells: int) -> 
 
 @record
 class _Piece:
-    """What is left to cut: leaves, within a convex polygon (k, 2), into so many cells."""
+    """Area that is left to cut into so many cells: its leaves, within a convex polygon (k, 2)."""
 
     samples: Leaves
     orders: tuple[Integers, ...]  # of the leaves, for each direction: from the left on
@@ -174,7 +174,7 @@ class _Cutter:
         return bubbles * (1 + UNEVEN * choice.off) + self._crossings(ends) + self._near(ends)
 
     def _crossings(self, ends: Floats) -> float:
-        """What the crossings of a line between its ends (2, 2) are worth, by their angles; it ends at earlier cuts."""
+        """Cost of a line's crossings between its ends (2, 2), by their angles; the line ends at earlier cuts."""
         (ux, uy) = way = ends[1] - ends[0]
         ax, ay = ends[0]
         chords = self._chords
@@ -190,7 +190,7 @@ class _Cutter:
         return float((CROSSING + OBLIQUE * cosine**2).sum())
 
     def _near(self, ends: Floats) -> float:
-        """What corners near a line between its ends (2, 2) are worth."""
+        """Cost of the corners near a line between its ends (2, 2)."""
         (ux, uy), length = ends[1] - ends[0], float(np.hypot(*(ends[1] - ends[0])))
         x, y = (self._corners - ends[0]).T
         along, aside = (ux * x + uy * y) / length, np.abs(ux * y - uy * x) / length
@@ -218,7 +218,7 @@ def _choices(piece: _Piece) -> Iterator[_Choice]:
 
 
 def _cut(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tuple[Point, Point]]:
-    """What is on the left and on the right of a cut, and the two ends of it."""
+    """The pieces on the left and on the right of a cut, and the two ends of it."""
     left = _offset(piece.samples.centers, choice.at, choice.angle) > 0
     upper, lower, ends = _divided(piece.polygon, choice)
     few = piece.cells // 2
@@ -226,7 +226,7 @@ def _cut(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tuple[P
 
 
 def _divided(corners: Floats, choice: _Choice) -> tuple[Floats, Floats, tuple[Point, Point]]:
-    """What of a convex polygon (k, 2) is on the left and on the right of a cut, and the two ends of it."""
+    """Polygons on the left and on the right of a cut through a convex one (k, 2), and the two ends of the cut."""
     off = _offset(corners, choice.at, choice.angle)
     upper, lower, ends = list[Floats](), list[Floats](), list[Floats]()
     for k in range(len(corners)):

@@ -104,7 +104,7 @@ class Division:
         return numbers[self.cuts.cell_of(boundary.corners[numbers]) == cell]
 
     def _held(self, pieces: Integers, turned: Booleans) -> Held:
-        """What is held on the pieces (p,) of a part, by their numbers there, some of which run the other way."""
+        """Bubbles held on the pieces (p,) of a part, by their numbers there; some pieces run the other way."""
         place = np.full(len(self.boundary.kind), -1)
         place[pieces] = np.arange(len(pieces))
         mine = place[self.held.piece] >= 0

@@ -36,7 +36,7 @@ SEAMS_WORK = 0.15  # share of the progress
 
 @record
 class Parted:
-    """What was packed in parts: all bands as one net, and where the cores are."""
+    """A domain packed in parts: all bands as one net, and where the cores are kept."""
 
     net: Net  # of all bubbles on the boundary, and of those of the bands, which their triangles connect
     rim: Integers  # (r, 2): sides of its triangles beyond which cores are
@@ -79,14 +79,14 @@ class Parted:
 
 
 def enough_parts(expected_nodes: float) -> int:
-    """How many parts a mesh is worth."""
+    """Number of parts that a mesh is worth."""
     parts = expected_nodes / PER_PART
     return next((each * round(parts / each) for each in EVEN if parts >= 0.75 * each), 1)
 
 
 @dataclass
 class Together:
-    """What all parts and strips have in common: how they are packed, by whom, and who is told of it."""
+    """Common ground of all parts and strips: how they are packed, by whom, and who is told of it."""
 
     spacing: Spacing
     wanted: Spacing | None  # if figures and fields of the triangles are to be made, by parts

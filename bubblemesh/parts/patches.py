@@ -46,7 +46,7 @@ def patch(division: Division, places: Places, band: Band, first: int) -> Patch:
 
 
 class Joined(NamedTuple):
-    """One net of all bands in the whole domain, which is not Delaunay along the cuts yet, and has no list of edges."""
+    """Net of all bands in the whole domain, which is not Delaunay along the cuts yet, and has no list of edges."""
 
     net: Net  # of all bubbles on the boundary, and of those of the bands
     along: Integers  # (k,): bubbles on cuts
@@ -89,7 +89,7 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
 
 
 def _first_places(numbers: Integers) -> tuple[Integers, Integers]:
-    """Which numbers (k,) there are, ascending, and where each comes first: for numbers that hardly have gaps."""
+    """Distinct numbers (k,), ascending, and the place where each comes first: for numbers that hardly have gaps."""
     first = np.full(int(numbers.max(initial=-1)) + 1, -1)
     first[numbers[::-1]] = np.arange(len(numbers))[::-1]
     known = np.flatnonzero(first >= 0)

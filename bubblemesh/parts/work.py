@@ -69,7 +69,7 @@ class Figures(NamedTuple):
 
 
 class Record(NamedTuple):
-    """How a part was packed."""
+    """Record of a part's packing."""
 
     start: Figures  # before the first round
     end: Figures

@@ -56,7 +56,7 @@ class Colouring:
 
 
 def standard_color(count: int) -> str:
-    """What the colours of so many triangles show unless something else is asked for: sizes where each is a speckle."""
+    """Default quantity that colours show for so many triangles: their sizes where each is a speckle."""
     return "quality" if count < MANY else "size"
 
 

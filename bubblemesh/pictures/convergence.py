@@ -1,4 +1,4 @@
-"""One picture of how the meshes of many cases became good: quality over the steps of the packing."""
+"""Picture of how the meshes of many cases became good: quality over the steps of the packing."""
 
 from collections.abc import Sequence
 from pathlib import Path

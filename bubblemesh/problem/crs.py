@@ -25,7 +25,7 @@ AUTO = "auto"
 
 
 def projecting_of(keys: CrsKeys) -> Projecting:
-    """What coordinates are projected by; CaseError with the key for a system that is not known."""
+    """Projection of the coordinates; CaseError with the key for a system that is not known."""
     for key, name in (("from", keys.source), ("to", keys.to)):
         if name != AUTO or key == "from":
             with at_key("crs", key):

@@ -62,7 +62,7 @@ def with_layers(
     ladders: Sequence[Ladder],
     max_nodes: int,
 ) -> tuple[Rest, Spacing]:
-    """What layers leave of the domain, and the spacing there, which is finer where their edges are.
+    """The rest of the domain beside its layers, and the spacing there, which is finer along their edges.
 
     They are no higher than the ``wanted`` spacing, than which that for the ``packing`` may be finer: in a metric both
     depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already without

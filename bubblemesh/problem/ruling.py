@@ -1,4 +1,4 @@
-"""What of a case sets the spacing at each place: one of its terms, a limit, a rule, or the boundary."""
+"""The part of a case that sets the spacing at each place: one of its terms, a limit, a rule, or the boundary."""
 
 from collections.abc import Sequence
 

@@ -46,7 +46,7 @@ def outer_areas_of(keys: RingKeys) -> list[Area]:
 
 
 def hole_areas_of(keys: RingKeys) -> list[Area]:
-    """What is not to be meshed by some keys: areas within all rings that they describe, as these nest."""
+    """Areas that some keys leave out of the mesh: within all rings that they describe, as these nest."""
     found = areas_of(keys)
     return nested(found) if isinstance(keys, FileRing) and len(found) > 1 else found
 

@@ -125,7 +125,7 @@ def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
 
 
 class _Detail(NamedTuple):
-    """What of a shore is left out: a tenth of a spacing aside, and points nearer to each other than a share of it."""
+    """Detail of a shore that is left out: a tenth of a spacing aside, and points that are too near to each other."""
 
     spacing: SpacingAt
     short: float
@@ -162,7 +162,7 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
 
 
 def _grown(shape: shapely.Geometry, radius: SpacingAt) -> shapely.Geometry:
-    """What is no farther from the boundary of a shape than a radius there, as it is in bands of nearly equal ones."""
+    """Area no farther from the boundary of a shape than a radius there, as it is in bands of nearly equal radii."""
     pieces, radii = list[shapely.LineString](), list[float]()
     for part in _polygons(shape):
         for ring in (part.exterior, *part.interiors):
@@ -313,7 +313,7 @@ def _few_points(ring: Floats, fixed: Booleans, spacing: Floats, short: float) ->
 
 
 def _near(ring: Floats, points: Integers, stay: Integers, least: Floats) -> list[int]:
-    """Those of some points of a ring (n, 2) that are nearer than the least distance (n,) to the one kept before.
+    """Mask (n,) of points of a ring (n, 2) that are nearer than the least distance (n,) to the one kept before.
 
     Or to the next of those that stay.
     """

@@ -18,7 +18,7 @@ PLAIN = re.compile(r"(?!(true|false|yes|no|on|off|null|nan|inf|[yn])$)[^\W\d_][\
 
 
 class Outcome(NamedTuple):
-    """What some features give by a joining."""
+    """Outcome of joining some features."""
 
     rings: int
     areas: int  # separate ones

@@ -34,7 +34,7 @@ MOST_POINTS = 500_000  # of clips, counted anew for each area that they cut: the
 
 @dataclass
 class _Tally:
-    """What clips did."""
+    """Count of what clips did."""
 
     cut: int = 0  # areas and lines
     gone: int = 0
@@ -69,7 +69,7 @@ def clipped(features: Sequence[Feature], joining: Joining) -> tuple[list[Feature
 
 
 def _seen(group: Sequence[Feature], joining: Joining, tally: _Tally) -> dict[int, Feature]:
-    """What the innermost clip of features with the same clips leaves of them, by their ids.
+    """Parts of features with the same clips that the innermost of these leaves, by the features' ids.
 
     What is cut is with the first of them.
     """
@@ -130,7 +130,7 @@ def _path(curve: CompoundCurve) -> OpenPath:
 
 
 def _merged(features: Sequence[Feature], window: shapely.MultiPolygon, joining: Joining, tally: _Tally) -> Feature:
-    """One feature of what is to be seen of several."""
+    """Feature merged of the visible parts of several."""
     first = features[0]
     *others, clip = first.clips
     curves, slips = without_copies([curve for one in features for curve in one.curves])
@@ -163,7 +163,7 @@ def _parted(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[Com
 
 
 def _cut_area(area: Area, clip: Clip, window: shapely.MultiPolygon, tally: _Tally) -> list[Area]:
-    """What is to be seen of an area; sides along a clip have its label, if it has only one."""
+    """Visible parts of an area; sides along a clip have its label, if it has only one."""
     (shape,) = shapes_of([area])
     if not shape.is_valid:
         tally.crossing += 1

@@ -72,7 +72,7 @@ class CompoundCurve:
 
 @record(eq=False)
 class Clip:
-    """What is to be seen of features: what lies in some areas, or what does not."""
+    """Clip of features: what lies in some areas is to be seen, or what does not."""
 
     areas: tuple[Area, ...]
     outside: bool = False
@@ -80,7 +80,7 @@ class Clip:
 
 @record
 class Feature:
-    """One thing of a file."""
+    """A thing that a file describes."""
 
     name: str  # what messages call it
     layer: str | None = None
@@ -107,7 +107,7 @@ class Feature:
 
 
 class PhysicalLength(NamedTuple):
-    """How long one of a file's lengths is on paper."""
+    """Length on paper of one of a file's lengths."""
 
     metres: float
     assumed: bool  # since the file does not tell

@@ -82,7 +82,7 @@ class _Window(NamedTuple):
 
 
 def _window(at: Floats, low: float, high: float, step: int, what: str) -> _Window:
-    """Those of some coordinates (n,) that are between two, with some more on both sides.
+    """Window of the coordinates (n,) that are between two, with some more on both sides.
 
     CaseError if there is none of them.
     """
@@ -160,7 +160,7 @@ def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
 
 
 def _ahead(run: slice, size: int) -> tuple[slice, int]:
-    """The same numbers ascending, and whether they have to be turned."""
+    """Run of the same numbers ascending, and the step, 1 or -1, by which they come in their order."""
     numbers = range(*run.indices(size))
     if numbers.step > 0:
         return run, 1

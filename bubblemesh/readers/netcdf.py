@@ -211,7 +211,7 @@ def _bytes(each: _Placed, sizes: list[int], *, padded: bool) -> int:
 
 
 def _part_of(content: mmap.mmap, each: _Placed, shape: list[int], step: int | None) -> Callable[[Window], NDArray[Any]]:
-    """What gives a copy of a window of a variable, with so many bytes from record to record."""
+    """Reader of a window of a variable, with so many bytes from record to record."""
     dtype = np.dtype(each.kind)
     strides = [dtype.itemsize * math.prod(shape[k + 1 :]) for k in range(len(shape))]
     if step is not None:

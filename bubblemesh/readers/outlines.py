@@ -71,7 +71,7 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
 
 
 def joining_of(selection: Selection, size: float | None = None) -> Joining:
-    """How curves of what is selected become rings; if it has a ``size`` they may be mended."""
+    """Way in which the selected curves become rings; if it has a ``size`` they may be mended."""
     joining, repair = Joining(selection.join, selection.open == "skip"), selection.repair
     if repair is None or not repair.mend or size is None:
         return joining
@@ -111,7 +111,7 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
 
 
 def _tried(features: Sequence[Feature], joining: Joining) -> Outcome | None:
-    """What features give, if they close without any ring that collapses."""
+    """Outcome of joining features; None where a ring does not close, or collapses."""
     try:
         seen = clipped(features, joining)[0]
         used = next((kind for kind in (None, *SPARE) if any(one.bounds for one in seen if one.spare == kind)), None)

@@ -25,7 +25,7 @@ MOST_NAMED = 5
 
 
 class Joining(NamedTuple):
-    """How curves become rings."""
+    """Rules by which curves become rings."""
 
     reach: float | None = None  # ends nearer to each other than this meet; by default those that differ by rounding
     skip: bool = False  # leave out curves that are part of no ring
@@ -135,7 +135,7 @@ def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers
 
 
 def _widest_gap(ends: Floats) -> str:
-    """How far loose ends (n, 2) are from each other."""
+    """Words on the widest gap between loose ends (n, 2)."""
     if len(ends) == 1:
         return ""
     gap = to_next(ends)

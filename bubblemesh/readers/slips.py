@@ -33,7 +33,7 @@ class Slips:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """One note on all of them; none if there are none."""
+        """Notes on all slips together; empty if there are none."""
         kinds = {
             "duplicate point": self.doubles,
             "spike": self.spikes,

@@ -141,7 +141,7 @@ def _count(drawing: Drawing, element: Element) -> None:
 
 
 def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> Clip | None:
-    """What the clip-path of an element leaves to be seen; None if it has none, or one that cannot be applied."""
+    """Clip by the clip-path of an element; None if it has none, or one that cannot be applied."""
     given = here.style.get("clip-path", "none")
     if given == "none" or around.clips is None:
         return None

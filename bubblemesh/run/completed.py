@@ -1,4 +1,4 @@
-"""What a mesh gets before it is written: curved edges, depths, its metric, other coordinates, and a partition."""
+"""Completion of a mesh before it is written: curved edges, depths, its metric, other coordinates, a partition."""
 
 from dataclasses import replace
 from typing import NamedTuple, Self
@@ -25,7 +25,7 @@ class Completed(NamedTuple):
         return self.mesh.partition if isinstance(self.mesh, Mesh) else None
 
     def divided(self, parts: int) -> Self:
-        """The same with a partition into so many parts; a mesh in slices stays as it is."""
+        """The result with a partition into so many parts; a mesh in slices stays as it is."""
         if not isinstance(self.mesh, Mesh):
             return self
         with at_key("output", "partition"):

@@ -57,7 +57,7 @@ class OutputOptions:
         return formats_for(self.solvers) or tuple(dict.fromkeys(self.named))
 
     def over_cases(self) -> list[Override]:
-        """What sets the formats over those of many cases; nothing if the options ask for none. Errors as `formats`."""
+        """Overrides that set the formats of many cases; none if the options ask for none. Errors as `formats`."""
         if not self.formats:
             return []
         source = "--for" if self.solvers else "--format"

@@ -1,4 +1,4 @@
-"""What a case asks for, before any packing: figures that its estimate and the report of its run have."""
+"""Figures of what a case asks for, before any packing: for its estimate and for the report of its run."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple

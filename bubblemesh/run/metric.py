@@ -33,7 +33,7 @@ class ShortenedRow:
 
 @record
 class MetricRow:
-    """How well a mesh keeps to a metric; quality and edge lengths of the report are in the metric as well."""
+    """Row of the report on how well a mesh keeps to a metric; quality and edge lengths are in the metric as well."""
 
     aspect: float  # of the longest ellipse at a node
     edges_within: float  # share of the edges whose length in the metric is from 0.71 to 1.41

@@ -185,7 +185,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
 
 
 def _told(best: Packing, found: Measured, done: Completed) -> tuple[str, ...]:
-    """What the report warns of: of the case, of its packing, and of the mesh."""
+    """Warnings of the report: of the case, of its packing, and of the mesh."""
     problem, target = best.problem, best.problem.node_target
     as_many = None if problem.refined or problem.rest else problem.survey.ideal_nodes
     return (

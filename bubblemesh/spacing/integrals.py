@@ -26,7 +26,7 @@ class Parts(Protocol):
         """The parts of half their size: all first ones, then all second ones, and so on."""
 
     def select(self, which: Booleans) -> Self:
-        """Some of the parts (k,)."""
+        """Selected parts (k,)."""
 
 
 @record
@@ -62,7 +62,7 @@ class Triangles:
         )
 
     def select(self, which: Booleans) -> "Triangles":
-        """Some of the triangles (t,)."""
+        """Selected triangles (t,)."""
         return replace(self, corners=taken(self.corners, which))
 
 
@@ -96,7 +96,7 @@ class Intervals:
         return replace(self, piece=np.tile(self.piece, 2), ends=np.concatenate(ends), d=np.concatenate(values))
 
     def select(self, which: Booleans) -> "Intervals":
-        """Some of the intervals (k,)."""
+        """Selected intervals (k,)."""
         return replace(self, piece=self.piece[which], ends=self.ends[which], d=self.d[which])
 
 

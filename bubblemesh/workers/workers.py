@@ -1,4 +1,4 @@
-"""What workers are, whoever they are: they call functions, tell how far they are, and may die or leave."""
+"""Protocol of workers, whoever they are: they call functions, tell how far they are, and may die or leave."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection

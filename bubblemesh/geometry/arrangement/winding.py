@@ -42,7 +42,7 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
 
 
 def turns(chords: Floats, points: Floats) -> Integers:
-    """How often closed walks along chords (m, 2, 2) turn to the left around each of the points (n, 2)."""
+    """Winding numbers (n,): turns to the left of closed walks along chords (m, 2, 2) around points (n, 2)."""
     low, high = np.sort(chords[:, :, 1], axis=1).T
     # Those chords count that cross the ray from a point to the right.
     far = chords[:, :, 0].max(axis=1)

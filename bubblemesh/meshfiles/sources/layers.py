@@ -1,4 +1,4 @@
-"""One layer of solids on a plane mesh, as OpenFOAM needs and CalculiX makes of plane elements, back to that mesh."""
+"""From a layer of solids, as OpenFOAM needs and CalculiX makes of plane elements, back to the plane mesh."""
 
 from dataclasses import replace
 

@@ -51,7 +51,7 @@ def read_other(path: Path, form: str | None = None) -> Source:
 
 
 def _reason(printed: str, path: Path) -> str:
-    """What meshio printed, without the name of the file that messages begin with."""
+    """Text that meshio printed, without the name of the file that messages begin with."""
     lines = [line.strip().removeprefix("Error: ").strip() for line in printed.splitlines() if line.strip()]
     said = [line for line in lines if "Couldn't read file" not in line and str(path) not in line]
     return shown(" ".join(said) or "meshio gives no reason", LONGEST_REASON)

@@ -1,4 +1,4 @@
-"""What a mesh file holds, whatever its format."""
+"""Content of a mesh file, whatever its format."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field

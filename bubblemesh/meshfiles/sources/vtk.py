@@ -173,7 +173,7 @@ def _field(grid: _Grid, words: list[str]) -> None:
 
 
 def _metadata(grid: _Grid, words: list[str]) -> None:
-    """What tells of names and units; it ends with an empty line."""
+    """Skip lines that tell of names and units; they end with an empty line."""
     while grid.at < len(grid.content) and grid.line():
         pass
 

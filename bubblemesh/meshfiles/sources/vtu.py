@@ -126,7 +126,7 @@ def _parsed(content: bytes, unpacking: Unpacking) -> tuple[ElementTree.Element, 
 
 @record
 class _Arrays:
-    """How a file holds its arrays."""
+    """Encoding of the arrays of a file."""
 
     order: str  # of bytes
     header: "np.dtype[Any]"  # of the numbers before a block

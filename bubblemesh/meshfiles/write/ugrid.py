@@ -93,7 +93,7 @@ def _attributes(part: Any, about: dict[str, Any]) -> None:
 
 
 def _flags(mesh: Mesh, dimension: int) -> dict[str, Any]:
-    """What numbers of groups stand for."""
+    """Attributes that tell what numbers of groups stand for."""
     groups = {name: group.id for name, group in group_names(mesh).items() if group.dimension == dimension}
     spelled = words(mesh)
     meanings = " ".join(spelled[name] for name in groups)

@@ -1,1 +1,1 @@
-"""What Python programs give to `bubblemesh.mesh`, checked: errors name its arguments."""
+"""Arguments of Python programs for `bubblemesh.mesh`, checked: errors name them."""

@@ -23,7 +23,7 @@ MAX_NODES = Limits().max_nodes
 
 @record
 class Wishes:
-    """What a program asks for beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
+    """Wishes of a program beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
 
     method: str = "multilevel"
     packing: Mapping[str, Any] | None = None

@@ -41,7 +41,7 @@ class Quadtree:
 
     @classmethod
     def around(cls, bounds: tuple[float, float, float, float]) -> "Quadtree":
-        """One cell around a bounding box (x0, y0, x1, y1)."""
+        """Tree of one cell around a bounding box (x0, y0, x1, y1)."""
         x0, y0, x1, y1 = bounds
         size = max(x1 - x0, y1 - y0)
         low = np.array([x0, y0]) - MARGIN * size
@@ -58,7 +58,7 @@ class Quadtree:
         return cls(parts[0].low, parts[0].size, taken(level, order), taken(column_row, order), taken(key, order)), order
 
     def select(self, cells: Booleans) -> "Quadtree":
-        """Some of the cells (n,), which tile no square any more."""
+        """Selected cells (n,), which tile no square any more."""
         return replace(self, level=self.level[cells], column_row=taken(self.column_row, cells), key=self.key[cells])
 
     def __len__(self) -> int:
@@ -198,7 +198,7 @@ def _to_the_right(key: Integers, columns: Integers) -> Integers:
 
 
 def _upwards(key: Integers, rows: Integers) -> Integers:
-    """The same as many rows above."""
+    """Cells as many rows above."""
     return (key | COLUMN_BITS) + (rows << 1) & ROW_BITS | key & COLUMN_BITS
 
 

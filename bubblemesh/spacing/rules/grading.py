@@ -33,7 +33,7 @@ LOWERED = 1e-3  # relative change of the spacing that counts
 
 @record
 class Ground:
-    """What limits of a spacing in a domain can begin with, whatever more sources they have."""
+    """Ground that limits of a spacing in a domain begin with, whatever more sources they have."""
 
     sources: Sources  # that it was made with, and the spacing's own spots
     samples: Samples  # that resolve the spacing, the sources, and thin walls of the domain

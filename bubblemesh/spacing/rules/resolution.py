@@ -38,7 +38,7 @@ class SteepestPlace(NamedTuple):
 
 
 def unresolved(domain: Domain, spacing: Spacing) -> Samples:
-    """One cell around the domain, which is to be split in any case."""
+    """A cell around the domain, which is to be split in any case."""
     grid = Quadtree.around(domain.bounds)
     return Samples(grid, np.ones(1, bool), spacing.extended(_places(grid, np.zeros(1, np.int64))[0])[None])
 

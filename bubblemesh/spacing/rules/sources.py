@@ -68,7 +68,7 @@ class Sources:
         return cls(*(np.concatenate(column) for column in columns))
 
     def select(self, which: Integers | Booleans) -> "Sources":
-        """Some of the sources, by a mask or by numbers."""
+        """Selected sources, by a mask or by numbers."""
         return Sources(self.points[which], self.sizes[which], self.cells[which], self.on_rim[which])
 
     def not_below(self, minimum: float) -> "Sources":
