@@ -19,13 +19,14 @@ def main() -> None:
     """Entry point of the command."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
-    from bubblemesh.process.resources import seldom_look_for_garbage
+    from bubblemesh.process.resources import keep_freed_memory, seldom_look_for_garbage
 
     seldom_look_for_garbage()
     atexit.register(gc.freeze)  # or Python looks for garbage among all that ends with the process anyway
     from bubblemesh.cli import main as command
 
     seldom_look_for_garbage()
+    keep_freed_memory()
     command()
 
 

@@ -13,7 +13,7 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.messages import calling_node_limit
+from bubblemesh.messages import calling_node_limit, tell_places_by
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
@@ -115,6 +115,7 @@ def mesh(
 
 def _problem(drawing: Drawing, spacing: Wanted, wishes: Wishes) -> Problem:
     """The problem that the arguments of `mesh` pose."""
+    tell_places_by(None)  # no longer as the coordinates of a case that was meshed before
     task, domain = wishes.task(), drawing.domain()
     task = replace(task, ladders=wishes.ladders(domain))
     wanted = with_areas_below(spacing_of(spacing, domain), domain, wishes.largest, {})

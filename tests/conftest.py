@@ -5,6 +5,8 @@ import signal
 import pytest
 from hypothesis import settings
 
+from bubblemesh.messages import tell_places_by
+
 # A busy machine fails no test by its time, and all runs try the same examples.
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.load_profile("steady")
@@ -15,6 +17,12 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.browser)
+
+
+@pytest.fixture(autouse=True)
+def own_places():
+    """Places in messages are those of each test's own cases."""
+    tell_places_by(None)
 
 
 @pytest.fixture(scope="module")

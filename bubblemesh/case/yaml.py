@@ -19,6 +19,7 @@ KeyPath = Sequence[str | int]
 
 MAX_VALUES = 5_000_000
 MAX_DEPTH = 100
+TOO_DEEP = f"nested more than {MAX_DEPTH} deep: a case needs far less"
 MAX_AHEAD = 2000  # characters of a value that is read ahead
 LONG = 100_000  # characters of a text whose reading takes a time to notice
 
@@ -193,7 +194,7 @@ class _Reader:
         if isinstance(event, yaml.AliasEvent):
             return self._shared(event, depth)
         if depth > MAX_DEPTH:
-            raise self._error(event, f"nested more than {MAX_DEPTH} deep: a case needs far less")
+            raise self._error(event, TOO_DEEP)
         if event.anchor:
             self.anchors[event.anchor] = None
         if isinstance(event, yaml.ScalarEvent):
@@ -280,12 +281,20 @@ class _Reader:
         return CaseError(f"{self.place(event.start_mark.line + 1)}: {problem}")
 
     def _syntax_error(self, error: yaml.MarkedYAMLError) -> CaseError:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        mark = error.problem_mark
+        line = mark.line + 1 if mark else 1
+        if mark and _brackets_open_at(self.text, mark.index) > MAX_DEPTH:  # some parsers end there before we do
+            return CaseError(f"{self.place(line)}: {TOO_DEEP}")
         context = ""
         if error.context and error.context_mark:
             context = f", {error.context} that starts in line {error.context_mark.line + 1}"
         advice = "check the indentation (spaces, no tabs), brackets, colons and quotes, here and in the line before"
         return CaseError(f"{self.place(line)}: not valid YAML: {error.problem}{context}: {advice}")
+
+
+def _brackets_open_at(text: str, index: int) -> int:
+    """Number of brackets and braces that are open there."""
+    return sum(text.count(left, 0, index) - text.count(right, 0, index) for left, right in ("[]", "{}"))
 
 
 def _collection(value: Any, places: "dict[str, Place] | list[Place]") -> Node:

@@ -2,22 +2,21 @@
 
 import ctypes
 import os
-from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats, Integers, ShortIntegers
+from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 17  # of the library's functions, as in source/library.c
+VERSION = 18  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
 
-Argument = Floats | Integers | ShortIntegers | NDArray[np.uint32] | int | float
+Argument = Booleans | Floats | Integers | ShortIntegers | NDArray[np.uint32] | int | float
 
 
 class Library:
@@ -35,16 +34,6 @@ class Library:
         """
         if getattr(self._functions, name)(*map(_as_c, arguments)):
             raise MemoryError
-
-    def prepared(self, name: str, *first: Argument) -> Callable[..., None]:
-        """Function that is called many times with the same ``first`` arguments: what is returned takes the others."""
-        function, known = getattr(self._functions, name), tuple(map(_as_c, first))
-
-        def call(*others: Argument) -> None:
-            if function(*known, *map(_as_c, others)):
-                raise MemoryError
-
-        return call
 
 
 def _as_c(argument: Argument) -> object:

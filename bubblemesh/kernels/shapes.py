@@ -1,6 +1,5 @@
 """Shapes of triangles, how moving nodes changes them and the lengths of edges, and steps that better these."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -32,28 +31,35 @@ class Descent(NamedTuple):
     momentum: float
     step: float  # length of a step
 
-    @property
-    def stepper(self) -> Callable[[Floats, Floats, Floats], None]:
-        """Function of x (n, 2), velocities v (n, 2) and ``tangents`` (b, 2) that makes a step of x and v, in place."""
+    def moved(self, x: Floats, tangents: Floats, steps: int) -> Floats:
+        """Places (n, 2) of the nodes after so many steps from rest at x (n, 2), along ``tangents`` (b, 2) that stay."""
         compiled = library()
         if compiled is None:
-            return self.in_numpy
+            return self.moved_in_numpy(x, tangents, steps)
         corners, d, ends, contact, scale, most, fixed, sliding, *numbers = self
-        sizes = len(d), corners.shape[1], len(contact), fixed, sliding
-        bounds = FLATTEST, WORST, SHORTEST
-        return compiled.prepared("descent_step", *sizes, corners, d, ends, contact, *bounds, scale, most, *numbers)
+        sizes, bounds = (len(d), corners.shape[1], len(contact), fixed, sliding), (FLATTEST, WORST, SHORTEST)
+        places, links = np.array(x, order="C"), (corners, d, ends, contact)
+        rows = np.ascontiguousarray(tangents)
+        compiled.call("descend", *sizes, *links, *bounds, scale, most, *numbers, rows, steps, places)
+        return places
 
-    def in_numpy(self, x: Floats, v: Floats, tangents: Floats) -> None:
-        """Make a step as the `stepper` does, in NumPy."""
-        gradient = shape_gradient(x, self.corners, self.d) + self.weight * spacing_gradient(x, self.ends, self.contact)
-        downhill, slide = gradient * self.scale[:, None], slice(self.fixed, self.fixed + self.sliding)
-        for vectors in (downhill, v):
-            vectors[: self.fixed] = 0
-            vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents
-        v[:] = self.momentum * v - self.step * downhill
-        length = np.sqrt(np.einsum("ij,ij->i", v, v))
-        v *= (self.most / np.maximum(length, self.most))[:, None]
-        x += v
+    def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
+        """Places as of `moved`, made in NumPy."""
+        x, v, slide = x.copy(), np.zeros_like(x), slice(self.fixed, self.fixed + self.sliding)
+        corners = self.corners[:, (self.scale[self.corners] != 0).any(axis=0)]
+        moving = (self.scale[self.ends] != 0).any(axis=0)
+        ends, contact = self.ends[:, moving], self.contact[moving]
+        for _ in range(steps):
+            lengths = self.weight * spacing_gradient(x, ends, contact)
+            downhill = (shape_gradient(x, corners, self.d) + lengths) * self.scale[:, None]
+            for vectors in (downhill, v):
+                vectors[: self.fixed] = 0
+                vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents
+            v = self.momentum * v - self.step * downhill
+            length = np.sqrt(np.einsum("ij,ij->i", v, v))
+            v *= (self.most / np.maximum(length, self.most))[:, None]
+            x += v
+        return x
 
 
 def eta(x: Floats, triangles: Integers) -> Floats:
@@ -84,7 +90,7 @@ def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
     px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
     ux, uy = px[1] - px[0], py[1] - py[0]
     wx, wy = px[2] - px[0], py[2] - py[0]
-    zx, zy = px[2] - px[1], py[2] - py[1]
+    zx, zy = wx - ux, wy - uy
     area = np.maximum((ux * wy - uy * wx) / 2, FLATTEST * d.take(corners[0]) ** 2)
     squares = ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy
     to_eta = 1 / (4 * np.sqrt(3) * area)

@@ -131,7 +131,8 @@ class Annealing:
             amplitude = disorder_marked_in_numpy(net, *amplitudes)
         else:
             amplitude = disorder_marked(compiled, len(net.bubbles), net.edges, count, *amplitudes)
-        return displaced(net.bubbles, slice(None), amplitude, random)
+        which = np.flatnonzero(amplitude)
+        return displaced(net.bubbles, which, amplitude[which], random)
 
 
 @record

@@ -10,6 +10,8 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.patches import separate_patches
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.packing.net import Net, connect_inside, reconnect
 from bubblemesh.packing.placement import displaced
@@ -114,11 +116,16 @@ class Mending:
 
 def disjoint_patches(net: Net, bad: Integers) -> Patches:
     """Patches around the triangles ``bad`` (k,) that are apart from those of the ones before."""
-    n = len(net.bubbles)
+    compiled = library()
+    if compiled is None:
+        return disjoint_patches_in_numpy(net, bad)
+    return Patches(*separate_patches(compiled, net.edges, net.triangles[bad], _free(net), DISPLACED, MOVING))
+
+
+def disjoint_patches_in_numpy(net: Net, bad: Integers) -> Patches:
+    """Patches as of `disjoint_patches`, made in NumPy."""
+    n, free = len(net.bubbles), _free(net)
     displaced, moving, taken = np.zeros(n, bool), np.full(n, -1), np.zeros(n, bool)
-    free = np.ones(n, bool)
-    free[: net.bubbles.corners] = False
-    free[net.facets[net.facet_piece < 0]] = False
     count = 0
     for triangle in bad:
         core = net.within(net.triangles[triangle], DISPLACED)
@@ -130,6 +137,13 @@ def disjoint_patches(net: Net, bad: Integers) -> Patches:
         taken |= net.dilated(patch)
         count += 1
     return Patches(displaced, moving, count)
+
+
+def _free(net: Net) -> Booleans:
+    """Bubbles (n,) that may move: no corners, and none where a part of a net was cut off."""
+    free = np.arange(len(net.bubbles)) >= net.bubbles.corners
+    free[net.facets[net.facet_piece < 0]] = False
+    return free
 
 
 def worst_of(net: Net, patches: Patches) -> Floats:

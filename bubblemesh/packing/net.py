@@ -173,8 +173,7 @@ def connect_inside(
     For a net ``before`` and ``triangles`` (t, 3) see `connect`.
     """
     net = connect(bubbles, domain, before, triangles)
-    kept = net.valence > 0
-    if kept.all():
+    if net.legal is not None or (kept := net.valence > 0).all():  # flips lose none
         return net.of(bubbles.moved(bubbles.x, spacing.extended(bubbles.x)))
     d = np.full(len(bubbles), np.nan)
     d[kept] = spacing.extended(bubbles.x[kept])

@@ -76,18 +76,19 @@ class Smoothing:
         return net
 
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
-        """The bubbles of a net after one pass in which only those that are ``free`` (n,) move."""
-        bubbles = net.bubbles
+        """The bubbles of a net after one pass in which only those that are ``free`` (n,) move.
+
+        Those on the boundary go along its tangents where they were, and are put back on it in the end.
+        """
+        bubbles, d = net.bubbles, net.bubbles.d
         sliding = Sliding(domain.boundary, bubbles)
-        x, v, d = bubbles.x.copy(), np.zeros_like(bubbles.x), bubbles.d
         corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
         contact = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
         free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
         scale, weights = np.where(free, d * d, 0.0), (self.spacing_weight, MOMENTUM, self.shape_step)
         groups = bubbles.corners, len(bubbles.piece)
-        step = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, *groups, *weights).stepper
-        for _ in range(self.shape_steps):
-            step(x, v, sliding.tangents)
-            sliding.follow(x)
+        descent = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, *groups, *weights)
+        x = descent.moved(bubbles.x, sliding.tangents, self.shape_steps)
+        sliding.follow(x)
         return sliding.bubbles_at(x, d)

@@ -17,7 +17,7 @@ from typing import IO, TypeVar
 
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
-from bubblemesh.process.resources import available_cores, seldom_look_for_garbage
+from bubblemesh.process.resources import available_cores, keep_freed_memory, seldom_look_for_garbage
 from bubblemesh.workers.workers import Note, WorkerDied, Workers
 
 T = TypeVar("T")
@@ -201,6 +201,7 @@ to_parent: list[IO[bytes]] = []  # the stream of answers
 def serve(staging: str) -> None:
     """Answer calls until the batch ends; temporary files go to a folder of it."""
     seldom_look_for_garbage()
+    keep_freed_memory()
     stream, calls = _taken(0, "rb"), SimpleQueue[bytes]()
     to_parent.append(_taken(1, "wb"))
     tempfile.tempdir = staging

@@ -19,6 +19,7 @@ TESTS = [
     "kernels/test_disorder.py",
     "kernels/test_linking.py",
     "kernels/test_lookup.py",
+    "kernels/test_patches.py",
     "kernels/test_relaxing.py",
     "kernels/test_shapes.py",
 ]

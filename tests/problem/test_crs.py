@@ -8,6 +8,7 @@ import pytest
 from commands import command
 from invariants import check_mesh
 
+from bubblemesh import mesh
 from bubblemesh.adaptivity.adapt import adapted
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
@@ -93,13 +94,18 @@ def test_edges_are_as_long_on_the_ground_as_the_spacing(sea):
 
 def test_the_spacing_is_that_on_the_ground_far_from_the_middle_too():
     wide = {"outer": {"rectangle": [-20, 40, 20, 62], "label": "open"}}
-    mesh = mesh_case(case(wide, 150e3)).mesh
-    found, at = lengths(mesh)
-    plane = Plane("EPSG:4326", None, (0.0, 51.0))
-    scale = plane.scale(*plane.to(at).T)
-    assert scale.max() > 1.02  # where a spacing that forgot it would be off
-    far, near = found[scale > 1.015], found[scale < 1.003]
-    assert far.mean() / near.mean() == pytest.approx(1, abs=0.01)
+    plane, places = Plane("EPSG:4326", None, (0.0, 51.0)), np.array([[0.0, 51], [19, 41], [-19, 61], [10, 55]])
+    at = plane.to(places)
+    assert plane.scale(*at.T).max() > 1.02  # where a spacing that forgot it would be off
+    in_plane = prepare(case(wide, 150e3)).spacing(at) / 1000  # a thousandth: lengths hardly bend
+    ahead = plane.given(at + in_plane[:, None] * [0.6, 0.8])
+    np.testing.assert_allclose(EARTH.inv(*places.T, *ahead.T)[2], 150.0, rtol=1e-4)
+
+
+def test_a_program_that_goes_on_in_a_plane_gets_places_there():
+    prepare(case())
+    with pytest.raises(CaseError, match=r"is -0.\d+ at \(0, 0\)"):
+        mesh([[0, 0], [1, 0], [1, 1], [0, 1]], "x - 0.3")
 
 
 def test_the_report_tells_the_systems_and_the_scale(sea):

@@ -6,6 +6,7 @@
 #include "kernels.h"
 
 enum { UNDECIDED = 1, UNCHANGED = 2, MOST_FLIPS = 20 };
+enum { BLOCK = 64 }; /* triangles or edges that are tested side by side */
 
 static const double SHORTEST = 1.0 / 16; /* step of nodes on their way, as a share of it */
 
@@ -101,11 +102,17 @@ static Item edge(int64_t a, int64_t b)
     return item;
 }
 
-/* -1, 0 or 1 if an edge comes before that of an item, is the same, or comes after it. */
-static int against(const int64_t *edge, const Item *item)
+/* Ascends with the low, then with the high: neither is negative. */
+static uint64_t key(int64_t low, int64_t high)
 {
-    int64_t difference = edge[0] != item->low ? edge[0] - item->low : edge[1] - item->high;
-    return (difference > 0) - (difference < 0);
+    return (uint64_t)low << 32 | (uint64_t)high;
+}
+
+static const uint64_t LAST = UINT64_MAX; /* after all keys */
+
+static uint64_t key_of(const Sorting *sorting, int64_t place, int64_t count)
+{
+    return place < count ? key(sorting->items[place].low, sorting->items[place].high) : LAST;
 }
 
 /* Edges that changed triangles had before they changed, in order; how many. */
@@ -150,79 +157,77 @@ static int64_t sort_new_edges(const Mesh *mesh, const Sorting *sorting)
 static int64_t list_edges(const Mesh *mesh, const Known *known, const Sorting *former, const Sorting *new_ones,
                           int64_t *edges)
 {
-    int64_t old = 0, gone = 0, come = 0, count = 0;
+    int64_t old = 0, gone = 0, come = 0, count = 0, most = 3 * mesh->t;
     int64_t all_gone = sort_former_edges(mesh, known, former), all_come = sort_new_edges(mesh, new_ones);
-    while ((old < known->m || come < all_come) && count < 3 * mesh->t) {
-        const int64_t *next = known->edges + 2 * old;
-        const Item *item = new_ones->items + come;
-        if (old < known->m && (come == all_come || against(next, item) < 0)) {
-            while (gone < all_gone && against(next, former->items + gone) > 0)
-                gone++;
+    uint64_t leaves = key_of(former, 0, all_gone), comes = key_of(new_ones, 0, all_come), last = LAST;
+    for (;;) {
+        uint64_t next = leaves < comes ? leaves : comes, mine = LAST;
+        while (old < known->m && count < most &&
+               (mine = key(known->edges[2 * old], known->edges[2 * old + 1])) < next) {
+            edges[2 * count] = known->edges[2 * old];
+            edges[2 * count++ + 1] = known->edges[2 * old++ + 1];
+            last = mine;
+        }
+        if (next == LAST || count >= most)
+            return count;
+        if (old < known->m && mine == next) /* it leaves, or comes where it is already */
             old++;
-            if (gone < all_gone && against(next, former->items + gone) == 0)
-                continue;
-            edges[2 * count] = next[0];
-            edges[2 * count++ + 1] = next[1];
-        } else {
-            old += old < known->m && against(next, item) == 0;
-            come++;
-            if (count > 0 && against(edges + 2 * (count - 1), item) == 0)
-                continue;
-            edges[2 * count] = item->low;
-            edges[2 * count++ + 1] = item->high;
+        if (leaves == next)
+            do
+                leaves = key_of(former, ++gone, all_gone);
+            while (leaves == next);
+        if (comes == next) {
+            if (last != next) {
+                edges[2 * count] = new_ones->items[come].low;
+                edges[2 * count++ + 1] = new_ones->items[come].high;
+                last = next;
+            }
+            comes = key_of(new_ones, ++come, all_come);
         }
     }
-    return count;
 }
 
-/* Which of its nodes the triangle will begin with: the lowest, if they differ. */
-static int first_of(const Mesh *mesh, int64_t triangle)
+/* Which of its nodes a triangle begins with in order: the lowest, if they differ. */
+static int first_of(const int32_t *node)
 {
-    const int32_t *node = mesh->nodes + 3 * triangle;
-    if (!mesh->changed[triangle])
-        return 0;
     return node[1] < node[0] && node[1] < node[2] ? 1 : node[2] < node[0] && node[2] < node[1] ? 2 : 0;
 }
 
 /* Triangles (t, 3) that begin with their lowest node and ascend, and their twins (t, 3) if these are known; in side
-   (t,) comes where the first side of each is then. */
+   (3 t,) comes where each side is then. */
 static void list_triangles(const Mesh *mesh, const Sorting *sorting, int32_t *side, int64_t *triangles, int32_t *twins)
 {
     const int32_t *nodes = mesh->nodes;
     int64_t k, t = mesh->t, old = 0, come = 0, all_come = 0;
-    int j;
     for (k = 0; k < t; k++)
         if (mesh->changed[k]) {
-            int first = first_of(mesh, k);
+            int first = first_of(nodes + 3 * k);
             Item item = {nodes[3 * k + first], nodes[3 * k + (first + 1) % 3], (int32_t)k};
             sorting->items[all_come++] = item;
         }
     sort(sorting, mesh->n, all_come);
     for (k = 0; k < t; k++) {
-        const Item *item = sorting->items + come;
-        int64_t next, first;
+        int64_t next, from;
+        int first = 0, second, third;
         while (old < t && mesh->changed[old])
             old++;
-        if (come < all_come && (old == t || item->low < nodes[3 * old] ||
-                                (item->low == nodes[3 * old] && item->high < nodes[3 * old + 1]))) {
-            next = item->value;
-            come++;
+        if (old == t || key_of(sorting, come, all_come) < key(nodes[3 * old], nodes[3 * old + 1])) {
+            next = sorting->items[come++].value;
+            first = first_of(nodes + 3 * next);
         } else {
             next = old++;
         }
-        first = first_of(mesh, next);
-        side[next] = (int32_t)(3 * k);
-        for (j = 0; j < 3; j++)
-            triangles[3 * k + j] = nodes[3 * next + (first + j) % 3];
+        second = first == 2 ? 0 : first + 1, third = first == 0 ? 2 : first - 1;
+        from = 3 * next;
+        triangles[3 * k] = nodes[from + first];
+        triangles[3 * k + 1] = nodes[from + second];
+        triangles[3 * k + 2] = nodes[from + third];
+        side[from + first] = (int32_t)(3 * k);
+        side[from + second] = (int32_t)(3 * k + 1);
+        side[from + third] = (int32_t)(3 * k + 2);
     }
-    for (k = 0; k < t && twins; k++) {
-        int first = first_of(mesh, k);
-        for (j = 0; j < 3; j++) {
-            int32_t twin = mesh->twin[3 * k + (first + j) % 3], across = twin / 3;
-            int turned = twin < 0 ? 0 : twin % 3 - first_of(mesh, across);
-            twins[side[k] + j] = twin < 0 ? -1 : side[across] + (turned < 0 ? turned + 3 : turned);
-        }
-    }
+    for (k = 0; k < 3 * t && twins; k++)
+        twins[side[k]] = mesh->twin[k] < 0 ? -1 : side[mesh->twin[k]];
 }
 
 /* Puts triangles (t, 3) in order, with their twins (t, 3) if these are known, and their edges into edges (3 t, 2), whose
@@ -232,7 +237,7 @@ static int64_t put_in_order(const Mesh *mesh, const Known *known, int64_t *trian
 {
     int64_t k, changed = 0, listed = 0, most, status = NO_MEMORY;
     Sorting former = {NULL, NULL, NULL}, sorting = {NULL, NULL, NULL};
-    int32_t *side = malloc((size_t)(mesh->t + 1) * sizeof *side);
+    int32_t *side = malloc((size_t)(3 * mesh->t + 1) * sizeof *side);
     for (k = 0; k < mesh->t; k++)
         if (mesh->changed[k]) {
             changed++;
@@ -318,13 +323,6 @@ static int64_t find_twins(Mesh *mesh, int64_t m, const int64_t *facets)
     return status;
 }
 
-/* 1 if the nodes turn to the left for sure, else 0. */
-static int turns_left(const double *a, const double *b, const double *c)
-{
-    double left = (a[0] - c[0]) * (b[1] - c[1]), right = (a[1] - c[1]) * (b[0] - c[0]);
-    return left - right > TURN_ERROR * (fabs(left) + fabs(right));
-}
-
 /* 1 if d is in the circle through a, b and c for sure, -1 if it is outside, 0 if rounding decides. */
 static int in_circle(const double *a, const double *b, const double *c, const double *d)
 {
@@ -383,14 +381,81 @@ static void flip(Mesh *mesh, Queue *queue, int32_t side)
     mesh->changed[one / 3] = mesh->changed[two / 3] = 1;
 }
 
+/* Margins (BLOCK,) by which nodes at places (6, BLOCK), x and y of a, b and c, turn to the left for sure, if positive. */
+SIDE_BY_SIDE static void turn_margins(const double *places, double *margin)
+{
+    const double *ax = places, *ay = ax + BLOCK, *bx = ay + BLOCK, *by = bx + BLOCK, *cx = by + BLOCK, *cy = cx + BLOCK;
+    int k;
+    for (k = 0; k < BLOCK; k++) {
+        double left = (ax[k] - cx[k]) * (by[k] - cy[k]), right = (ay[k] - cy[k]) * (bx[k] - cx[k]);
+        margin[k] = (left - right) - TURN_ERROR * (fabs(left) + fabs(right));
+    }
+}
+
+/* Margins (BLOCK,) by which d is outside of the circle through a, b and c for sure, if negative, at places (8, BLOCK) as
+   above: those of `in_circle`. */
+SIDE_BY_SIDE static void circle_margins(const double *places, double *margin)
+{
+    const double *x = places, *y = places + BLOCK, *dx = places + 6 * BLOCK, *dy = places + 7 * BLOCK;
+    int k;
+    for (k = 0; k < BLOCK; k++) {
+        double ax = x[k] - dx[k], ay = y[k] - dy[k], bx = x[2 * BLOCK + k] - dx[k], by = y[2 * BLOCK + k] - dy[k];
+        double cx = x[4 * BLOCK + k] - dx[k], cy = y[4 * BLOCK + k] - dy[k];
+        double bc = bx * cy, cb = cx * by, ca = cx * ay, ac = ax * cy, ab = ax * by, ba = bx * ay;
+        double over_a = ax * ax + ay * ay, over_b = bx * bx + by * by, over_c = cx * cx + cy * cy;
+        double value = over_a * (bc - cb) + over_b * (ca - ac) + over_c * (ab - ba);
+        double most =
+            (fabs(bc) + fabs(cb)) * over_a + (fabs(ca) + fabs(ac)) * over_b + (fabs(ab) + fabs(ba)) * over_c;
+        margin[k] = value + CIRCLE_ERROR * most;
+    }
+}
+
+/* Puts the place of a node into the column k of two rows of places. */
+static void put(double *places, int row, int64_t k, const double *x, int64_t node)
+{
+    places[2 * row * BLOCK + k] = x[2 * node];
+    places[(2 * row + 1) * BLOCK + k] = x[2 * node + 1];
+}
+
 static int all_turn_left(const Mesh *mesh, const double *x)
 {
-    const int32_t *node = mesh->nodes;
-    int64_t k;
-    for (k = 0; k < mesh->t; k++, node += 3)
-        if (!turns_left(x + 2 * (int64_t)node[0], x + 2 * (int64_t)node[1], x + 2 * (int64_t)node[2]))
-            return 0;
-    return 1;
+    double places[6 * BLOCK] = {0}, margin[BLOCK];
+    int64_t begin, k, t = mesh->t;
+    int corner, all = 1;
+    for (begin = 0; begin < t && all; begin += BLOCK) {
+        int64_t count = t - begin < BLOCK ? t - begin : BLOCK;
+        for (k = 0; k < count; k++)
+            for (corner = 0; corner < 3; corner++)
+                put(places, corner, k, x, mesh->nodes[3 * (begin + k) + corner]);
+        turn_margins(places, margin);
+        for (k = 0; k < count; k++)
+            all &= margin[k] > 0;
+    }
+    return all;
+}
+
+/* Asks the sides whose edges are not surely Delaunay, one of the two of each. */
+static void ask_first(const Mesh *mesh, const double *x, Queue *queue)
+{
+    double places[8 * BLOCK] = {0}, margin[BLOCK];
+    int32_t sides[BLOCK], side = 0, all = (int32_t)(3 * mesh->t);
+    while (side < all) {
+        int64_t count = 0, k;
+        int corner;
+        for (; side < all && count < BLOCK; side++) {
+            const int32_t *node = mesh->nodes + (side - side % 3);
+            if (mesh->twin[side] <= side)
+                continue;
+            for (corner = 0; corner < 3; corner++)
+                put(places, corner, count, x, node[corner]);
+            put(places, 3, count, x, mesh->nodes[side_before(mesh->twin[side])]);
+            sides[count++] = side;
+        }
+        circle_margins(places, margin);
+        for (k = 0; k < count; k++)
+            if (!(margin[k] < 0))
+                ask(queue, sides[k]);
+    }
 }
 
 /* Of the edge at a side with a triangle across, whether that one's other node is in this one's circle: as `in_circle`. */
@@ -405,14 +470,11 @@ static int crossed(const Mesh *mesh, const double *x, int32_t side)
    decides, that is the end if all must be sure, else the edge stays. */
 static int64_t legalise(Mesh *mesh, const double *x, Queue *queue, int sure)
 {
-    int32_t side, sides = (int32_t)(3 * mesh->t);
     int64_t left = MOST_FLIPS * mesh->t;
-    for (side = 0; side < sides; side++)
-        if (mesh->twin[side] > side && crossed(mesh, x, side) >= 0)
-            ask(queue, side);
+    ask_first(mesh, x, queue);
     while (queue->count > 0) {
+        int32_t side = queue->sides[queue->first];
         int inside;
-        side = queue->sides[queue->first];
         queue->first = queue->first + 1 < queue->room ? queue->first + 1 : 0;
         queue->count--;
         queue->waiting[side] = 0;

@@ -1,16 +1,17 @@
 /* Forces between bubbles, and steps of their motion; see relaxing.py. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "kernels.h"
 
 enum { BLOCK = 64 }; /* pairs whose forces are found side by side */
 
+static const double SURELY = 0.99; /* of the longest step: rounding makes none of these longer */
+
 /* Pairs (m, 2) of n bubbles, at rest at the distances contact (m,), that act on each other up to cutoff times these. */
 typedef struct {
     int64_t n, m;
-    const int64_t *ends;
+    int32_t *ends;
     const double *contact;
     double cutoff;
 } Pairs;
@@ -30,104 +31,71 @@ SIDE_BY_SIDE static void block_forces(const double *dx, const double *dy, const 
     }
 }
 
-/* Forces (m, 2) on the first members of pairs, for bubbles at x (n, 2). */
-static void first_forces(const Pairs *pairs, const double *x, double *force)
+/* Adds to pushes (n, 2) the forces on the first members of pairs, and to pulls (n, 2) those against the last ones, for
+   bubbles at x (n, 2), in the order of the pairs. */
+static void add_forces(const Pairs *pairs, const double *restrict x, double *restrict pushes, double *restrict pulls)
 {
-    double dx[BLOCK] = {0}, dy[BLOCK] = {0}, contact[BLOCK], found[2 * BLOCK];
+    double dx[BLOCK] = {0}, dy[BLOCK] = {0}, contact[BLOCK], force[2 * BLOCK];
     int64_t begin, k;
     for (k = 0; k < BLOCK; k++)
         contact[k] = 1.0;
     for (begin = 0; begin < pairs->m; begin += BLOCK) {
-        const int64_t *ends = pairs->ends + 2 * begin;
+        const int32_t *ends = pairs->ends + 2 * begin;
         int64_t count = pairs->m - begin < BLOCK ? pairs->m - begin : BLOCK;
         for (k = 0; k < count; k++) {
-            const double *one = x + 2 * ends[2 * k], *other = x + 2 * ends[2 * k + 1];
+            const double *one = x + 2 * (int64_t)ends[2 * k], *other = x + 2 * (int64_t)ends[2 * k + 1];
             dx[k] = one[0] - other[0];
             dy[k] = one[1] - other[1];
             contact[k] = pairs->contact[begin + k];
         }
-        block_forces(dx, dy, contact, pairs->cutoff, found);
-        memcpy(force + 2 * begin, found, (size_t)(2 * count) * sizeof *force);
+        block_forces(dx, dy, contact, pairs->cutoff, force);
+        for (k = 0; k < count; k++) {
+            double *first = pushes + 2 * (int64_t)ends[2 * k], *last = pulls + 2 * (int64_t)ends[2 * k + 1];
+            first[0] += force[2 * k];
+            first[1] += force[2 * k + 1];
+            last[0] += force[2 * k];
+            last[1] += force[2 * k + 1];
+        }
     }
 }
 
-/* The pairs at each bubble: from begin to middle those of which it is the first member, then up to the next one's
-   begin those of which it is the last, both in their order. */
-typedef struct {
-    int32_t *begin, *middle, *pairs; /* (n + 1,), (n,), (2 m,) */
-} Groups;
-
-static void group(const Pairs *pairs, Groups *groups)
+/* Accelerations (n, 2) of bubbles at x (n, 2): what pushes first members, less what pulls the last; pulls (n, 2) are
+   for work. */
+static void accelerate(const Pairs *pairs, const double *strength, const double *x, double *acceleration, double *pulls)
 {
-    int64_t k, n = pairs->n, m = pairs->m;
-    int32_t sum = 0, *begin = groups->begin, *middle = groups->middle;
-    for (k = 0; k < n; k++)
-        begin[k] = middle[k] = 0;
-    for (k = 0; k < m; k++) {
-        begin[pairs->ends[2 * k]]++;
-        middle[pairs->ends[2 * k + 1]]++;
-    }
+    int64_t k, n = pairs->n;
+    for (k = 0; k < 2 * n; k++)
+        acceleration[k] = pulls[k] = 0.0;
+    add_forces(pairs, x, acceleration, pulls);
     for (k = 0; k < n; k++) {
-        int32_t first = begin[k], last = middle[k];
-        begin[k] = sum;
-        middle[k] = sum + first + last;
-        sum += first + last;
+        acceleration[2 * k] = strength[k] * (acceleration[2 * k] - pulls[2 * k]);
+        acceleration[2 * k + 1] = strength[k] * (acceleration[2 * k + 1] - pulls[2 * k + 1]);
     }
-    begin[n] = sum;
-    for (k = m - 1; k >= 0; k--) /* middle goes down from the end of the last members to their begin ... */
-        groups->pairs[--middle[pairs->ends[2 * k + 1]]] = (int32_t)k;
-    for (k = m - 1; k >= 0; k--) /* ... and on to that of the first ones, */
-        groups->pairs[--middle[pairs->ends[2 * k]]] = (int32_t)k;
-    for (k = 0; k < m; k++) /* from which it comes back. */
-        middle[pairs->ends[2 * k]]++;
 }
 
-/* Accelerations (n, 2) of the bubbles but the fixed ones: what pushes first members, against what pulls the last. */
-static void accelerate(int64_t n, int64_t fixed, const Groups *groups, const double *forces, const double *strength,
-                       double *acceleration)
+/* Pairs with ends (m, 2) of so many bubbles; the ends are NULL where memory is short or bubbles are too many. */
+static Pairs pairs_of(int64_t n, int64_t m, const int64_t *ends, const double *contact, double cutoff)
 {
-    const int32_t *begin = groups->begin, *middle = groups->middle, *pairs = groups->pairs;
-    int64_t k, p;
-    for (k = fixed; k < n; k++) {
-        double ax = 0.0, ay = 0.0, bx = 0.0, by = 0.0;
-        for (p = begin[k]; p < middle[k]; p++) {
-            ax += forces[2 * (int64_t)pairs[p]];
-            ay += forces[2 * (int64_t)pairs[p] + 1];
-        }
-        for (p = middle[k]; p < begin[k + 1]; p++) {
-            bx += forces[2 * (int64_t)pairs[p]];
-            by += forces[2 * (int64_t)pairs[p] + 1];
-        }
-        acceleration[2 * k] = strength[k] * (ax - bx);
-        acceleration[2 * k + 1] = strength[k] * (ay - by);
-    }
+    Pairs pairs = {n, m, n < INT32_MAX ? malloc((size_t)(2 * m + 1) * sizeof *pairs.ends) : NULL, contact, cutoff};
+    int64_t k;
+    for (k = 0; k < 2 * m && pairs.ends; k++)
+        pairs.ends[k] = (int32_t)ends[k];
+    return pairs;
 }
 
 /* Forces (n, 2) between the pairs (m, 2) of bubbles at x (n, 2). */
 KERNEL int64_t pair_forces(int64_t n, int64_t m, const int64_t *ends, const double *contact, const double *strength,
                            double cutoff, const double *x, double *force)
 {
-    const Pairs pairs = {n, m, ends, contact, cutoff};
-    double *pushes = malloc((size_t)(2 * m + 1) * sizeof *pushes);
-    double *against = calloc((size_t)(2 * n + 1), sizeof *against);
-    int64_t k, status = NO_MEMORY;
-    if (pushes && against) {
-        first_forces(&pairs, x, pushes);
-        for (k = 0; k < 2 * n; k++)
-            force[k] = 0.0;
-        for (k = 0; k < m; k++) {
-            int64_t i = 2 * ends[2 * k], j = 2 * ends[2 * k + 1];
-            force[i] += pushes[2 * k];
-            force[i + 1] += pushes[2 * k + 1];
-            against[j] += pushes[2 * k];
-            against[j + 1] += pushes[2 * k + 1];
-        }
-        for (k = 0; k < 2 * n; k++)
-            force[k] = strength[k / 2] * (force[k] - against[k]);
+    Pairs pairs = pairs_of(n, m, ends, contact, cutoff);
+    double *pulls = malloc((size_t)(2 * n + 1) * sizeof *pulls);
+    int64_t status = NO_MEMORY;
+    if (pairs.ends && pulls) {
+        accelerate(&pairs, strength, x, force, pulls);
         status = DONE;
     }
-    free(pushes);
-    free(against);
+    free(pairs.ends);
+    free(pulls);
     return status;
 }
 
@@ -138,36 +106,74 @@ typedef struct {
     const double *most; /* (n,): no step is longer */
 } Motion;
 
-/* One step with an acceleration (n, 2), of which nothing is left; the sum of the speeds. */
-static double move(const Motion *motion, double dt, double viscosity, double *acceleration)
+/* Velocities (count,) after a step with an acceleration (count,), damped implicitly. */
+SIDE_BY_SIDE static void speed_up(int64_t count, double dt, double damped, const double *restrict acceleration,
+                                  double *restrict v)
 {
-    double damped = 1.0 + viscosity * dt, sum = 0.0, *x = motion->x, *v = motion->v, *next = acceleration, *speed = next;
-    const double *most = motion->most;
-    int64_t k, n = motion->n, fixed = motion->fixed;
-    int far = 0;
-    for (k = 2 * fixed; k < 2 * n; k++) {
+    int64_t k;
+    for (k = 0; k < count; k++)
         v[k] = (v[k] + dt * acceleration[k]) / damped;
-        next[k] = x[k] + dt * v[k];
+}
+
+/* Speeds (n,) of velocities v (n, 2); whether none is so high that a step of dt may be longer than most (n,). */
+SIDE_BY_SIDE static int find_speeds(int64_t n, double dt, const double *restrict v, const double *restrict most,
+                                    double *restrict speed)
+{
+    int64_t k, near = 0;
+    for (k = 0; k < n; k++) {
+        speed[k] = sqrt(v[2 * k] * v[2 * k] + v[2 * k + 1] * v[2 * k + 1]);
+        near += dt * speed[k] <= SURELY * most[k];
     }
-    for (k = fixed; k < n; k++) {
-        double dx = next[2 * k] - x[2 * k], dy = next[2 * k + 1] - x[2 * k + 1];
+    return near == n;
+}
+
+/* Places x (count,) after a step with velocities v (count,). */
+SIDE_BY_SIDE static void go_on(int64_t count, double dt, const double *restrict v, double *restrict x)
+{
+    int64_t k;
+    for (k = 0; k < count; k++)
+        x[k] = x[k] + dt * v[k];
+}
+
+/* Places x (n, 2) after a step with velocities v (n, 2) of which none is longer than most (n,), as in relaxation.py; no
+   velocity is longer then. */
+static void go_on_within(int64_t n, double dt, const double *most, double *v, double *x)
+{
+    int64_t k;
+    int far = 0;
+    for (k = 0; k < n; k++) {
+        double dx = (x[2 * k] + dt * v[2 * k]) - x[2 * k], dy = (x[2 * k + 1] + dt * v[2 * k + 1]) - x[2 * k + 1];
         far |= !(sqrt(dx * dx + dy * dy) <= most[k]);
     }
-    if (!far)
-        for (k = 2 * fixed; k < 2 * n; k++)
-            x[k] = next[k];
-    else
-        for (k = fixed; k < n; k++) {
-            double dx = next[2 * k] - x[2 * k], dy = next[2 * k + 1] - x[2 * k + 1], length = sqrt(dx * dx + dy * dy);
-            double share = most[k] / (length > most[k] ? length : most[k]);
-            x[2 * k] = x[2 * k] + share * dx;
-            x[2 * k + 1] = x[2 * k + 1] + share * dy;
-            v[2 * k] = share * v[2 * k];
-            v[2 * k + 1] = share * v[2 * k + 1];
-        }
-    for (k = fixed; k < n; k++)
-        speed[k] = sqrt(v[2 * k] * v[2 * k] + v[2 * k + 1] * v[2 * k + 1]);
-    for (k = fixed; k < n; k++)
+    if (!far) {
+        go_on(2 * n, dt, v, x);
+        return;
+    }
+    for (k = 0; k < n; k++) {
+        double dx = (x[2 * k] + dt * v[2 * k]) - x[2 * k], dy = (x[2 * k + 1] + dt * v[2 * k + 1]) - x[2 * k + 1];
+        double length = sqrt(dx * dx + dy * dy), share = most[k] / (length > most[k] ? length : most[k]);
+        x[2 * k] = x[2 * k] + share * dx;
+        x[2 * k + 1] = x[2 * k + 1] + share * dy;
+        v[2 * k] = share * v[2 * k];
+        v[2 * k + 1] = share * v[2 * k + 1];
+    }
+}
+
+/* One step with an acceleration (n, 2), of bubbles that are not fixed; the sum of their speeds, with speed (n,) for
+   work. */
+static double move(const Motion *motion, double dt, double viscosity, const double *acceleration, double *speed)
+{
+    int64_t k, fixed = motion->fixed, free_ones = motion->n - fixed;
+    double *x = motion->x + 2 * fixed, *v = motion->v + 2 * fixed, sum = 0.0;
+    const double *most = motion->most + fixed;
+    speed_up(2 * free_ones, dt, 1.0 + viscosity * dt, acceleration + 2 * fixed, v);
+    if (find_speeds(free_ones, dt, v, most, speed)) {
+        go_on(2 * free_ones, dt, v, x);
+    } else {
+        go_on_within(free_ones, dt, most, v, x);
+        find_speeds(free_ones, dt, v, most, speed);
+    }
+    for (k = 0; k < free_ones; k++)
         sum += speed[k];
     return sum;
 }
@@ -178,27 +184,21 @@ KERNEL int64_t relax(int64_t n, int64_t m, const int64_t *ends, const double *co
                      double cutoff, double *x, int64_t fixed, const double *most, double dt, int64_t steps,
                      const double *c, double *speeds)
 {
-    const Pairs pairs = {n, m, ends, contact, cutoff};
+    Pairs pairs = pairs_of(n, m, ends, contact, cutoff);
     const Motion motion = {n, fixed, x, calloc((size_t)(2 * n + 1), sizeof *x), most};
-    Groups groups = {malloc((size_t)(n + 1) * sizeof *groups.begin), malloc((size_t)(n + 1) * sizeof *groups.middle),
-                     malloc((size_t)(2 * m + 1) * sizeof *groups.pairs)};
-    double *pushes = malloc((size_t)(2 * m + 1) * sizeof *pushes);
     double *acceleration = malloc((size_t)(2 * n + 1) * sizeof *acceleration);
+    double *pulls = malloc((size_t)(2 * n + 1) * sizeof *pulls);
     int64_t step, status = NO_MEMORY;
-    if (motion.v && groups.begin && groups.middle && groups.pairs && pushes && acceleration && 2 * m < INT32_MAX) {
-        group(&pairs, &groups);
+    if (pairs.ends && motion.v && acceleration && pulls) {
         for (step = 0; step < steps; step++) {
-            first_forces(&pairs, x, pushes);
-            accelerate(n, fixed, &groups, pushes, strength, acceleration);
-            speeds[step] = move(&motion, dt, c[step], acceleration) / (double)n;
+            accelerate(&pairs, strength, x, acceleration, pulls);
+            speeds[step] = move(&motion, dt, c[step], acceleration, pulls) / (double)n;
         }
         status = DONE;
     }
+    free(pairs.ends);
     free(motion.v);
-    free(groups.begin);
-    free(groups.middle);
-    free(groups.pairs);
-    free(pushes);
     free(acceleration);
+    free(pulls);
     return status;
 }

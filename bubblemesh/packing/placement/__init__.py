@@ -6,7 +6,7 @@ import numpy as np
 from annotated_types import Ge, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import node_limit
@@ -50,9 +50,10 @@ class Perturbation:
 
 
 def displaced(
-    bubbles: Bubbles, which: slice | Booleans, amplitude: Floats | float, random: np.random.Generator
+    bubbles: Bubbles, which: slice | Booleans | Integers, amplitude: Floats | float, random: np.random.Generator
 ) -> Bubbles:
     """The bubbles with k of them moved at random: standard deviations ``amplitude`` (k,) in units of their spacing."""
     x, scale = bubbles.x.copy(), amplitude * bubbles.d[which]
-    x[which] += scale[:, None] * random.standard_normal((len(scale), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+    moves = random.standard_normal((len(scale), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+    x[which] = x[which] + scale[:, None] * moves
     return bubbles.moved(x)
