@@ -26,6 +26,10 @@ TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1, 2, 4, 4, 8), "best": (1, 2, 2, 2
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 REGULAR_VALENCE = 6
 
+Effort = Annotated[
+    Literal["fast", "normal", "best"],
+    Doc("20, 100 or 800 cycles of shaking, 2 to 8 times that on coarse levels; with `best` four times the mending"),
+]
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
 Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
 
@@ -74,9 +78,7 @@ class Annealing:
     On the coarse levels grain boundaries heal, and what is left of them is in the right places.
     """
 
-    effort: Annotated[
-        Literal["fast", "normal", "best"], Doc("20, 100 or 800 cycles of shaking, 2 to 8 times that on coarse levels")
-    ] = "normal"
+    effort: Effort = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
     shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8

@@ -46,17 +46,18 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
     changes: dict[str, dict[str, Any]] = {}
     faults: list[OptionError] = []
     for section, key in _parameters(given):
-        name = _column_of(row, section, key)
+        names = _columns_of(row, section, key)
         try:
-            if name is None:
+            if not names:
                 raise OptionError(
                     section, key, f"the method {method!r} does not use this key: {_meant(row, section, key)}"
                 )
-            value = _checked(type(getattr(row, name)), section, key, given[section][key])
+            value = _checked(type(getattr(row, names[0])), section, key, given[section][key])
         except OptionError as error:
             faults.append(error)
         else:
-            changes.setdefault(name, {})[key] = value
+            for name in names:
+                changes.setdefault(name, {})[key] = value
     if faults:
         faults[0].others = tuple(faults[1:])
         raise faults[0]
@@ -94,7 +95,7 @@ def unused_keys(method: str, packing: Mapping[str, Any], schedule: Mapping[str, 
     """
     given = {"packing": packing, "schedule": schedule}
     row = _with_schemes(method, given)
-    return [(section, key) for section, key in _parameters(given) if _column_of(row, section, key) is None]
+    return [(section, key) for section, key in _parameters(given) if not _columns_of(row, section, key)]
 
 
 def options(method: Method) -> dict[str, dict[str, Any]]:
@@ -147,10 +148,11 @@ def _parameters(given: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]
     return [(section, key) for section, keys in given.items() for key in keys if (section, key) not in CHOICES]
 
 
-def _column_of(row: Method, section: str, key: str) -> str | None:
-    """Name of the column whose scheme has the parameter."""
-    names = (name for name, column in COLUMNS.items() if column.section == section and key in vars(getattr(row, name)))
-    return next(names, None)
+def _columns_of(row: Method, section: str, key: str) -> list[str]:
+    """Names of the columns whose schemes have the parameter."""
+    return [
+        name for name, column in COLUMNS.items() if column.section == section and key in vars(getattr(row, name))
+    ]
 
 
 def _checked(kind: Any, section: str, key: str, value: Any) -> Any:

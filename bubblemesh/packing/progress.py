@@ -57,7 +57,7 @@ def stages_of(method: Method, levels: int, bubbles: int) -> tuple[Stage, ...]:
 
 
 def _finishing_work(method: Method, bubbles: int) -> float:
-    mended = method.smoothing.shape_steps > 0 and method.mending.mend_attempts > 0
+    mended = method.smoothing.shape_steps > 0 and method.mending.attempts > 0
     return method.smoothing.passes * SMOOTHING * bubbles + (MENDING * bubbles + MENDING_AT_LEAST if mended else 0.0)
 
 

@@ -160,3 +160,10 @@ def test_keys_that_a_method_does_not_use_are_found():
     assert unused_keys("multilevel", packing, schedule) == [("packing", "w2"), ("schedule", "c")]
     with pytest.raises(OptionError, match="unknown method"):
         unused_keys("fast", {}, {})
+
+
+def test_effort_is_that_of_annealing_and_mending_alike():
+    for effort, attempts in (("fast", 12), ("normal", 12), ("best", 48)):
+        method = configured("multilevel", {"effort": effort}, {})
+        assert (method.annealing.effort, method.mending.effort, method.mending.attempts) == (effort, effort, attempts)
+    assert configured("multilevel", {"effort": "best", "mend_attempts": 3}, {}).mending.attempts == 12

@@ -136,10 +136,10 @@ class LevelRun:
     def smooth(
         self, passes: int, smoothing: Smoothing, mending: NoMending | Mending, shares: tuple[float, float]
     ) -> None:
-        """Passes of smoothing; between them bubbles leave, ``mend_attempts`` times at most."""
+        """Passes of smoothing; between them bubbles leave, as often as there are attempts at most."""
         progress = self.progress
         for done in range(passes):
-            if isinstance(mending, Mending) and 0 < done <= mending.mend_attempts:
+            if isinstance(mending, Mending) and 0 < done <= mending.attempts:
                 progress.ellipses = mended(progress.ellipses, self.spacing, smoothing, mending)
             progress.ellipses = smoothed(progress.ellipses, self.spacing, smoothing)
             progress.tell_between(*shares, (done + 1) / passes)
