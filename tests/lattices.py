@@ -11,7 +11,9 @@ from bubblemesh.packing.relaxation import Dynamics
 from bubblemesh.spacing.spacing import Spacing
 
 SQRT3 = np.sqrt(3.0)
-DAMPED = Dynamics(VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.4)  # as the multilevel method has it
+DAMPED = Dynamics(
+    VanDerWaals(), SemiImplicitEuler(), lambda steps, _: [1.4] * len(steps)
+)  # as the multilevel method has it
 
 
 def uniform(d):

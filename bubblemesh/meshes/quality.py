@@ -227,7 +227,8 @@ def _angles(a: Floats, b: Floats, c: Floats) -> Floats:
 
 
 def _lengths(vectors: Floats) -> Floats:
-    return np.hypot(vectors[:, 0], vectors[:, 1])
+    x, y = vectors.T
+    return np.asarray(np.sqrt(x * x + y * y))  # several times as fast as hypot, for lengths whose squares are numbers
 
 
 def _irregular_fraction(valence: Integers, rim: Integers) -> float | None:

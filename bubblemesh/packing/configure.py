@@ -150,9 +150,7 @@ def _parameters(given: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]
 
 def _columns_of(row: Method, section: str, key: str) -> list[str]:
     """Names of the columns whose schemes have the parameter."""
-    return [
-        name for name, column in COLUMNS.items() if column.section == section and key in vars(getattr(row, name))
-    ]
+    return [name for name, column in COLUMNS.items() if column.section == section and key in vars(getattr(row, name))]
 
 
 def _checked(kind: Any, section: str, key: str, value: Any) -> Any:

@@ -26,7 +26,8 @@ REFRESH_STEPS = 10
 REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
 MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many small neighbours that it would fly
 
-Damping = Callable[[int, Booleans], Floats | float]  # viscosity in a step of bubbles touched (n,) or not
+# Viscosities in some steps, of bubbles touched (n,) or not.
+Damping = Callable[[range, Booleans], list[Floats | float]]
 
 
 class Dynamics(NamedTuple):
@@ -90,7 +91,8 @@ class Nearby:
                 d = spacing(x)
                 neighbours, listed = Neighbours.of(x, d, REACH), step
                 acting = force.among(neighbours)
-            moved, v = motion(x, v, damping(step, start.touched), sliding.projecting(acting))
+            (c,) = damping(range(step, step + 1), start.touched)
+            moved, v = motion(x, v, c, sliding.projecting(acting))
             x, v = sliding.advance(*_bounded(x, moved, v, d))
             speeds[step] = _mean(_lengths(v))
         confinement.put_back(x[inside], v[inside], d[inside])
@@ -121,7 +123,7 @@ class Connected:
             bubbles = net.bubbles
             x, d = bubbles.x, bubbles.d
             acting = force.among(Neighbours.along(net.edges, x, d))
-            viscosities = [damping(step, bubbles.touched) for step in range(begin, min(begin + self.refresh, steps))]
+            viscosities = damping(range(begin, min(begin + self.refresh, steps)), bubbles.touched)
             x, speeds[begin : begin + self.refresh] = _moved(bubbles, acting, motion, viscosities)
             evaluations += len(x) * motion.evaluations * len(viscosities)
             net = net.of(bubbles.moved(x))

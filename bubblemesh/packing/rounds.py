@@ -145,10 +145,10 @@ class LevelRun:
         method, progress = self.method, self.progress
         progress.add(CONNECTING * len(net.bubbles))
 
-        def damping(step: int, touched: Booleans) -> Floats | float:
-            progress.add(len(touched))
-            c = method.viscosity(step, number)
-            return method.odd(c, touched) if odd else c
+        def damping(some: range, touched: Booleans) -> list[Floats | float]:
+            progress.add(len(some) * len(touched))
+            viscosities = [method.viscosity(step, number) for step in some]
+            return [method.odd(c, touched) if odd else c for c in viscosities]
 
         dynamics = Dynamics(method.force, method.motion, damping)
         return method.relaxation(net, self.domain, self.spacing, dynamics, steps)

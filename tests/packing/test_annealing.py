@@ -194,7 +194,7 @@ def test_perfect_lattice_far_from_the_boundary_is_left_alone():
 
 def test_shaking_heals_a_disordered_packing():
     domain, spacing = Domain.of(rings.rectangle(0, 0, 16, 16)), uniform(1.0)
-    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(), lambda *_: 1.0)
+    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(), lambda steps, _: [1.0] * len(steps))
 
     def relax(net, steps):
         return Connected()(net, domain, spacing, dynamics, steps)

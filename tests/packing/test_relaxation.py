@@ -20,8 +20,8 @@ SIDE = 5
 BOTH = pytest.mark.parametrize("relax", [Nearby(), Connected(), Connected(refresh=7)], ids=["near", "net", "net7"])
 
 
-def constant(step, touched):
-    return 1.4
+def constant(steps, touched):
+    return [1.4] * len(steps)
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,10 @@ def test_viscosity_is_asked_for_in_every_step_with_the_touched_bubbles(relax):
     bubbles = replace(bubbles, touched=np.arange(len(bubbles)) % 3 == 0)
     asked = []
 
-    def damping(step, touched):
-        asked.append(step)
+    def damping(steps, touched):
+        asked.extend(steps)
         np.testing.assert_array_equal(touched, bubbles.touched)
-        return 1.0
+        return [1.0] * len(steps)
 
     relaxed(relax, domain, spacing, bubbles, 25, damping=damping)
     assert asked == list(range(25))
@@ -148,7 +148,7 @@ def test_connected_step_is_that_of_the_forces_along_the_edges():
         expected[i] += 0.3**2 / (1 + 2.0 * 0.3) * force
         expected[j] -= 0.3**2 / (1 + 2.0 * 0.3) * force
     expected[: start.boundary_count] = start.x[: start.boundary_count]
-    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(dt=0.3), lambda step, touched: 2.0)
+    dynamics = Dynamics(VanDerWaals(), SemiImplicitEuler(dt=0.3), lambda steps, touched: [2.0] * len(steps))
     found = Connected()(net, domain, spacing, dynamics, 1)
     np.testing.assert_allclose(found.bubbles.x, expected, atol=1e-13)
 
