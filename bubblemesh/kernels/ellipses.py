@@ -180,7 +180,7 @@ class Metrics(NamedTuple):
         return np.column_stack(changed), f * f + g * g
 
     def select(self, numbers: Integers) -> "Metrics":
-        """Those of the given numbers (m,)."""
+        """Metrics of the given numbers (m,)."""
         return Metrics(*(part[numbers] for part in self))
 
 

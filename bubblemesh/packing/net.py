@@ -30,7 +30,7 @@ class Net:
     legal: Legal | None = field(default=None, compare=False)  # what flips made these triangles and edges, if they did
 
     def of(self, bubbles: Bubbles) -> "Net":
-        """The same facets and triangles, of other bubbles."""
+        """Net with the same facets and triangles, of other bubbles."""
         return Net(bubbles, self.facets, self.facet_piece, self.two_sided, self.triangles, self.edges, self.legal)
 
     @cached_property

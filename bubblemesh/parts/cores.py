@@ -35,7 +35,7 @@ class Band(NamedTuple):
 
 
 class Core(NamedTuple):
-    """The other triangles of a part."""
+    """Core of a part: its triangles that are in no band."""
 
     x: Floats  # (m, 2): places of the nodes that the band has not
     triangles: ShortIntegers  # (t, 3): numbers of the band's nodes, then of these

@@ -48,7 +48,7 @@ class EllipseNet(NamedTuple):
         return _flipped(self.net, self.net.bubbles.moved(x), self.net.triangles, tensors, known)
 
     def at(self, x: Floats) -> "EllipseNet":
-        """The same triangles and tensors, with the bubbles at x (n, 2)."""
+        """Net with the same triangles and tensors, with the bubbles at x (n, 2)."""
         return EllipseNet(self.net.of(self.net.bubbles.moved(x)), self.tensors, self.known)
 
 

@@ -77,7 +77,7 @@ def _lacking(ellipses: EllipseNet, spacing: MetricSpacing) -> Lack:
 
 
 def _bar(lacks: Floats, whole: int) -> float:
-    """What is lacking around an edge for a bubble to come: half of one, or less where some more lack in the whole.
+    """Lack around an edge that makes a bubble come: half of one, or less where some more lack in the whole.
 
     Then as many of the places with the largest lacks (k,) are enough.
     """

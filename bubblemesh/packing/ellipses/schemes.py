@@ -29,7 +29,7 @@ class Schemes(NamedTuple):
 
     @classmethod
     def of(cls, method: Method) -> Self:
-        """Those of a method; CaseError if one has no form in a metric."""
+        """Schemes of a method; CaseError if one has no form in a metric."""
         motion, population = method.motion, method.population
         if not isinstance(motion, SemiImplicitEuler):
             raise CaseError("packing.motion: in a metric only semi-implicit is possible: leave it out")

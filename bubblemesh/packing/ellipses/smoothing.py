@@ -58,7 +58,7 @@ def metrics_at(places: Floats, spacing: MetricSpacing) -> Metrics:
 
 
 def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
-    """What the triangles (t, 3) of nodes x (n, 2) cost beyond perfect ones, in the sum that smoothing lessens."""
+    """Costs (t,) of the triangles (t, 3) of nodes x (n, 2) beyond perfect ones, in the sum that smoothing lessens."""
     asked = spacing.unstraightened
     inside, own = _split(steady_metrics(_centroids_and(x, triangles), asked), len(triangles))
     return costs_in(x, triangles, inside, own, side_weight(smoothing)) - 1
