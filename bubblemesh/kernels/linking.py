@@ -27,9 +27,9 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     compiled = library()
     if compiled is None:
         return in_order_in_numpy(triangles, n)
-    result, edges, count = _room(triangles)
+    result, (edges, count) = np.empty(triangles.shape, np.int64), room_of_edges(triangles)
     compiled.call("order_triangles", n, len(result), np.ascontiguousarray(triangles), result, edges, count)
-    return result, _shortened(edges, count)
+    return result, shortened(edges, count)
 
 
 def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -58,7 +58,7 @@ def legalised(
     compiled = library()
     if compiled is None:
         return None
-    result, edges, count = _room(triangles)
+    result, (edges, count) = np.empty(triangles.shape, np.int64), room_of_edges(triangles)
     twins, outcome = np.empty(result.shape, np.int32), np.empty(1, np.int64)
     before = (0, edges, twins) if known is None else (len(known.edges), known.edges, known.twins)
     places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
@@ -66,15 +66,15 @@ def legalised(
     compiled.call("legalise_triangles", len(x), len(result), *given, result, twins, edges, count, outcome)
     if outcome[0] == UNCHANGED:
         return known
-    return None if outcome[0] else Legal(result, _shortened(edges, count), twins)
+    return None if outcome[0] else Legal(result, shortened(edges, count), twins)
 
 
-def _room(triangles: Integers) -> tuple[Integers, Integers, Integers]:
-    """Room for as many triangles (t, 3), for their edges (3 t, 2), and for the number of these (1,)."""
-    return np.empty(triangles.shape, np.int64), np.empty((3 * len(triangles), 2), np.int64), np.empty(1, np.int64)
+def room_of_edges(triangles: Integers) -> tuple[Integers, Integers]:
+    """Room for the edges (3 t, 2) of triangles (t, 3), and for their number (1,)."""
+    return np.empty((3 * len(triangles), 2), np.int64), np.empty(1, np.int64)
 
 
-def _shortened(edges: Integers, count: Integers) -> Integers:
+def shortened(edges: Integers, count: Integers) -> Integers:
     """The first ``count`` (1,) of the edges."""
     edges.resize((int(count[0]), 2), refcheck=False)  # in place: a copy would double what large meshes take
     return edges

@@ -17,6 +17,15 @@ class Pull(NamedTuple):
     cutoff: float  # distance in terms of that, from which on a pair does not act
 
 
+class Steps(NamedTuple):
+    """Symplectic Euler steps with implicit damping."""
+
+    fixed: int  # number of the first bubbles, which stay where they are
+    most: Floats  # (n,): no bubble goes farther in a step
+    dt: float
+    c: Floats  # (..., steps): viscosities
+
+
 def forces(compiled: Library, x: Floats, pull: Pull) -> Floats:
     """Forces (n, 2) on bubbles at x (n, 2)."""
     result, (pairs, contact, strength, cutoff) = np.empty_like(x, order="C"), pull
@@ -25,16 +34,10 @@ def forces(compiled: Library, x: Floats, pull: Pull) -> Floats:
     return result
 
 
-def relaxed(
-    compiled: Library, x: Floats, pull: Pull, fixed: int, most: Floats, dt: float, c: Floats
-) -> tuple[Floats, Floats]:
-    """Places (n, 2) of bubbles, and their mean speeds (k,), after steps from rest at x (n, 2) with viscosities c (k,).
-
-    A step is a symplectic Euler step with implicit damping. The first ``fixed`` bubbles stay where they are, and none
-    goes farther in a step than ``most`` (n,).
-    """
-    places, speeds = np.array(x, order="C"), np.empty(len(c))
-    pairs, contact, strength, cutoff = pull
+def relaxed(compiled: Library, x: Floats, pull: Pull, steps: Steps) -> tuple[Floats, Floats]:
+    """Places (n, 2) of bubbles, and their mean speeds (steps,), after steps from rest at x (n, 2)."""
+    places, (fixed, most, dt, c) = np.array(x, order="C"), steps
+    speeds, (pairs, contact, strength, cutoff) = np.empty(len(c)), pull
     numbers = len(x), len(pairs), np.ascontiguousarray(pairs), contact, strength, cutoff
     compiled.call("relax", *numbers, places, fixed, most, dt, len(c), c, speeds)
     return places, speeds

@@ -9,14 +9,15 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.disorder import disorder_marked
+from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.library import library
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net, connect_inside
-from bubblemesh.packing.placement import displaced
-from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.forces import CUTOFF
+from bubblemesh.packing.motion import SemiImplicitEuler
+from bubblemesh.packing.net import Net, connect_within, measured
+from bubblemesh.packing.relaxation import Dynamics, Relaxed, euler_steps
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -25,6 +26,8 @@ FEWEST_CYCLES = {"fast": 2, "normal": 10, "best": 40}  # on the largest levels
 TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1, 2, 4, 4, 8), "best": (1, 2, 2, 2, 4)}  # by the number of finer levels
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 REGULAR_VALENCE = 6
+SPACING_STAYS = 5  # cycles by the same spacings: bubbles do not go far in them
+SEEDS = 2**63
 
 Effort = Annotated[
     Literal["fast", "normal", "best"],
@@ -58,6 +61,7 @@ class NoAnnealing:
         random: np.random.Generator,
         relax: Relax,
         rank: Rank = ONLY,
+        dynamics: Dynamics | None = None,
     ) -> Relaxed:
         """The bubbles as they are."""
         return Relaxed.none(net.bubbles)
@@ -94,17 +98,25 @@ class Annealing:
         random: np.random.Generator,
         relax: Relax,
         rank: Rank = ONLY,
+        dynamics: Dynamics | None = None,
     ) -> Relaxed:
-        """The bubbles after all cycles of a level, each a displacement and a relaxation."""
-        parts = [Relaxed.none(net.bubbles)]
-        cycles = self.cycles(len(net.bubbles), rank)
-        for cycle in range(cycles):
-            displaced = self._displaced(net, 1 - cycle / cycles, random)
-            net = connect_inside(displaced, domain, spacing, net)
-            relaxed = relax(net, self.shake_steps)
+        """The bubbles after all cycles of a level, each a displacement and a relaxation.
+
+        If kernels can relax them, they do by the ``dynamics``; else these are None.
+        """
+        shaker = Shaker(domain, relax, self.shake_steps, dynamics)
+        total, seed = self.cycles(len(net.bubbles), rank), int(random.integers(SEEDS))
+        shares = 1 - np.arange(total) / total
+        parts, done = [Relaxed.none(net.bubbles)], 0
+        while done < total:
+            if done:
+                net = measured(net, spacing)
+            some = slice(done, done + SPACING_STAYS)
+            inside, calm = self.amplitude * shares[some], self._calm(net.bubbles)
+            cycles = Cycles(seed, done, inside, self.amplitude_at_boundary * inside, calm)
+            net, relaxed, count = shaker(net, cycles)
             parts.append(relaxed)
-            # The edges from before the relaxation still tell where the order is broken.
-            net = connect_inside(relaxed.bubbles, domain, spacing) if relaxed.lost else net.of(relaxed.bubbles)
+            done += count
         return Relaxed.one_of(parts)
 
     def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
@@ -125,16 +137,9 @@ class Annealing:
         """Annealing of all but calm bubbles, which are left alone."""
         return SparingAnnealing(**vars(self), calm=calm)
 
-    def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
-        """The bubbles after a displacement, whose amplitude is ``share`` times that of the first one."""
-        amplitudes = share * self.amplitude, share * (self.amplitude_at_boundary * self.amplitude)
-        compiled, count = library(), net.bubbles.boundary_count
-        if compiled is None:
-            amplitude = disorder_marked_in_numpy(net, *amplitudes)
-        else:
-            amplitude = disorder_marked(compiled, len(net.bubbles), net.edges, count, *amplitudes)
-        which = np.flatnonzero(amplitude)
-        return displaced(net.bubbles, which, amplitude[which], random)
+    def _calm(self, bubbles: Bubbles) -> Booleans:
+        """Bubbles (n,) that are not displaced, whatever their order."""
+        return np.zeros(len(bubbles), bool)
 
 
 @record
@@ -143,13 +148,92 @@ class SparingAnnealing(Annealing):
 
     calm: Calm = field(kw_only=True)
 
-    def _displaced(self, net: Net, share: float, random: np.random.Generator) -> Bubbles:
-        displaced = super()._displaced(net, share, random)
-        return displaced.moved(np.where(self.calm(net.bubbles)[:, None], net.bubbles.x, displaced.x))
+    def _calm(self, bubbles: Bubbles) -> Booleans:
+        return self.calm(bubbles)
 
 
-def disorder_marked_in_numpy(net: Net, inside: float, beside: float) -> Floats:
-    """Values (n,) of a net's bubbles as of `disorder_marked`, made in NumPy."""
+@record
+class Shaker:
+    """How bubbles of a level go through cycles of annealing."""
+
+    domain: Domain
+    relax: Relax
+    steps: int  # of relaxation in each cycle
+    dynamics: Dynamics | None  # by which kernels can relax the bubbles, if they can
+
+    def __call__(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
+        """Net and relaxation after so many of the cycles, by the spacings that its bubbles have.
+
+        All cycles, unless bubbles get lost.
+        """
+        parts, done, count = [Relaxed.none(net.bubbles)], 0, len(net.bubbles)
+        while done < len(cycles.inside) and len(net.bubbles) == count:
+            net, relaxed, more = self._some(net, cycles.after(done))
+            parts.append(relaxed)
+            done += more
+        return net, Relaxed.one_of(parts), done
+
+    def _some(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
+        """Net and relaxation after the first cycles, and how many: one, or those that kernels do at once and one more."""
+        compiled = library()
+        if compiled is None or self.dynamics is None:
+            return *self._relaxed(_displaced(net, cycles), net), 1
+        bubbles, (force, motion, damping) = net.bubbles, self.dynamics
+        assert isinstance(motion, SemiImplicitEuler)
+        viscosities = np.array([damping(range(self.steps), bubbles.touched) for _ in cycles.inside], float)
+        links = Links(net.triangles, net.edges, None if net.legal is None else net.legal.twins, net.facets)
+        acting = Acting(bubbles.d, force.strength(bubbles.d), CUTOFF)
+        x, legal, speeds = annealed(
+            compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, viscosities), cycles
+        )
+        moved = bubbles.moved(x)
+        done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
+        if legal is not None:
+            return net.by(legal, moved), done, len(speeds)
+        after, last = self._relaxed(moved)
+        return after, done.followed_by(last), len(speeds) + 1
+
+    def _relaxed(self, bubbles: Bubbles, before: Net | None = None) -> tuple[Net, Relaxed]:
+        """Net and relaxation of bubbles that have been displaced from a net."""
+        net = connect_within(bubbles, self.domain, before)
+        relaxed = self.relax(net, self.steps)
+        if relaxed.added or relaxed.lost:
+            return connect_within(relaxed.bubbles, self.domain), relaxed
+        # The edges from before the relaxation still tell where the order is broken.
+        return net.of(relaxed.bubbles), relaxed
+
+
+def _displaced(net: Net, cycles: Cycles) -> Bubbles:
+    """The bubbles of a net after the displacement of the first of the cycles."""
+    amplitude = disorder_marked(net, float(cycles.inside[0]), float(cycles.beside[0]))
+    which = np.flatnonzero((amplitude != 0) & ~cycles.calm)
+    x, scale = net.bubbles.x.copy(), amplitude[which] * net.bubbles.d[which]
+    x[which] = x[which] + scale[:, None] * deviations(cycles.seed, cycles.first, which)
+    return net.bubbles.moved(x)
+
+
+def deviations(seed: int, cycle: int, bubbles: Integers) -> Floats:
+    """Random numbers (k, 2) of unit deviation, at most sqrt(6), for bubbles (k,) in a cycle of annealing.
+
+    Each is the sum of two that are uniform, and each bubble has its own in each cycle: 64 bits of SplitMix64.
+
+    References
+    ----------
+    G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+    """
+    z = np.uint64(seed) + (np.uint64(cycle << 32) | bubbles.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ z >> np.uint64(30)) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ z >> np.uint64(27)) * np.uint64(0x94D049BB133111EB)
+    z = z ^ z >> np.uint64(31)
+    parts = (z[:, None] >> 16 * np.arange(4, dtype=np.uint64) & np.uint64(0xFFFF)).astype(np.int64)
+    return (parts[:, ::2] + parts[:, 1::2] - 0xFFFF) * (math.sqrt(6) / 65536)
+
+
+def disorder_marked(net: Net, inside: float, beside: float) -> Floats:
+    """Values (n,) of bubbles that do not have six neighbours, or are next to one; zero of all others.
+
+    It is ``beside`` of those next to the boundary, whose bubbles have zero, and else ``inside``.
+    """
     on_boundary = np.arange(len(net.bubbles)) < net.bubbles.boundary_count
     values = np.where(net.dilated(on_boundary), beside, inside)
     values[on_boundary | ~net.dilated(net.valence != REGULAR_VALENCE)] = 0

@@ -40,8 +40,11 @@ class VanDerWaals:
 
     def among(self, neighbours: Neighbours) -> "BoundForce":
         """The force as a function of the positions, for these neighbours."""
-        strength = self.k0 * (neighbours.d if self.force == "scaled" else np.ones(len(neighbours.d)))
-        return BoundForce(neighbours, strength)
+        return BoundForce(neighbours, self.strength(neighbours.d))
+
+    def strength(self, d: Floats) -> Floats:
+        """Factors (n,) of the force on bubbles with spacings d (n,)."""
+        return self.k0 * (d if self.force == "scaled" else np.ones(len(d)))
 
 
 @record

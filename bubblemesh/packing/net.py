@@ -33,6 +33,10 @@ class Net:
         """Net with the same facets and triangles, of other bubbles."""
         return Net(bubbles, self.facets, self.facet_piece, self.two_sided, self.triangles, self.edges, self.legal)
 
+    def by(self, legal: Legal, bubbles: Bubbles) -> "Net":
+        """Net with the same facets, of as many bubbles that flips have connected."""
+        return Net(bubbles, self.facets, self.facet_piece, self.two_sided, legal.triangles, legal.edges, legal)
+
     @cached_property
     def valence(self) -> Integers:
         """Number of edges (n,) at each bubble."""
@@ -128,7 +132,7 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
         found = legalised(known, start, bubbles.x, net.facets)
     # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
     if found is not None and (held or moved.has_simple_rim):
-        return Net(bubbles, net.facets, net.facet_piece, net.two_sided, found.triangles, found.edges, found)
+        return net.by(found, bubbles)
     return _triangulated(moved)
 
 
@@ -161,23 +165,28 @@ def _equal(some: Floats | Integers, others: Floats | Integers) -> bool:
     return some is others or np.array_equal(some, others)
 
 
-def connect_inside(
-    bubbles: Bubbles,
-    domain: Domain,
-    spacing: Spacing,
-    before: Net | None = None,
-    triangles: Integers | None = None,
+def connect_within(
+    bubbles: Bubbles, domain: Domain, before: Net | None = None, triangles: Integers | None = None
 ) -> Net:
-    """Connect bubbles without those outside, and evaluate the spacing where they are.
+    """Connect bubbles without those outside.
 
     For a net ``before`` and ``triangles`` (t, 3) see `connect`.
     """
     net = connect(bubbles, domain, before, triangles)
     if net.legal is not None or (kept := net.valence > 0).all():  # flips lose none
-        return net.of(bubbles.moved(bubbles.x, spacing.extended(bubbles.x)))
-    d = np.full(len(bubbles), np.nan)
-    d[kept] = spacing.extended(bubbles.x[kept])
+        return net
     number = np.cumsum(kept) - 1
-    rest = bubbles.moved(bubbles.x, d).select(np.flatnonzero(kept))
     renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
-    return replace(net, bubbles=rest, legal=None, **renumbered)
+    return replace(net, bubbles=bubbles.select(np.flatnonzero(kept)), legal=None, **renumbered)
+
+
+def connect_inside(
+    bubbles: Bubbles, domain: Domain, spacing: Spacing, before: Net | None = None, triangles: Integers | None = None
+) -> Net:
+    """Connect bubbles as `connect_within`, and evaluate the spacing where they are."""
+    return measured(connect_within(bubbles, domain, before, triangles), spacing)
+
+
+def measured(net: Net, spacing: Spacing) -> Net:
+    """The net with the spacing where its bubbles are."""
+    return net.of(net.bubbles.moved(net.bubbles.x, spacing.extended(net.bubbles.x)))

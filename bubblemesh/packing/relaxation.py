@@ -10,7 +10,7 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.library import library
-from bubblemesh.kernels.relaxing import relaxed
+from bubblemesh.kernels.relaxing import Steps, relaxed
 from bubblemesh.packing.boundary_edges import drop_strays, split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Confinement, Sliding
@@ -71,6 +71,9 @@ class Relaxation(Protocol):
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles of a net after ``steps`` steps."""
 
+    def is_compiled(self, motion: Motion, steps: int) -> bool:
+        """Whether compiled kernels can do so many steps at once."""
+
 
 @record
 class Nearby:
@@ -101,6 +104,9 @@ class Nearby:
         added, lost = len(ended) - len(x), len(ended) - len(kept)
         return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
 
+    def is_compiled(self, motion: Motion, steps: int) -> bool:
+        return False
+
 
 @record
 class Connected:
@@ -129,6 +135,9 @@ class Connected:
             net = net.of(bubbles.moved(x))
         return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
 
+    def is_compiled(self, motion: Motion, steps: int) -> bool:
+        return isinstance(motion, SemiImplicitEuler) and steps <= self.refresh
+
 
 def _moved(
     bubbles: Bubbles, acting: BoundForce, motion: Motion, viscosities: list[Floats | float]
@@ -136,8 +145,7 @@ def _moved(
     """Places (n, 2) and mean speeds (k,) of bubbles after a step for each viscosity; those on the boundary stay."""
     x, d, fixed, compiled = bubbles.x, bubbles.d, bubbles.boundary_count, library()
     if compiled is not None and isinstance(motion, SemiImplicitEuler) and all(map(np.isscalar, viscosities)):
-        numbers = np.array(viscosities, float)
-        return relaxed(compiled, x, acting.pull, fixed, MOST_MOVE * d, float(motion.dt), numbers)
+        return relaxed(compiled, x, acting.pull, euler_steps(bubbles, motion, np.array(viscosities, float)))
     v, speeds = np.zeros_like(x), np.empty(len(viscosities))
     for step, c in enumerate(viscosities):
         moved, v = motion(x, v, c, acting)
@@ -145,6 +153,11 @@ def _moved(
         x, v = _bounded(x, moved, v, d)
         speeds[step] = _mean(_lengths(v))
     return x, speeds
+
+
+def euler_steps(bubbles: Bubbles, motion: SemiImplicitEuler, viscosities: Floats) -> Steps:
+    """Steps of bubbles with viscosities (..., steps), for compiled kernels; those on the boundary stay."""
+    return Steps(bubbles.boundary_count, MOST_MOVE * bubbles.d, float(motion.dt), viscosities)
 
 
 def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:

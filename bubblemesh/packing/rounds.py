@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
@@ -118,8 +119,7 @@ class LevelRun:
             # 1. The bubbles move; in the round that anneals they are displaced before, again and again.
             steps = method.termination.steps(stage.opening and number == 0)
             if stage.annealing and number == 0:
-                state = progress.net, self.domain, self.spacing, self.random
-                relaxed = method.annealing(*state, self.relax, stage.rank)
+                relaxed = self.anneal(stage.rank)
             else:
                 relaxed = self.relax(progress.net, steps, number, odd)
             # 2. They are triangulated where they are now, with the spacing there.
@@ -142,16 +142,26 @@ class LevelRun:
 
     def relax(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """Steps of a round; if ``odd``, the bubbles that were touched have a viscosity of their own."""
+        return self.method.relaxation(net, self.domain, self.spacing, self.dynamics(number, odd), steps)
+
+    def dynamics(self, number: int = 0, odd: bool = False) -> Dynamics:
+        """The motion in a round; whatever asks for its damping counts as progress."""
         method, progress = self.method, self.progress
-        progress.add(CONNECTING * len(net.bubbles))
 
         def damping(some: range, touched: Booleans) -> list[Floats | float]:
-            progress.add(len(some) * len(touched))
+            connecting = CONNECTING if some.start == 0 else 0.0
+            progress.add((connecting + len(some)) * len(touched))
             viscosities = [method.viscosity(step, number) for step in some]
             return [method.odd(c, touched) if odd else c for c in viscosities]
 
-        dynamics = Dynamics(method.force, method.motion, damping)
-        return method.relaxation(net, self.domain, self.spacing, dynamics, steps)
+        return Dynamics(method.force, method.motion, damping)
+
+    def anneal(self, rank: Rank) -> Relaxed:
+        """Annealing on a level of that rank; kernels go through its cycles where they can."""
+        method, net = self.method, self.progress.net
+        steps = method.annealing.shake_steps
+        dynamics = self.dynamics() if method.relaxation.is_compiled(method.motion, steps) else None
+        return method.annealing(net, self.domain, self.spacing, self.random, self.relax, rank, dynamics)
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""

@@ -6,13 +6,13 @@ from lattices import packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.annealing import CYCLES, ONLY, Annealing, Rank
+from bubblemesh.packing.annealing import CYCLES, ONLY, SPACING_STAYS, Annealing, Rank, deviations
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import connect, connect_inside
-from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxed
+from bubblemesh.spacing.spacing import Spacing
 
 SIDE = 7
 
@@ -142,9 +142,32 @@ def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
         move, near = moves[number], nets[number].dilated(~inside)
         for which, sigma in ((inside & ~near, 0.05), (inside & near, 0.025)):
             some = move[which][(move[which] != 0).any(axis=1)]
-            assert np.abs(some).max() <= CLIPPED_AT * sigma * share * (1 + 1e-9)
-            # Clipping at two standard deviations leaves 0.96 of one.
-            assert some.std() == pytest.approx(0.96 * sigma * share, rel=0.15)
+            assert np.abs(some).max() <= np.sqrt(6) * sigma * share * (1 + 1e-9)
+            assert some.std() == pytest.approx(sigma * share, rel=0.15)
+
+
+def test_deviations_are_random_and_those_of_cycles_seeds_and_bubbles_are_others():
+    bubbles = np.arange(5000)
+    some = [deviations(seed, cycle, bubbles) for seed in (0, 1, 2**63 - 1) for cycle in (0, 1, 1599)]
+    numbers = np.stack([column for values in some for column in values.T])
+    np.testing.assert_allclose(numbers.mean(axis=1), 0, atol=0.06)
+    np.testing.assert_allclose(numbers.var(axis=1), 1, atol=0.08)
+    assert np.abs(numbers).max() < np.sqrt(6)
+    related = np.corrcoef(np.vstack([numbers, np.roll(numbers, 1, axis=1)]))
+    assert np.abs(related - np.eye(len(related))).max() < 0.07
+    np.testing.assert_array_equal(deviations(1, 1, bubbles[7:9]), some[4][7:9])
+
+
+def test_spacings_are_looked_up_once_in_some_cycles():
+    domain, _, bubbles = with_vacancy()
+    asked = []
+
+    def function(x, y):
+        asked.append(len(x))
+        return np.ones_like(x)
+
+    _, recorder = shaken(Annealing(effort="fast"), domain, Spacing(function, 1.0), bubbles)
+    assert asked == [len(bubbles)] * (len(recorder.nets) // SPACING_STAYS - 1)
 
 
 def test_a_seed_gives_one_result_and_another_seed_another():

@@ -10,6 +10,13 @@
 #define KERNEL __attribute__((visibility("default")))
 #endif
 
+/* A function that other files of the library use, and nobody else. */
+#if defined(_WIN32)
+#define SHARED
+#else
+#define SHARED __attribute__((visibility("hidden")))
+#endif
+
 /* Marks a function without branches that is compiled for processors with wider registers, too, where the loader can
    choose: each result is the same to the last bit. */
 #if defined(__gnu_linux__) && defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)

@@ -2,19 +2,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "kernels.h"
+#include "relaxing.h"
 
 enum { BLOCK = 64 }; /* pairs whose forces are found side by side */
 
 static const double SURELY = 0.99; /* of the longest step: rounding makes none of these longer */
-
-/* Pairs (m, 2) of n bubbles, at rest at the distances contact (m,), that act on each other up to cutoff times these. */
-typedef struct {
-    int64_t n, m;
-    int32_t *ends;
-    const double *contact;
-    double cutoff;
-} Pairs;
 
 /* Forces (BLOCK, 2) on the first members of pairs that are dx and dy apart, as in forces.py. */
 SIDE_BY_SIDE static void block_forces(const double *dx, const double *dy, const double *contact, double cutoff,
@@ -61,22 +53,23 @@ static void add_forces(const Pairs *pairs, const double *restrict x, double *res
 
 /* Accelerations (n, 2) of bubbles at x (n, 2): what pushes first members, less what pulls the last; pulls (n, 2) are
    for work. */
-static void accelerate(const Pairs *pairs, const double *strength, const double *x, double *acceleration, double *pulls)
+static void accelerate(const Pairs *pairs, const double *x, double *acceleration, double *pulls)
 {
     int64_t k, n = pairs->n;
     for (k = 0; k < 2 * n; k++)
         acceleration[k] = pulls[k] = 0.0;
     add_forces(pairs, x, acceleration, pulls);
     for (k = 0; k < n; k++) {
-        acceleration[2 * k] = strength[k] * (acceleration[2 * k] - pulls[2 * k]);
-        acceleration[2 * k + 1] = strength[k] * (acceleration[2 * k + 1] - pulls[2 * k + 1]);
+        acceleration[2 * k] = pairs->strength[k] * (acceleration[2 * k] - pulls[2 * k]);
+        acceleration[2 * k + 1] = pairs->strength[k] * (acceleration[2 * k + 1] - pulls[2 * k + 1]);
     }
 }
 
 /* Pairs with ends (m, 2) of so many bubbles; the ends are NULL where memory is short or bubbles are too many. */
-static Pairs pairs_of(int64_t n, int64_t m, const int64_t *ends, const double *contact, double cutoff)
+static Pairs pairs_of(int64_t n, int64_t m, const int64_t *ends, const double *contact, const double *strength,
+                      double cutoff)
 {
-    Pairs pairs = {n, m, n < INT32_MAX ? malloc((size_t)(2 * m + 1) * sizeof *pairs.ends) : NULL, contact, cutoff};
+    Pairs pairs = {n, m, n < INT32_MAX ? malloc((size_t)(2 * m + 1) * sizeof *pairs.ends) : NULL, contact, strength, cutoff};
     int64_t k;
     for (k = 0; k < 2 * m && pairs.ends; k++)
         pairs.ends[k] = (int32_t)ends[k];
@@ -87,24 +80,17 @@ static Pairs pairs_of(int64_t n, int64_t m, const int64_t *ends, const double *c
 KERNEL int64_t pair_forces(int64_t n, int64_t m, const int64_t *ends, const double *contact, const double *strength,
                            double cutoff, const double *x, double *force)
 {
-    Pairs pairs = pairs_of(n, m, ends, contact, cutoff);
+    Pairs pairs = pairs_of(n, m, ends, contact, strength, cutoff);
     double *pulls = malloc((size_t)(2 * n + 1) * sizeof *pulls);
     int64_t status = NO_MEMORY;
     if (pairs.ends && pulls) {
-        accelerate(&pairs, strength, x, force, pulls);
+        accelerate(&pairs, x, force, pulls);
         status = DONE;
     }
     free(pairs.ends);
     free(pulls);
     return status;
 }
-
-/* Bubbles at x (n, 2) with velocities v (n, 2), but for the first ones, which are fixed. */
-typedef struct {
-    int64_t n, fixed;
-    double *x, *v;
-    const double *most; /* (n,): no step is longer */
-} Motion;
 
 /* Velocities (count,) after a step with an acceleration (count,), damped implicitly. */
 SIDE_BY_SIDE static void speed_up(int64_t count, double dt, double damped, const double *restrict acceleration,
@@ -178,27 +164,36 @@ static double move(const Motion *motion, double dt, double viscosity, const doub
     return sum;
 }
 
-/* Moves bubbles at x (n, 2) from rest, but for the first ones, so many steps with viscosities c (steps,); their mean
-   speeds (steps,) come out. No step is longer than most (n,). */
+int64_t relax_pairs(const Pairs *pairs, const Motion *motion, double dt, int64_t steps, const double *c, double *speeds)
+{
+    int64_t k, step, n = pairs->n, status = NO_MEMORY;
+    double *acceleration = malloc((size_t)(2 * n + 1) * sizeof *acceleration);
+    double *pulls = malloc((size_t)(2 * n + 1) * sizeof *pulls);
+    for (k = 0; k < 2 * n; k++)
+        motion->v[k] = 0.0;
+    if (acceleration && pulls) {
+        for (step = 0; step < steps; step++) {
+            accelerate(pairs, motion->x, acceleration, pulls);
+            speeds[step] = move(motion, dt, c[step], acceleration, pulls) / (double)n;
+        }
+        status = DONE;
+    }
+    free(acceleration);
+    free(pulls);
+    return status;
+}
+
+/* Moves bubbles at x (n, 2) as `relax_pairs` does, by the forces between pairs with ends (m, 2). */
 KERNEL int64_t relax(int64_t n, int64_t m, const int64_t *ends, const double *contact, const double *strength,
                      double cutoff, double *x, int64_t fixed, const double *most, double dt, int64_t steps,
                      const double *c, double *speeds)
 {
-    Pairs pairs = pairs_of(n, m, ends, contact, cutoff);
-    const Motion motion = {n, fixed, x, calloc((size_t)(2 * n + 1), sizeof *x), most};
-    double *acceleration = malloc((size_t)(2 * n + 1) * sizeof *acceleration);
-    double *pulls = malloc((size_t)(2 * n + 1) * sizeof *pulls);
-    int64_t step, status = NO_MEMORY;
-    if (pairs.ends && motion.v && acceleration && pulls) {
-        for (step = 0; step < steps; step++) {
-            accelerate(&pairs, strength, x, acceleration, pulls);
-            speeds[step] = move(&motion, dt, c[step], acceleration, pulls) / (double)n;
-        }
-        status = DONE;
-    }
+    Pairs pairs = pairs_of(n, m, ends, contact, strength, cutoff);
+    const Motion motion = {n, fixed, x, malloc((size_t)(2 * n + 1) * sizeof *x), most};
+    int64_t status = NO_MEMORY;
+    if (pairs.ends && motion.v)
+        status = relax_pairs(&pairs, &motion, dt, steps, c, speeds);
     free(pairs.ends);
     free(motion.v);
-    free(acceleration);
-    free(pulls);
     return status;
 }

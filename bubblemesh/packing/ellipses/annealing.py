@@ -7,7 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.kernels import ellipses as kernels
 from bubblemesh.meshes.tensors import roots, unmapped
-from bubblemesh.packing.annealing import Annealing, NoAnnealing, disorder_marked_in_numpy
+from bubblemesh.packing.annealing import Annealing, NoAnnealing, disorder_marked
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.placement import CLIPPED_AT
@@ -54,4 +54,4 @@ def annealed(
 def _amplitude(annealing: Annealing, ellipses: EllipseNet, share: float) -> Floats:
     """Standard deviations (n,) of displacements, in the metric: of the first cycle's the ``share``."""
     inside = share * annealing.amplitude
-    return disorder_marked_in_numpy(ellipses.net, inside, annealing.amplitude_at_boundary * inside)
+    return disorder_marked(ellipses.net, inside, annealing.amplitude_at_boundary * inside)

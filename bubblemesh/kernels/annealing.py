@@ -1,0 +1,66 @@
+"""Cycles of annealing at once: the twin, which goes through them one by one, is in `packing.annealing`."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
+from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.linking import Legal, room_of_edges, shortened
+from bubblemesh.kernels.relaxing import Steps
+
+
+class Cycles(NamedTuple):
+    """Cycles of annealing, each a random displacement of bubbles whose order is broken, and a relaxation."""
+
+    seed: int  # of the random numbers
+    first: int  # number of the first one
+    inside: Floats  # (k,): standard deviations of the displacements, in spacings
+    beside: Floats  # (k,): those next to the boundary
+    calm: Booleans  # (n,): bubbles that are not displaced
+
+    def after(self, done: int) -> "Cycles":
+        """The cycles but for the first ones."""
+        return Cycles(self.seed, self.first + done, self.inside[done:], self.beside[done:], self.calm)
+
+
+class Links(NamedTuple):
+    """How n bubbles are connected, all in the order of `linking.in_order`."""
+
+    triangles: Integers  # (t, 3)
+    edges: Integers  # (m, 2)
+    twins: ShortIntegers | None  # (t, 3): as of `linking.Legal`, if they are known
+    facets: Integers  # (b, 2): edges that stay
+
+
+class Acting(NamedTuple):
+    """What the forces between n bubbles go by: see `relaxing.Pull`."""
+
+    d: Floats  # (n,): spacing at the bubbles
+    strength: Floats  # (n,)
+    cutoff: float
+
+
+class Annealed(NamedTuple):
+    """What cycles of annealing led to."""
+
+    x: Floats  # (n, 2): places
+    legal: Legal | None  # None where the places are those of one displacement more, which flips cannot connect
+    speeds: Floats  # (cycles, steps): mean speeds
+
+
+def annealed(compiled: Library, x: Floats, links: Links, acting: Acting, steps: Steps, cycles: Cycles) -> Annealed:
+    """Bubbles after cycles of annealing from x (n, 2), each with its steps: all of them, or those that flips do for."""
+    places, speeds, done = np.array(x, order="C"), np.empty_like(steps.c), np.empty(1, np.int64)
+    triangles, edges, count = np.array(links.triangles, order="C"), *room_of_edges(links.triangles)
+    twins = np.empty(triangles.shape, np.int32) if links.twins is None else links.twins.copy()
+    edges[: len(links.edges)] = links.edges
+    net = len(x), len(triangles), triangles, len(links.edges), edges, int(links.twins is not None), twins
+    facets = len(links.facets), np.ascontiguousarray(links.facets)
+    fixed, most, dt, c = steps
+    moving = places, fixed, cycles.calm, *acting, most, dt, c.shape[1], c
+    displacing = len(c), cycles.inside, cycles.beside, cycles.seed, cycles.first
+    compiled.call("anneal", *net, *facets, *moving, *displacing, speeds, count, done)
+    if done[0] < len(c):
+        return Annealed(places, None, speeds[: done[0]])
+    return Annealed(places, Legal(triangles, shortened(edges, count), twins), speeds)

@@ -1,0 +1,228 @@
+/* Cycles of annealing: displacements where the order is broken, flips, and relaxations; see annealing.py. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "relaxing.h"
+#include "triangles.h"
+
+enum { REGULAR_VALENCE = 6 };
+enum { DISORDERED = 1, BESIDE_BOUNDARY = 2 }; /* of a bubble, or next to it */
+
+static const double UNIT = 3.737624729588589e-05; /* sqrt(6) / 65536 */
+
+/* Bubbles (n, 2) with the spacings d (n,), of which the first ones are on the boundary. */
+typedef struct {
+    int64_t n, fixed;
+    double *x;
+    const double *d;
+    const char *calm; /* (n,): whether they are not displaced */
+} Bubbles;
+
+/* Random numbers of a seed: each bubble has its own in each cycle. */
+typedef struct {
+    uint64_t seed, cycle;
+} Chance;
+
+/* Buffers that all cycles use. */
+typedef struct {
+    double *start, *v, *contact;
+    int32_t *ends;
+    int32_t *valence;
+    char *near;
+} Work;
+
+/* 64 random bits for a bubble, by SplitMix64: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number
+   generators", OOPSLA 2014. */
+static uint64_t random_bits(const Chance *chance, int64_t bubble)
+{
+    uint64_t z = chance->seed + (chance->cycle << 32 | (uint64_t)bubble) * 0x9E3779B97F4A7C15u;
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ z >> 27) * 0x94D049BB133111EBu;
+    return z ^ z >> 31;
+}
+
+/* A random number of unit deviation, at most sqrt(6): the sum of two that are uniform, from 16 bits each. */
+static double deviation(uint64_t bits)
+{
+    return (double)((int64_t)(bits & 0xFFFF) + (int64_t)(bits >> 16 & 0xFFFF) - 0xFFFF) * UNIT;
+}
+
+/* Marks bubbles without six of the edges (m, 2), those next to them, and those next to the boundary. */
+static void mark(const Bubbles *bubbles, int64_t m, const int32_t *ends, Work *work)
+{
+    int32_t *valence = work->valence;
+    char *near = work->near;
+    int64_t k;
+    memset(valence, 0, (size_t)bubbles->n * sizeof *valence);
+    for (k = 0; k < 2 * m; k++)
+        valence[ends[k]]++;
+    for (k = 0; k < bubbles->n; k++)
+        near[k] = valence[k] != REGULAR_VALENCE ? DISORDERED : 0;
+    for (k = 0; k < m; k++) {
+        int32_t i = ends[2 * k], j = ends[2 * k + 1];
+        near[i] |= (char)((valence[j] != REGULAR_VALENCE) | (j < bubbles->fixed) << 1);
+        near[j] |= (char)((valence[i] != REGULAR_VALENCE) | (i < bubbles->fixed) << 1);
+    }
+}
+
+/* Displaces marked bubbles by random lengths of standard deviations ``inside``, or ``beside`` the boundary, in terms of
+   their spacing. */
+static void displace(const Bubbles *bubbles, const char *near, const Chance *chance, double inside, double beside)
+{
+    int64_t k;
+    for (k = bubbles->fixed; k < bubbles->n; k++)
+        if (near[k] & DISORDERED && !bubbles->calm[k]) {
+            double scale = (near[k] & BESIDE_BOUNDARY ? beside : inside) * bubbles->d[k];
+            uint64_t bits = random_bits(chance, k);
+            bubbles->x[2 * k] = bubbles->x[2 * k] + scale * deviation(bits);
+            bubbles->x[2 * k + 1] = bubbles->x[2 * k + 1] + scale * deviation(bits >> 32);
+        }
+}
+
+/* Triangles in order (t, 3) catch up with those that flips have changed. */
+static void catch_up(Mesh *mesh, int64_t *triangles)
+{
+    int64_t k;
+    for (k = 0; k < mesh->t; k++)
+        if (mesh->changed[k]) {
+            triangles[3 * k] = mesh->nodes[3 * k];
+            triangles[3 * k + 1] = mesh->nodes[3 * k + 1];
+            triangles[3 * k + 2] = mesh->nodes[3 * k + 2];
+            mesh->changed[k] = 0;
+        }
+}
+
+/* The net that bubbles have: its triangles, and its edges (m, 2) in order. */
+typedef struct {
+    Mesh mesh;
+    int64_t *triangles; /* (t, 3): as they were when the edges were listed last */
+    int64_t m, *edges;  /* with room for (3 t, 2) */
+    int64_t *next;      /* (3 t, 2): where edges are listed next */
+    int known;          /* whether triangles are in order as well */
+    int flipped;        /* whether any edge ever was */
+} Net;
+
+/* Lists the edges anew where there were flips, and their ends for the forces. */
+static int64_t list_anew(Net *net, int32_t *ends)
+{
+    const Known known = {net->known ? net->triangles : NULL, net->edges, net->known ? net->m : 0};
+    int64_t k, *listed = net->next, status;
+    if (!memchr(net->mesh.changed, 1, (size_t)net->mesh.t))
+        return DONE;
+    status = put_edges_in_order(&net->mesh, &known, listed, &net->m);
+    net->next = net->edges;
+    net->edges = listed;
+    net->known = net->flipped = 1;
+    catch_up(&net->mesh, net->triangles);
+    for (k = 0; k < 2 * net->m && status == DONE; k++)
+        ends[k] = (int32_t)listed[k];
+    return status;
+}
+
+/* Distances contact (m,) at which pairs of bubbles of spacings d (n,) are at rest. */
+static void find_contacts(int64_t m, const int32_t *ends, const double *d, double *contact)
+{
+    int64_t k;
+    for (k = 0; k < m; k++)
+        contact[k] = (d[ends[2 * k]] + d[ends[2 * k + 1]]) / 2;
+}
+
+/* Puts triangles and their twins (t, 3) in order, and the edges where the first ones were. */
+static int64_t finish(Net *net, int64_t *edges, int32_t *twins)
+{
+    if (!net->flipped)
+        return DONE;
+    if (net->edges != edges)
+        memcpy(edges, net->edges, (size_t)(2 * net->m) * sizeof *edges);
+    memset(net->mesh.changed, 1, (size_t)net->mesh.t);
+    return put_triangles_in_order(&net->mesh, net->triangles, twins);
+}
+
+static int make_room(Work *work, int64_t n, int64_t t)
+{
+    work->start = malloc((size_t)(2 * n + 1) * sizeof *work->start);
+    work->v = malloc((size_t)(2 * n + 1) * sizeof *work->v);
+    work->contact = malloc((size_t)(3 * t + 1) * sizeof *work->contact);
+    work->ends = malloc((size_t)(6 * t + 1) * sizeof *work->ends);
+    work->valence = malloc((size_t)(n + 1) * sizeof *work->valence);
+    work->near = malloc((size_t)(n + 1));
+    return work->start && work->v && work->contact && work->ends && work->valence && work->near;
+}
+
+static void leave_room(Work *work)
+{
+    free(work->start);
+    free(work->v);
+    free(work->contact);
+    free(work->ends);
+    free(work->valence);
+    free(work->near);
+}
+
+/* What a cycle of annealing goes by, but for its share of the displacement. */
+typedef struct {
+    const double *strength, *most; /* (n,) */
+    double cutoff, dt;
+    int64_t steps;
+} Rules;
+
+/* One cycle, with viscosities c (steps,) and mean speeds (steps,); the outcome is that of the flips, and nothing is done
+   after them if it is not DONE. */
+static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, const Chance *chance, double inside,
+                          double beside, const double *c, double *speeds, Work *work, int64_t *outcome)
+{
+    const Motion motion = {bubbles->n, bubbles->fixed, bubbles->x, work->v, rules->most};
+    int64_t status;
+    memcpy(work->start, bubbles->x, (size_t)(2 * bubbles->n) * sizeof *work->start);
+    mark(bubbles, net->m, work->ends, work);
+    displace(bubbles, work->near, chance, inside, beside);
+    status = flip_all(&net->mesh, work->start, bubbles->x, outcome);
+    if (status == DONE && *outcome == DONE)
+        status = list_anew(net, work->ends);
+    if (status == DONE && *outcome == DONE) {
+        const Pairs pairs = {bubbles->n, net->m, work->ends, work->contact, rules->strength, rules->cutoff};
+        find_contacts(net->m, work->ends, bubbles->d, work->contact);
+        status = relax_pairs(&pairs, &motion, rules->dt, rules->steps, c, speeds);
+    }
+    return status;
+}
+
+/* Cycles of annealing of bubbles at x (n, 2), of which the first ones are ``fixed`` and ``calm`` ones (n,) are not
+   displaced, with triangles (t, 3) and edges (m, 2) within facets, and twins (t, 3) and all in order if they are
+   ``known``.
+
+   Each cycle displaces by standard deviations of ``inside`` and ``beside`` (cycles,) the boundary, in spacings d (n,),
+   and relaxes by so many steps, as `relax` does. Its random numbers are those of the seed and of its number, counted on
+   from ``first``. Places, triangles, twins and edges, with room for (3 t, 2), are those in the end, if done (1,) is the
+   number of cycles; mean speeds (cycles, steps) come out. Where rounding decides after a displacement, or it inverts a
+   triangle, there is no further cycle, and all but the places and the done ones' speeds is void. */
+KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64_t *edges, int64_t known,
+                      int32_t *twins, int64_t facet_count, const int64_t *facets, double *x, int64_t fixed,
+                      const char *calm, const double *d, const double *strength, double cutoff, const double *most,
+                      double dt, int64_t steps, const double *c, int64_t cycles, const double *inside,
+                      const double *beside, int64_t seed, int64_t first, double *speeds, int64_t *count, int64_t *done)
+{
+    const Bubbles bubbles = {n, fixed, x, d, calm};
+    const Rules rules = {strength, most, cutoff, dt, steps};
+    int64_t *spare = malloc((size_t)(6 * t + 1) * sizeof *spare), k, cycle, outcome = DONE;
+    Net net = {{n, t, NULL, NULL, NULL}, triangles, m, edges, spare, known != 0, 0};
+    Work work = {NULL, NULL, NULL, NULL, NULL, NULL};
+    int64_t status = take_with_twins(&net.mesh, triangles, known ? twins : NULL, facet_count, facets);
+    if (!make_room(&work, n, t) || !spare)
+        status = NO_MEMORY;
+    for (k = 0; k < 2 * m && status == DONE; k++)
+        work.ends[k] = (int32_t)edges[k];
+    for (cycle = 0; cycle < cycles && status == DONE && outcome == DONE; cycle += outcome == DONE) {
+        const Chance chance = {(uint64_t)seed, (uint64_t)(first + cycle)};
+        status = go_through(&net, &bubbles, &rules, &chance, inside[cycle], beside[cycle], c + cycle * steps,
+                            speeds + cycle * steps, &work, &outcome);
+    }
+    *done = cycle;
+    if (status == DONE && outcome == DONE)
+        status = finish(&net, edges, twins);
+    *count = net.m;
+    give_back(&net.mesh);
+    leave_room(&work);
+    free(spare);
+    return status;
+}

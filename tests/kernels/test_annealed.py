@@ -1,0 +1,128 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lattices import packed_hexagon, uniform
+from twins import needs_compiler
+
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels import library as libraries
+from bubblemesh.packing.annealing import Annealing, SparingAnnealing
+from bubblemesh.packing.forces import VanDerWaals
+from bubblemesh.packing.motion import SemiImplicitEuler
+from bubblemesh.packing.net import connect, connect_inside, measured
+from bubblemesh.packing.placement import Perturbation
+from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.packing.relaxation import Connected, Dynamics
+from bubblemesh.spacing.spacing import Spacing
+
+pytestmark = needs_compiler
+
+COMPILED = libraries.library()
+PLATE = Domain.of(rings.rectangle(0, 0, 12, 9), [rings.circle((5, 5), 2)])
+GRADED = Spacing(lambda x, y: 0.3 + 0.1 * x, 0.3)
+
+
+def annealed(monkeypatch, compiled, scheme, net, domain, spacing, seed=0, force=None):
+    """Relaxation by annealing, of either engine, and how often the damping was asked for."""
+    monkeypatch.setattr("bubblemesh.packing.annealing.library", lambda: compiled)
+    asked = []
+
+    def damping(some, touched):
+        asked.append(len(touched))
+        return [0.5 + 0.1 * step for step in some]
+
+    dynamics = Dynamics(force or VanDerWaals(), SemiImplicitEuler(), damping)
+
+    def relax(net, steps):
+        return Connected()(net, domain, spacing, dynamics, steps)
+
+    return scheme(net, domain, spacing, np.random.default_rng(seed), relax, dynamics=dynamics), asked
+
+
+def assert_same(one, other):
+    assert one.bubbles.x.tobytes() == other.bubbles.x.tobytes()
+    assert one.bubbles.d.tobytes() == other.bubbles.d.tobytes()
+    assert one.speeds.tobytes() == other.speeds.tobytes()
+    assert (one.evaluations, one.lost, one.added) == (other.evaluations, other.lost, other.added)
+
+
+def net_of(domain, spacing, again=False):
+    start = ErrorDiffusion()(domain, spacing, 10_000)
+    net = connect_inside(Perturbation(jitter=0.1)(start, spacing, np.random.default_rng(5)), domain, spacing)
+    return connect_inside(net.bubbles, domain, spacing, net) if again else net
+
+
+@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("spacing", [uniform(0.7), GRADED], ids=["uniform", "graded"])
+@pytest.mark.parametrize("seed", range(3))
+def test_both_engines_go_through_the_same_cycles(monkeypatch, spacing, known, seed):
+    net = net_of(PLATE, spacing, known)
+    assert (net.legal is not None) == known
+    for scheme in (Annealing(effort="fast"), Annealing(effort="fast", shake_steps=3, amplitude_at_boundary=1.0)):
+        one, asked = annealed(monkeypatch, COMPILED, scheme, net, PLATE, spacing, seed)
+        other, as_often = annealed(monkeypatch, None, scheme, net, PLATE, spacing, seed)
+        assert_same(one, other)
+        assert len(asked) >= len(as_often) == 20
+        assert not np.array_equal(one.bubbles.x, net.bubbles.x)
+
+
+def test_plain_forces_are_the_same_too(monkeypatch):
+    net, force = net_of(PLATE, GRADED), VanDerWaals(k0=0.5, force="plain")
+    one, other = (annealed(monkeypatch, which, Annealing(), net, PLATE, GRADED, force=force)[0] for which in (COMPILED, None))
+    assert_same(one, other)
+
+
+def test_calm_bubbles_are_spared_by_both(monkeypatch):
+    net = net_of(PLATE, GRADED, again=True)
+    scheme = SparingAnnealing(effort="fast", calm=lambda bubbles: bubbles.x[:, 0] < 6)
+    one, other = (annealed(monkeypatch, which, scheme, net, PLATE, GRADED)[0] for which in (COMPILED, None))
+    everywhere, _ = annealed(monkeypatch, COMPILED, Annealing(effort="fast"), net, PLATE, GRADED)
+    assert_same(one, other)
+    far = net.bubbles.x[:, 0] < 1.5
+    moves = [np.hypot(*(relaxed.bubbles.x - net.bubbles.x)[far].T).mean() for relaxed in (one, everywhere)]
+    assert moves[0] < 0.9 * moves[1]
+
+
+def test_displacements_that_flips_cannot_follow_are_connected_anew(monkeypatch):
+    """Displacements of half a spacing invert triangles, and throw bubbles out of the domain."""
+    domain, spacing, bubbles = packed_hexagon(5)
+    x = bubbles.x.copy()
+    x[bubbles.interior] += np.random.default_rng(1).normal(0, 0.2, x[bubbles.interior].shape)
+    net = measured(connect(replace(bubbles, x=x), domain), spacing)
+    counted = []
+    scheme = Annealing(amplitude=0.5, amplitude_at_boundary=1.0)
+    anew = Connected.__call__
+
+    def counting(self, net, *rest):
+        counted.append(len(net.bubbles))
+        return anew(self, net, *rest)
+
+    monkeypatch.setattr(Connected, "__call__", counting)
+    one, _ = annealed(monkeypatch, COMPILED, scheme, net, domain, spacing)
+    by_hand = len(counted)
+    other, _ = annealed(monkeypatch, None, scheme, net, domain, spacing)
+    assert_same(one, other)
+    assert 0 < by_hand < len(counted) - by_hand == scheme.cycles(len(bubbles))
+    assert counted[-1] < len(bubbles)
+
+
+def test_bubbles_whose_order_rounding_decides_are_connected_exactly(monkeypatch):
+    """Squares of bubbles: where nothing is displaced, no flip is sure."""
+    domain, spacing = Domain.of(rings.rectangle(0, 0, 6, 6)), uniform(1.0)
+    start = ErrorDiffusion()(domain, spacing, 10_000)
+    shell = start.select(np.arange(start.boundary_count))
+    inside = np.stack(np.meshgrid(*2 * [np.arange(1.0, 6.0)]), axis=-1).reshape(-1, 2)
+    net = connect_inside(shell.append(inside, np.ones(len(inside))), domain, spacing)
+    scheme = SparingAnnealing(effort="fast", calm=lambda bubbles: np.ones(len(bubbles), bool))
+    one, other = (annealed(monkeypatch, which, scheme, net, domain, spacing)[0] for which in (COMPILED, None))
+    assert_same(one, other)
+
+
+def test_too_little_memory_is_an_error_and_no_crash():
+    nothing, row = np.zeros(0), np.zeros(0, np.int64)
+    sizes = 1 << 57, 1 << 57, row, 0, row, 0, np.zeros(0, np.int32), 0, row
+    with pytest.raises(MemoryError):
+        moving = nothing, 0, np.zeros(0, bool), nothing, nothing, 1.5, nothing, 0.5, 1, nothing
+        COMPILED.call("anneal", *sizes, *moving, 1, nothing, nothing, 0, 0, nothing, row, row)
