@@ -73,6 +73,8 @@ class Bounds:
 
     def _known(self) -> "Bounds":
         """The bounds with infinite ones where one is no number, so that no rule compares what is none."""
+        if not np.isnan(self.low + self.high + self.along_x + self.along_y).any():
+            return self
         none = np.isnan(self.low) | np.isnan(self.high)
         low, high = np.where(none, -np.inf, self.low), np.where(none, np.inf, self.high)
         return Bounds(low, high, *(np.where(none | np.isnan(one), np.inf, one) for one in (self.along_x, self.along_y)))

@@ -20,7 +20,7 @@
 /* Marks a function without branches that is compiled for processors with wider registers, too, where the loader can
    choose: each result is the same to the last bit. */
 #if defined(__gnu_linux__) && defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define SIDE_BY_SIDE __attribute__((target_clones("avx2", "default")))
+#define SIDE_BY_SIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define SIDE_BY_SIDE
 #endif
