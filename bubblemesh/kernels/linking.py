@@ -48,8 +48,8 @@ def legalised(
 
     The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Where nodes would invert
     triangles they go to x step by step from ``start`` (n, 2), with flips on the way. Triangles and edges come as from
-    `in_order`; None where rounding would decide, a triangle stays inverted, or no kernels are compiled: triangulate
-    anew. What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
+    `in_order`; None where rounding would decide, a triangle stays inverted, their rim is not of facets, or no kernels
+    are compiled: triangulate anew. What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
 
     References
     ----------

@@ -106,7 +106,7 @@ def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None, triangl
     """Connect bubbles; those outside the boundary edges belong to no triangle.
 
     A net ``before`` of as many bubbles, with the same boundary edges, may spare most of the work: flips go on from its
-    triangles. So they do from other ``triangles`` (t, 3) of its region, counter-clockwise between these bubbles where
+    triangles. So they do from other ``triangles`` (t, 3) of the region, counter-clockwise between these bubbles where
     they are now, however many these are.
     """
     if before is None or (triangles is None and len(bubbles) != len(before.bubbles)):
@@ -114,7 +114,9 @@ def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None, triangl
     if _same_on_boundary(before.bubbles, bubbles):
         return reconnect(before, bubbles, triangles)
     net = unconnected(bubbles, domain)
-    return reconnect(before, bubbles, triangles) if net.has_facets_of(before) else _triangulated(net)
+    if net.has_facets_of(before):
+        return reconnect(before, bubbles, triangles)
+    return _triangulated(net) if triangles is None else reconnect(net, bubbles, triangles)
 
 
 def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> Net:

@@ -5,7 +5,10 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
-from bubblemesh.meshes.edges import edge_keys
+from bubblemesh.meshes.edges import edge_keys, find_keys
+
+
+STRAIGHT = 1e-9  # of the square of a side: what area a node on a straight rim may be off by
 
 
 def spliced(x: Floats, triangles: Integers, gone: Booleans, halved: Integers) -> Integers | None:
@@ -14,23 +17,14 @@ def spliced(x: Floats, triangles: Integers, gone: Booleans, halved: Integers) ->
     As the triangles (s, 3) of nodes x (n, 2) they turn left, but they need not be Delaunay: flips may go on from them.
     No two of the nodes gone (n,) have an edge, no two of the edges halved (k, 2) have a node in common, and none of
     them has one that is gone. Nodes are numbered anew: those that stay, then the new ones in the order of the edges.
-    None if one of these nodes or edges is on the rim, or a node leaves a hole that no corner of it sees the whole of.
+    None if one of the edges is on the rim, a node is where the rim is not straight, or one leaves a hole that no corner
+    of it sees the whole of.
     """
     if gone.any():
-        if _on_rim(triangles, gone):
-            return None
         left, done = removed(x, triangles, gone)
         number = np.cumsum(~gone) - 1
         return with_middles(number[left], number[halved], int(number[-1]) + 1) if done[gone].all() else None
     return with_middles(triangles, halved, len(x))
-
-
-def _on_rim(triangles: Integers, nodes: Booleans) -> bool:
-    """Whether one of the nodes (n,) is not wholly surrounded by triangles (t, 3)."""
-    row, place = np.divmod(np.flatnonzero(nodes[triangles]), 3)
-    node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
-    begins, ends = (edge_keys(np.column_stack([node, end]), len(nodes)) for end in (a, b))
-    return not np.array_equal(np.sort(begins), np.sort(ends))
 
 
 class Holes(NamedTuple):
@@ -46,12 +40,17 @@ class Holes(NamedTuple):
 
     @classmethod
     def of(cls, triangles: Integers, chosen: Booleans) -> Self:
-        """Holes of the nodes chosen (n,), all inner ones of the triangles (t, 3)."""
+        """Holes of the nodes chosen (n,) of the triangles (t, 3)."""
         row, place = np.divmod(np.flatnonzero(chosen[triangles]), 3)
         order = np.argsort(triangles[row, place], kind="stable")
         row, place = row[order], place[order]
         node, a, b = (triangles[row, (place + k) % 3] for k in range(3))
         return cls(row, node, a, b, *np.unique(node, return_index=True, return_counts=True))
+
+    def rims(self, n: int) -> tuple[Integers, Integers]:
+        """Triangles (r,) with which holes on the rim begin, and those (r,) with which they end, of nodes below ``n``."""
+        begins, ends = (edge_keys(np.column_stack([self.node, end]), n) for end in (self.a, self.b))
+        return np.flatnonzero(find_keys(np.sort(ends), begins) < 0), np.flatnonzero(find_keys(np.sort(begins), ends) < 0)
 
     def fans(self) -> tuple[Integers, Integers, Booleans]:
         """For each corner of a hole all of its sides, in order: corner, side (p,), and whether it is no end of that."""
@@ -63,8 +62,9 @@ class Holes(NamedTuple):
 def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, Booleans]:
     """Triangles (u, 3) after nodes have moved onto a neighbour, which makes two of their own vanish; which did (n,).
 
-    Of the inner nodes gone (n,), no two of which have an edge, those stay with which one of the others would turn right
-    in any case. The neighbour is the one that makes the least area of the others largest.
+    Of the nodes gone (n,), no two of which have an edge, those stay with which one of the others would turn right in
+    any case. The neighbour is the one that makes the least area of the others largest. On the rim it is the next one
+    along that, one triangle vanishes, and nodes stay where the rim is not straight.
     """
     if not gone.any():
         return triangles, gone
@@ -75,6 +75,9 @@ def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, B
     u, v = x[a[side]] - x[a[corner]], x[b[side]] - x[a[corner]]
     area = np.where(apart, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.inf)
     least = np.minimum.reduceat(area, np.searchsorted(corner, np.arange(len(node))))
+    begin, end = holes.rims(len(x))
+    if len(begin):
+        least = np.where(_may_take_on_rims(x, holes, begin, end), least, -np.inf)
     # The node moves onto the corner where that is largest.
     best = np.lexsort([-least, node])[start]
     possible = least[best] > 0
@@ -82,6 +85,17 @@ def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, B
     onto[nodes[possible]], done[nodes[possible]] = a[best[possible]], True
     flat = done[node] & ((a == onto[node]) | (b == onto[node]))
     return np.delete(onto[triangles], row[flat], axis=0), done
+
+
+def _may_take_on_rims(x: Floats, holes: Holes, begin: Integers, end: Integers) -> Booleans:
+    """Whether corners (m,) of holes may take the node: on the rim those do with which a straight one begins."""
+    on_rim = np.isin(holes.node, holes.node[begin])
+    may = ~on_rim
+    if np.array_equal(holes.node[begin], holes.node[end]):  # else two parts of the triangles meet at a node only
+        u, v = x[holes.a[begin]] - x[holes.node[begin]], x[holes.b[end]] - x[holes.node[end]]
+        area, side = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], v - u
+        may[begin] = np.abs(area) <= STRAIGHT * np.einsum("ij,ij->i", side, side)
+    return may
 
 
 def with_middles(triangles: Integers, halved: Integers, n: int) -> Integers | None:

@@ -93,6 +93,53 @@ def test_spliced_triangles_fill_the_region_and_flips_lead_from_them_to_the_trian
         assert legalised(triangles, bubbles.x, bubbles.x, net.facets) is not None
 
 
+def on_the_wall(net, sides):
+    """Bubbles (n,) that slide, with so many edges, no two of them connected."""
+    sliding = np.zeros(len(net.bubbles), bool)
+    sliding[net.bubbles.sliding] = True
+    return maximal_independent_set(sliding & (net.valence == sides), net.edges, np.arange(len(sliding)))
+
+
+@pytest.mark.parametrize("sides", [3, 4])
+@pytest.mark.parametrize("seed", range(3))
+def test_nodes_leave_a_straight_wall(sides, seed):
+    domain, net = scattered_net("square", seed)
+    alone = np.eye(len(net.bubbles), dtype=bool)[on_the_wall(net, sides)]
+    possible = [gone for gone in alone if spliced(net.bubbles.x, net.triangles, gone, NO_EDGES) is not None]
+    assert 0 < len(possible) <= len(alone)
+    assert sides > 3 or len(possible) == len(alone)  # two triangles always leave one
+    gone = np.any(possible, axis=0)
+    triangles = spliced(net.bubbles.x, net.triangles, gone, NO_EDGES)
+    bubbles = net.bubbles.select(np.flatnonzero(~gone))
+    areas = twice_the_areas(bubbles.x, triangles)
+    assert (areas > 0).all()
+    assert areas.sum() == pytest.approx(18)
+    assert len(triangles) == len(net.triangles) - gone.sum()
+    found, anew = connect(bubbles, domain, net, triangles), connect(bubbles, domain)
+    for one in ("facets", "facet_piece", "two_sided", "triangles", "edges"):
+        np.testing.assert_array_equal(getattr(found, one), getattr(anew, one))
+    assert (found.legal is not None) == (engine() == COMPILED)
+
+
+def test_nodes_stay_on_a_round_wall():
+    _, net = scattered_net("holes", 0)
+    round_one = np.abs(np.hypot(*net.bubbles.x.T) - 1.6) < 1e-9
+    gone = on_the_wall(net, 3) & round_one
+    assert gone.any()
+    assert spliced(net.bubbles.x, net.triangles, gone, NO_EDGES) is None
+
+
+@needs_compiler
+def test_triangles_that_do_not_end_at_the_facets_are_made_anew():
+    domain, net = scattered_net("square", 0)
+    for triangles in (net.triangles[1:], np.delete(net.triangles, net.triangles.max(axis=1).argmax(), axis=0)):
+        assert legalised(triangles, net.bubbles.x, net.bubbles.x, net.facets) is None
+        np.testing.assert_array_equal(reconnect(net, net.bubbles, triangles).triangles, net.triangles)
+    assert legalised(net.triangles, net.bubbles.x, net.bubbles.x, net.facets[1:]) is None
+    strange = np.vstack([net.facets, [[0, len(net.bubbles) - 1]]])
+    assert legalised(net.triangles, net.bubbles.x, net.bubbles.x, strange) is None
+
+
 def test_nothing_to_splice_leaves_the_triangles():
     _, net = scattered_net("square", 0)
     nobody = np.zeros(len(net.bubbles), bool)

@@ -207,9 +207,10 @@ KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64
     int64_t *spare = malloc((size_t)(6 * t + 1) * sizeof *spare), k, cycle, outcome = DONE;
     Net net = {{n, t, NULL, NULL, NULL}, triangles, m, edges, spare, known != 0, 0};
     Work work = {NULL, NULL, NULL, NULL, NULL, NULL};
-    int64_t status = take_with_twins(&net.mesh, triangles, known ? twins : NULL, facet_count, facets);
+    int64_t status = take_with_twins(&net.mesh, triangles, known ? twins : NULL, facet_count, facets, &outcome);
     if (!make_room(&work, n, t) || !spare)
         status = NO_MEMORY;
+    outcome = DONE; /* each of these edges is one of the triangles, as the bubbles were connected by them */
     for (k = 0; k < 2 * m && status == DONE; k++)
         work.ends[k] = (int32_t)edges[k];
     for (cycle = 0; cycle < cycles && status == DONE && outcome == DONE; cycle += outcome == DONE) {

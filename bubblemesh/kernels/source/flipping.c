@@ -61,12 +61,21 @@ static int32_t known_side(const Mesh *mesh, const Lists *lists, int64_t low, int
     return side;
 }
 
-/* Finds the twins of sides, of which those along facets (m, 2) then count as rim: they stay. */
-static int64_t find_twins(Mesh *mesh, int64_t m, const int64_t *facets)
+static int64_t sides_on_rim(const Mesh *mesh)
+{
+    int64_t side, count = 0;
+    for (side = 0; side < 3 * mesh->t; side++)
+        count += mesh->twin[side] < 0;
+    return count;
+}
+
+/* Finds the twins of sides, of which those along facets (m, 2) then count as rim: they stay. The outcome is UNDECIDED if
+   the rim is not of facets, or one of these is no side. */
+static int64_t find_twins(Mesh *mesh, int64_t m, const int64_t *facets, int64_t *outcome)
 {
     Lists lists = {malloc((size_t)(mesh->n + 1) * sizeof *lists.begin),
                    malloc((size_t)(3 * mesh->t + 1) * sizeof *lists.after)};
-    int64_t k, status = lists.begin && lists.after ? DONE : NO_MEMORY;
+    int64_t k, rim, missing = 0, status = lists.begin && lists.after ? DONE : NO_MEMORY;
     int32_t side, other, sides = (int32_t)(3 * mesh->t);
     for (k = 0; k < mesh->n && status == DONE; k++)
         lists.begin[k] = -1;
@@ -81,29 +90,37 @@ static int64_t find_twins(Mesh *mesh, int64_t m, const int64_t *facets)
             lists.begin[low] = side;
         }
     }
+    rim = status == DONE ? sides_on_rim(mesh) : 0;
     for (k = 0; k < m && status == DONE; k++) {
         int64_t a = facets[2 * k], b = facets[2 * k + 1];
         side = known_side(mesh, &lists, a < b ? a : b, a < b ? b : a);
-        if (side >= 0 && mesh->twin[side] >= 0) {
+        if (side < 0) {
+            missing++;
+        } else if (mesh->twin[side] < 0) {
+            rim--;
+        } else {
             mesh->twin[mesh->twin[side]] = -1;
             mesh->twin[side] = -1;
         }
     }
+    *outcome = rim || missing ? UNDECIDED : DONE;
     free(lists.begin);
     free(lists.after);
     return status;
 }
 
-int64_t take_with_twins(Mesh *mesh, const int64_t *triangles, const int32_t *twins, int64_t m, const int64_t *facets)
+int64_t take_with_twins(Mesh *mesh, const int64_t *triangles, const int32_t *twins, int64_t m, const int64_t *facets,
+                        int64_t *outcome)
 {
     int64_t status = take(mesh, triangles, twins != NULL);
     mesh->twin = malloc((size_t)(3 * mesh->t + 1) * sizeof *mesh->twin);
+    *outcome = DONE;
     if (!mesh->twin)
         status = NO_MEMORY;
     if (status == DONE && twins)
         memcpy(mesh->twin, twins, (size_t)(3 * mesh->t) * sizeof *mesh->twin);
     else if (status == DONE)
-        status = find_twins(mesh, m, facets);
+        status = find_twins(mesh, m, facets, outcome);
     return status;
 }
 

@@ -24,9 +24,9 @@ typedef struct {
 SHARED int64_t take(Mesh *mesh, const int64_t *triangles, int in_order);
 
 /* Takes triangles (t, 3) with their twins (t, 3), which are found where they are NULL: sides along facets (m, 2) then
-   count as rim. */
+   count as rim. The outcome is UNDECIDED if the rim is not of facets, or one of these is no side, else DONE. */
 SHARED int64_t take_with_twins(Mesh *mesh, const int64_t *triangles, const int32_t *twins, int64_t m,
-                               const int64_t *facets);
+                               const int64_t *facets, int64_t *outcome);
 
 SHARED void give_back(Mesh *mesh);
 
