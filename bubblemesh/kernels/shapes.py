@@ -19,10 +19,9 @@ class Descent(NamedTuple):
     those that follow may slide along tangents.
     """
 
-    corners: Integers  # (3, t): nodes of the triangles
-    d: Floats  # (n,): spacing at the nodes
-    ends: Integers  # (2, m): nodes of the edges
-    contact: Floats  # (m,): lengths l0 that the edges should have
+    triangles: Integers  # (t, 3)
+    edges: Integers  # (m, 2)
+    d: Floats  # (n,): spacing at the nodes; edges should have the mean length l0 of both ends
     scale: Floats  # (n,): factors of the gradient, 0 for nodes that stay
     most: Floats  # (n,): longest moves of a step
     fixed: int  # number of nodes before those that slide
@@ -36,19 +35,18 @@ class Descent(NamedTuple):
         compiled = library()
         if compiled is None:
             return self.moved_in_numpy(x, tangents, steps)
-        corners, d, ends, contact, scale, most, fixed, sliding, *numbers = self
-        sizes, bounds = (len(d), corners.shape[1], len(contact), fixed, sliding), (FLATTEST, WORST, SHORTEST)
-        places, links = np.array(x, order="C"), (corners, d, ends, contact)
-        rows = np.ascontiguousarray(tangents)
-        compiled.call("descend", *sizes, *links, *bounds, scale, most, *numbers, rows, steps, places)
+        triangles, edges, d, scale, most, fixed, sliding, *numbers = self
+        places, sizes = np.array(x, order="C"), (len(d), len(triangles), len(edges), fixed, sliding)
+        rows = np.ascontiguousarray(triangles), np.ascontiguousarray(edges)
+        given, way = (d, FLATTEST, WORST, SHORTEST, scale, most), (*numbers, np.ascontiguousarray(tangents), steps)
+        compiled.call("descend", *sizes, *rows, *given, *way, places)
         return places
 
     def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
         """Places as of `moved`, made in NumPy."""
         x, v, slide = x.copy(), np.zeros_like(x), slice(self.fixed, self.fixed + self.sliding)
-        corners = self.corners[:, (self.scale[self.corners] != 0).any(axis=0)]
-        moving = (self.scale[self.ends] != 0).any(axis=0)
-        ends, contact = self.ends[:, moving], self.contact[moving]
+        corners, ends = (rows[(self.scale[rows] != 0).any(axis=1)].T for rows in (self.triangles, self.edges))
+        contact = (self.d[ends[0]] + self.d[ends[1]]) / 2
         for _ in range(steps):
             lengths = self.weight * spacing_gradient(x, ends, contact)
             downhill = (shape_gradient(x, corners, self.d) + lengths) * self.scale[:, None]
@@ -101,12 +99,11 @@ def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
     # The sum of squares pulls each corner to the others, the area pushes it off the side across.
     pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))
     push = ((-zy, zx), (wy, -wx), (-uy, ux))
-    result = np.zeros((len(x), 2))
-    for axis in range(2):
-        for node, toward, off in zip(corners, pull, push, strict=True):
-            weight = by_squares * toward[axis] - by_area * off[axis]
-            result[:, axis] += np.bincount(node, weight, minlength=len(x))
-    return result
+    parts = [
+        [by_squares * toward[axis] - by_area * off[axis] for toward, off in zip(pull, push, strict=True)]
+        for axis in range(2)
+    ]
+    return np.column_stack([_summed(corners, np.stack(along), len(x)) for along in parts])
 
 
 def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
@@ -115,8 +112,10 @@ def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
     delta = [column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T)]
     length = np.maximum(np.sqrt(delta[0] * delta[0] + delta[1] * delta[1]), SHORTEST * contact)
     weight = 2 * (length / contact - 1) / (contact * length)
-    columns = [
-        np.bincount(i, weight * part, minlength=len(x)) - np.bincount(j, weight * part, minlength=len(x))
-        for part in delta
-    ]
-    return np.column_stack(columns)
+    pulls = [weight * part for part in delta]
+    return np.column_stack([_summed(ends, np.stack([pull, -pull]), len(x)) for pull in pulls])
+
+
+def _summed(nodes: Integers, parts: Floats, n: int) -> Floats:
+    """Sums (n,) at nodes of the parts (k, m) at k nodes (k, m) of each triangle or edge, one of these after the other."""
+    return np.asarray(np.bincount(nodes.T.ravel(), parts.T.ravel(), minlength=n), float)

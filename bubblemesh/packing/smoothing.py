@@ -82,13 +82,11 @@ class Smoothing:
         """
         bubbles, d = net.bubbles, net.bubbles.d
         sliding = Sliding(domain.boundary, bubbles)
-        corners, ends = np.ascontiguousarray(net.triangles.T), np.ascontiguousarray(net.edges.T)
-        contact = (d[ends[0]] + d[ends[1]]) / 2
         free = free.copy()
         free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
         scale, weights = np.where(free, d * d, 0.0), (self.spacing_weight, MOMENTUM, self.shape_step)
         groups = bubbles.corners, len(bubbles.piece)
-        descent = Descent(corners, d, ends, contact, scale, MOST_MOVE * d, *groups, *weights)
+        descent = Descent(net.triangles, net.edges, d, scale, MOST_MOVE * d, *groups, *weights)
         x = descent.moved(bubbles.x, sliding.tangents, self.shape_steps)
         sliding.follow(x)
         return sliding.bubbles_at(x, d)

@@ -50,13 +50,13 @@ def test_any_numbers_spread_alike(seed):
 def test_any_triangles_are_bettered_alike(seed):
     random = np.random.default_rng(seed)
     n = int(random.integers(3, 50))
-    corners = np.ascontiguousarray(different(random, n, random.integers(0, 80)).T).reshape(3, -1)
-    ends = np.ascontiguousarray(random.integers(0, n, (2, random.integers(0, 80))))
+    triangles = different(random, n, random.integers(0, 80)).reshape(-1, 3)
+    edges = random.integers(0, n, (int(random.integers(0, 80)), 2))
     d, x, scale = random.uniform(1e-3, 1, n), odd(random, (n, 2)), odd(random, n) * random.integers(0, 2, n)
     fixed = int(random.integers(0, n))
     tangents = odd(random, (int(random.integers(0, n - fixed)), 2))
     counts, weights = (fixed, len(tangents)), (7.0, 0.8, 0.015)
-    descent = Descent(corners, d, ends, d[ends].mean(axis=0), scale, odd(random, n), *counts, *weights)
+    descent = Descent(triangles, edges, d, scale, odd(random, n), *counts, *weights)
     found, plain = descent.moved(x, tangents, 2), descent.moved_in_numpy(x, tangents, 2)
     finite = np.isfinite(found) & np.isfinite(plain)  # where both have no number it may be another one
     np.testing.assert_array_equal(found[finite], plain[finite])

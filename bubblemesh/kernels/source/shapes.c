@@ -25,33 +25,32 @@ KERNEL int64_t shape_measures(int64_t t, const double *x, const int64_t *triangl
 
 enum { BLOCK = 64 }; /* triangles or edges whose pulls are found side by side */
 
-/* How nodes go down the gradient: triangles with nodes corners (3, t), and edges with ends (2, m) that should have the
-   lengths contact (m,); those among them with a node that may move, whose factor in scale (n,) is not 0. */
+/* What pulls n nodes: triangles with their corners (t, 3), and edges with their ends (m, 2) that should have the lengths
+   contact (m,). They are those with a node that may move, whose factor in scale (n,) is not 0. */
 typedef struct {
     int64_t n, t, m;
-    const int64_t *corners;
-    const double *d;
-    const int64_t *ends;
-    const double *contact;
+    int32_t *corners, *ends;
+    double *contact;
+    const double *d, *scale; /* (n,) */
     double flattest, worst, shortest;
-    const double *scale;
-    int64_t moving_t, moving_m;
-    int32_t *triangles, *edges; /* (moving_t,), (moving_m,): their numbers, ascending */
 } Links;
 
-/* Lists the triangles and edges with a node that may move. */
-static void list_moving(Links *all)
+/* Lists those of the triangles (t, 3) and edges (m, 2) that have a node that may move. */
+static void list_moving(Links *all, int64_t t, const int64_t *triangles, int64_t m, const int64_t *edges)
 {
-    const int64_t *corners = all->corners, *ends = all->ends;
     const double *scale = all->scale;
-    int64_t k, t = all->t, m = all->m;
+    int64_t k;
     for (k = 0; k < t; k++) {
-        all->triangles[all->moving_t] = (int32_t)k;
-        all->moving_t += scale[corners[k]] != 0 || scale[corners[t + k]] != 0 || scale[corners[2 * t + k]] != 0;
+        const int64_t *node = triangles + 3 * k;
+        int32_t *corner = all->corners + 3 * all->t;
+        corner[0] = (int32_t)node[0], corner[1] = (int32_t)node[1], corner[2] = (int32_t)node[2];
+        all->t += scale[node[0]] != 0 || scale[node[1]] != 0 || scale[node[2]] != 0;
     }
     for (k = 0; k < m; k++) {
-        all->edges[all->moving_m] = (int32_t)k;
-        all->moving_m += scale[ends[k]] != 0 || scale[ends[m + k]] != 0;
+        int64_t i = edges[2 * k], j = edges[2 * k + 1];
+        all->ends[2 * all->m] = (int32_t)i, all->ends[2 * all->m + 1] = (int32_t)j;
+        all->contact[all->m] = (all->d[i] + all->d[j]) / 2;
+        all->m += scale[i] != 0 || scale[j] != 0;
     }
 }
 
@@ -96,51 +95,54 @@ SIDE_BY_SIDE static void edge_pulls(const double *dx, const double *dy, const do
     }
 }
 
-/* Adds what triangles pull, from the one at `begin` of those that move, to sums of[3] at their corners. */
-static void add_triangles(const Links *all, int64_t begin, const double *x, double *const *of)
+enum { SUMS = 4 }; /* of a node: of triangles in both directions, and of edges */
+
+/* Adds what triangles pull, from the one at `begin`, to the sums (n, SUMS) of their corners. */
+static void add_triangles(const Links *all, int64_t begin, const double *x, double *sums)
 {
     double u[2 * BLOCK] = {0}, w[2 * BLOCK] = {0}, least[BLOCK], pull[6 * BLOCK];
-    int64_t t = all->t, count = all->moving_t - begin < BLOCK ? all->moving_t - begin : BLOCK, k;
+    int64_t count = all->t - begin < BLOCK ? all->t - begin : BLOCK, k;
+    const int32_t *corners = all->corners + 3 * begin;
     int corner;
     for (k = 0; k < BLOCK; k++)
         least[k] = 1.0;
     for (k = 0; k < count; k++) {
-        const int64_t *node = all->corners + all->triangles[begin + k];
-        const double *a = x + 2 * node[0], *b = x + 2 * node[t], *c = x + 2 * node[2 * t];
+        const int32_t *node = corners + 3 * k;
+        const double *a = x + 2 * (int64_t)node[0], *b = x + 2 * (int64_t)node[1], *c = x + 2 * (int64_t)node[2];
         u[k] = b[0] - a[0], u[BLOCK + k] = b[1] - a[1];
         w[k] = c[0] - a[0], w[BLOCK + k] = c[1] - a[1];
         least[k] = all->flattest * (all->d[node[0]] * all->d[node[0]]);
     }
     triangle_pulls(u, w, least, all->worst, pull);
-    for (k = 0; k < count; k++) {
-        const int64_t *node = all->corners + all->triangles[begin + k];
+    for (k = 0; k < count; k++)
         for (corner = 0; corner < 3; corner++) {
-            of[corner][2 * node[corner * t]] += pull[2 * corner * BLOCK + k];
-            of[corner][2 * node[corner * t] + 1] += pull[(2 * corner + 1) * BLOCK + k];
+            double *sum = sums + SUMS * (int64_t)corners[3 * k + corner];
+            sum[0] += pull[2 * corner * BLOCK + k];
+            sum[1] += pull[(2 * corner + 1) * BLOCK + k];
         }
-    }
 }
 
-/* Adds what edges pull, from the one at `begin` of those that move, to sums of[2] at their ends. */
-static void add_edges(const Links *all, int64_t begin, const double *x, double *const *of)
+/* Adds what edges pull, from the one at `begin`, to the sums (n, SUMS) of their ends. */
+static void add_edges(const Links *all, int64_t begin, const double *x, double *sums)
 {
     double dx[BLOCK] = {0}, dy[BLOCK] = {0}, contact[BLOCK], pull[2 * BLOCK];
-    int64_t m = all->m, count = all->moving_m - begin < BLOCK ? all->moving_m - begin : BLOCK, k;
+    int64_t count = all->m - begin < BLOCK ? all->m - begin : BLOCK, k;
+    const int32_t *ends = all->ends + 2 * begin;
     for (k = 0; k < BLOCK; k++)
         contact[k] = 1.0;
     for (k = 0; k < count; k++) {
-        int64_t edge = all->edges[begin + k], i = 2 * all->ends[edge], j = 2 * all->ends[m + edge];
-        dx[k] = x[i] - x[j];
-        dy[k] = x[i + 1] - x[j + 1];
-        contact[k] = all->contact[edge];
+        const double *one = x + 2 * (int64_t)ends[2 * k], *other = x + 2 * (int64_t)ends[2 * k + 1];
+        dx[k] = one[0] - other[0];
+        dy[k] = one[1] - other[1];
+        contact[k] = all->contact[begin + k];
     }
     edge_pulls(dx, dy, contact, all->shortest, pull);
     for (k = 0; k < count; k++) {
-        int64_t edge = all->edges[begin + k], i = 2 * all->ends[edge], j = 2 * all->ends[m + edge];
-        of[0][i] += pull[k];
-        of[0][i + 1] += pull[BLOCK + k];
-        of[1][j] += pull[k];
-        of[1][j + 1] += pull[BLOCK + k];
+        double *first = sums + SUMS * (int64_t)ends[2 * k] + 2, *last = sums + SUMS * (int64_t)ends[2 * k + 1] + 2;
+        first[0] += pull[k];
+        first[1] += pull[BLOCK + k];
+        last[0] -= pull[k];
+        last[1] -= pull[BLOCK + k];
     }
 }
 
@@ -152,18 +154,16 @@ typedef struct {
     double weight, momentum, step;
 } Way;
 
-/* Moves nodes x (n, 2) with velocities v (n, 2) down the gradient, by sums (5, n, 2) of what pulls them: at the three
-   corners of triangles, and at the first and at the last ends of edges. */
+/* Moves nodes x (n, 2) with velocities v (n, 2) down the gradient, by sums (n, SUMS) of what pulls them. */
 static void go_down(const Links *all, const Way *way, const double *sums, double *x, double *v)
 {
-    int64_t n = all->n, k;
+    int64_t k;
     int axis;
-    for (k = 0; k < n; k++) {
+    for (k = 0; k < all->n; k++) {
         double down[2], *vk = v + 2 * k, length, share;
         for (axis = 0; axis < 2; axis++) {
-            const double *at = sums + 2 * k + axis;
-            double shape = at[0] + at[2 * n] + at[4 * n], lengths = at[6 * n] - at[8 * n];
-            down[axis] = (shape + way->weight * lengths) * all->scale[k];
+            const double *sum = sums + SUMS * k + axis;
+            down[axis] = (sum[0] + way->weight * sum[2]) * all->scale[k];
         }
         if (k < way->fixed) {
             down[0] = down[1] = vk[0] = vk[1] = 0;
@@ -186,35 +186,35 @@ static void go_down(const Links *all, const Way *way, const double *sums, double
     }
 }
 
-/* Moves nodes x (n, 2) so many steps down the gradient, from rest. */
-KERNEL int64_t descend(int64_t n, int64_t t, int64_t m, int64_t fixed, int64_t b, const int64_t *corners,
-                       const double *d, const int64_t *ends, const double *contact, double flattest, double worst,
-                       double shortest, const double *scale, const double *most, double weight, double momentum,
-                       double step, const double *tangents, int64_t steps, double *x)
+/* Moves nodes x (n, 2) of triangles (t, 3) and edges (m, 2) so many steps down the gradient, from rest. */
+KERNEL int64_t descend(int64_t n, int64_t t, int64_t m, int64_t fixed, int64_t b, const int64_t *triangles,
+                       const int64_t *edges, const double *d, double flattest, double worst, double shortest,
+                       const double *scale, const double *most, double weight, double momentum, double step,
+                       const double *tangents, int64_t steps, double *x)
 {
-    Links all = {n, t, m, corners, d, ends, contact, flattest, worst, shortest, scale, 0, 0, NULL, NULL};
+    Links all = {n, 0, 0, NULL, NULL, NULL, d, scale, flattest, worst, shortest};
     const Way way = {fixed, b, tangents, most, weight, momentum, step};
-    double *sums = malloc((size_t)(10 * n + 1) * sizeof *sums), *v = calloc((size_t)(2 * n + 1), sizeof *v), *of[5];
+    double *sums = malloc((size_t)(SUMS * n + 1) * sizeof *sums), *v = calloc((size_t)(2 * n + 1), sizeof *v);
     int64_t k, status = NO_MEMORY;
-    all.triangles = malloc((size_t)(t + 1) * sizeof *all.triangles);
-    all.edges = malloc((size_t)(m + 1) * sizeof *all.edges);
-    if (sums && v && all.triangles && all.edges && t < INT32_MAX && m < INT32_MAX) {
-        list_moving(&all);
-        for (k = 0; k < 5; k++)
-            of[k] = sums + 2 * n * k;
+    all.corners = malloc((size_t)(3 * (t + 1)) * sizeof *all.corners);
+    all.ends = malloc((size_t)(2 * (m + 1)) * sizeof *all.ends);
+    all.contact = malloc((size_t)(m + 1) * sizeof *all.contact);
+    if (sums && v && all.corners && all.ends && all.contact && n < INT32_MAX) {
+        list_moving(&all, t, triangles, m, edges);
         for (; steps > 0; steps--) {
-            memset(sums, 0, (size_t)(10 * n) * sizeof *sums);
-            for (k = 0; k < all.moving_t; k += BLOCK)
-                add_triangles(&all, k, x, of);
-            for (k = 0; k < all.moving_m; k += BLOCK)
-                add_edges(&all, k, x, of + 3);
+            memset(sums, 0, (size_t)(SUMS * n) * sizeof *sums);
+            for (k = 0; k < all.t; k += BLOCK)
+                add_triangles(&all, k, x, sums);
+            for (k = 0; k < all.m; k += BLOCK)
+                add_edges(&all, k, x, sums);
             go_down(&all, &way, sums, x, v);
         }
         status = DONE;
     }
     free(sums);
     free(v);
-    free(all.triangles);
-    free(all.edges);
+    free(all.corners);
+    free(all.ends);
+    free(all.contact);
     return status;
 }
