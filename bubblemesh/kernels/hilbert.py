@@ -12,9 +12,10 @@ def along_hilbert_curve(points: Floats) -> Integers:
     """Numbers (n,) of the points (n, 2) in the order in which a Hilbert curve over their bounding box meets them."""
     if len(points) == 0:
         return np.zeros(0, np.int64)
-    low = points.min(axis=0)
-    extent = max(float((points - low).max()), np.finfo(float).tiny)
-    cells = ((points - low) / extent * (2**HILBERT_BITS - 1)).astype(np.int64)
+    x, y = np.ascontiguousarray(points.T)  # columns, which NumPy looks through several times faster than rows
+    beyond = [column - column.min() for column in (x, y)]
+    extent = max(*(float(column.max()) for column in beyond), np.finfo(float).tiny)
+    cells = np.column_stack([column / extent * (2**HILBERT_BITS - 1) for column in beyond]).astype(np.int64)
     return np.argsort(hilbert_index(cells, HILBERT_BITS), kind="stable")
 
 

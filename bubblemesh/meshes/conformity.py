@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, contained
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, extent
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
@@ -50,7 +50,7 @@ def require_conforming(mesh: Mesh, measures: Measures | None = None) -> None:
 
 def require_area(points: Floats, area: float, error: float) -> None:
     """Check that the area of triangles with all these points (n, 2) is off by rounding only."""
-    rounding = ROUNDING * float(np.ptp(points, axis=0).max()) ** 2 / area
+    rounding = ROUNDING * extent(points) ** 2 / area
     if abs(error) > AREA_TOLERANCE + rounding:
         raise _fault(f"the area is off by {error:.1e}", points[0])
 
@@ -90,7 +90,7 @@ def _require_labelled_edges(mesh: Mesh, edges: Integers, count: Integers) -> Non
 
 def require_matching_nodes(mesh: Mesh) -> None:
     """Check that periodic sides are the same but for a shift."""
-    tolerance = MATCH * float(np.ptp(mesh.points, axis=0).max())
+    tolerance = MATCH * extent(mesh.points)
     for sides in mesh.periodic_sides:
         here, there = mesh.points[sides.nodes.T]
         away = np.abs(there - here - sides.shift).max(axis=1)
