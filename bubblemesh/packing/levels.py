@@ -7,11 +7,14 @@ import numpy as np
 from annotated_types import Gt
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.errors import GeometryError
 from bubblemesh.kernels.hilbert import along_hilbert_curve
-from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.net import Net
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.refining import LEFT_OUT, WHOLE, refined_triangles
+from bubblemesh.meshes.triangulation import linked
+from bubblemesh.packing.net import Net, connect, unconnected
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
@@ -88,16 +91,46 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
     return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)
 
 
-def refined(net: Net, domain: Domain, spacing: Spacing) -> Bubbles:
+def refined(net: Net, domain: Domain, spacing: Spacing) -> Net:
     """The bubbles of a coarse net and the middles of its edges, for a finer spacing; the boundary is spaced anew."""
-    x, inside = net.bubbles.x, net.bubbles.interior
-    edges = net.edges[net.inner]
-    ends = x[edges]
+    x, edges, first = net.bubbles.x, np.flatnonzero(net.inner), net.bubbles.boundary_count
+    ends = x[net.edges[edges]]
     middles = ends.mean(axis=1)
     long = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > SPLIT * spacing.extended(middles)
-    x = np.vstack([x[inside], middles[long]])
-    x = x[along_hilbert_curve(x)]
+    x = np.vstack([x[first:], middles[long]])
+    order = along_hilbert_curve(x)
+    x = x[order]
     shell, d = boundary_bubbles(domain, spacing), spacing.extended(x)
     clear = distance_to_facets(shell, domain, x, d) > NEAREST_TO_BOUNDARY * d
     grown = shell.append(x[clear], d[clear])
-    return replace(grown, touched=np.zeros(len(grown), bool))
+    numbers = np.empty(len(x), np.int64)
+    numbers[order] = np.where(clear, len(shell) + np.cumsum(clear) - 1, LEFT_OUT)
+    inside = len(net.bubbles) - first
+    middle = np.full(len(net.edges), WHOLE)
+    middle[edges[long]] = numbers[inside:]
+    number = np.concatenate([np.full(first, LEFT_OUT), numbers[:inside]])
+    bubbles = replace(grown, touched=np.zeros(len(grown), bool))
+    return connect(bubbles, domain, triangles=_refined_triangles(net, number, middle, unconnected(bubbles, domain)))
+
+
+def _refined_triangles(net: Net, number: Integers, middle: Integers, finer: Net) -> Integers | None:
+    """Triangles (t, 3) of a ``finer`` net without any, most of them parts of those of a coarse net.
+
+    Its nodes (n,) and the middles of its edges (m,) have other numbers there. The rest, beside the boundary, is
+    triangulated. None if no kernels are compiled or that fails: then all has to be.
+    """
+    compiled = library()
+    if compiled is None:
+        return None
+    known, rim = refined_triangles(compiled, net.triangles, net.edges, number, middle)
+    x, count = finer.bubbles.x, finer.bubbles.boundary_count
+    rest = np.ones(len(x), bool)
+    rest[known] = False
+    rest[rim] = rest[:count] = True
+    numbers, renumbered = np.flatnonzero(rest), np.cumsum(rest) - 1
+    walls = renumbered[np.concatenate([finer.facets, rim])]
+    two_sided = np.append(finer.two_sided, np.zeros(len(rim), bool))
+    try:
+        return np.concatenate([known, numbers[linked(x[rest], walls, two_sided)[0]]])
+    except GeometryError:  # a finer boundary may bulge out to where it was not before
+        return None

@@ -81,7 +81,7 @@ def rounds(
         for stage in stages:
             if stage.rank.coarser > level:
                 level = stage.rank.coarser
-                progress.net = connect(refined(progress.net, domain, levels[level]), domain)
+                progress.net = refined(progress.net, domain, levels[level])
             progress.begin(stage)
             number += yield from LevelRun(domain, levels[level], method, random, progress).rounds(stage, number + 1)
     except TimeUp as reason:
@@ -92,7 +92,7 @@ def _cut_short(net: Net, domain: Domain, levels: Sequence[Spacing], number: int,
     """A round that does no more than to refine the bubbles to the last spacing, level by level."""
     before = len(net.bubbles)
     for spacing in levels:
-        net = connect(refined(net, domain, spacing), domain)
+        net = refined(net, domain, spacing)
     return Round(number, before, max(len(net.bubbles) - before, 0), net, np.zeros(0), 0, reason)
 
 

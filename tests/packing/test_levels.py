@@ -5,10 +5,13 @@ from lattices import hexagon, packed_hexagon, uniform
 
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
+from bubblemesh.kernels.library import COMPILED, engine
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
-from bubblemesh.packing.net import connect
+from bubblemesh.packing.net import connect, connect_inside
+from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.grid.cells import leaves
@@ -153,7 +156,7 @@ def test_spacing_that_exists_in_the_domain_only_has_coarse_levels():
 @pytest.mark.parametrize("side", [2, 5])
 def test_refined_perfect_lattice_is_the_lattice_of_half_the_spacing(side):
     domain, _, bubbles = packed_hexagon(side)
-    fine = refined(connect(bubbles, domain), domain, uniform(0.5))
+    fine = refined(connect(bubbles, domain), domain, uniform(0.5)).bubbles
     expected = hexagon(2 * side) / 2
     assert len(fine) == len(expected)
     assert sorted(map(tuple, fine.x.round(9) + 0.0)) == sorted(map(tuple, expected.round(9) + 0.0))
@@ -166,7 +169,7 @@ def test_short_edges_are_not_halved():
     domain, _, bubbles = packed_hexagon(5)
     net = connect(bubbles, domain)
     for d, halved in ((1.02 / SPLIT, False), (0.98 / SPLIT, True)):  # of edges of unit length
-        inner = refined(net, domain, uniform(d))
+        inner = refined(net, domain, uniform(d)).bubbles
         assert (len(inner) - inner.boundary_count > len(bubbles)) is halved
 
 
@@ -175,7 +178,7 @@ def test_refined_bubbles_keep_away_from_the_finer_boundary():
     coarse = ErrorDiffusion()(domain, uniform(0.4), 10_000)
     fine_spacing = Spacing(lambda x, y: 0.17 + 0.01 * x)
     net = connect(coarse, domain)
-    fine = refined(net, domain, fine_spacing)
+    fine = refined(net, domain, fine_spacing).bubbles
     at = fine.boundary_count
     distance = domain.signed_distance(fine.x)
     assert (distance[at:] > 0.45 * fine.d[at:]).all()
@@ -192,12 +195,48 @@ def test_refined_bubbles_keep_away_from_the_finer_boundary():
 
 def test_refined_bubbles_are_in_the_order_of_the_hilbert_curve():
     domain, _, bubbles = packed_hexagon(4)
-    fine = refined(connect(bubbles, domain), domain, uniform(0.5))
+    fine = refined(connect(bubbles, domain), domain, uniform(0.5)).bubbles
     steps = np.hypot(*np.diff(fine.x[fine.interior], axis=0).T)
     np.random.default_rng(0).shuffle(shuffled := fine.x[fine.interior].copy())
     assert np.median(steps) < 0.8
     assert steps.mean() < 0.4 * np.hypot(*np.diff(shuffled, axis=0).T).mean()
     assert sorted(along_hilbert_curve(fine.x[fine.interior]).tolist()) == list(range(len(steps) + 1))
+
+
+ROUND = Domain.of(rings.circle((0, 0), 2), [rings.circle((0.3, 0), 0.8), rings.circle((-1.3, 0), 0.05)])
+LINES = (
+    rings.open_path((0.5, 0.5), [rings.LineTo((2.5, 0.9)), rings.LineTo((2.2, 1.7))], "wall"),
+    rings.open_path((0, 1.2), [rings.LineTo((1.6, 1.2))], "crack"),
+)
+LINED = Domain.of(rings.rectangle(0, 0, 3, 2), parts=Parts(lines=LINES))
+
+
+def from_origin(least):
+    return Spacing(lambda x, y: least * (1 + 0.3 * np.hypot(x, y)))
+
+
+@pytest.mark.parametrize(
+    ("domain", "coarse", "fine"),
+    [
+        (ROUND, uniform(0.3), uniform(0.15)),
+        (ROUND, uniform(0.5), uniform(0.1)),
+        (ROUND, from_origin(0.2), uniform(0.17)),  # where it was fine already, few edges are halved
+        (DUMBBELL, uniform(0.2), from_origin(0.1)),
+        (LINED, uniform(0.25), from_origin(0.1)),
+    ],
+    ids=["round", "steep", "graded", "dumbbell", "lines"],
+)
+@pytest.mark.parametrize("seed", range(4))
+def test_refined_net_is_that_of_its_bubbles_connected_anew(domain, coarse, fine, seed):
+    start = ErrorDiffusion()(domain, coarse, 10_000)
+    random = np.random.default_rng(seed)
+    net = connect_inside(Perturbation(jitter=0.1)(start, coarse, random), domain, coarse)
+    found = refined(net, domain, fine)
+    anew = connect(found.bubbles, domain)
+    for one in ("facets", "facet_piece", "two_sided", "triangles", "edges"):
+        np.testing.assert_array_equal(getattr(found, one), getattr(anew, one))
+    assert len(found.bubbles) > len(net.bubbles)
+    assert (found.legal is not None) == (engine() == COMPILED)
 
 
 def test_levels_do_not_depend_on_the_unit_of_length():
