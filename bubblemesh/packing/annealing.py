@@ -22,8 +22,8 @@ from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 CYCLES = {"fast": 20, "normal": 100, "best": 800}
-FEWEST_CYCLES = {"fast": 2, "normal": 10, "best": 40}  # on the largest levels
-TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1, 2, 4, 4, 8), "best": (1, 2, 2, 2, 4)}  # by the number of finer levels
+FEWEST_CYCLES = {"fast": 2, "normal": 20, "best": 40}  # on the largest levels, before `TIMES`
+TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1.5, 2, 4, 4, 8), "best": (4, 4, 2, 2, 4)}  # by the number of finer levels
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 REGULAR_VALENCE = 6
 SPACING_STAYS = 5  # cycles by the same spacings: bubbles do not go far in them
@@ -31,7 +31,7 @@ SEEDS = 2**63
 
 Effort = Annotated[
     Literal["fast", "normal", "best"],
-    Doc("20, 100 or 800 cycles of shaking, 2 to 8 times that on coarse levels; with `best` four times the mending"),
+    Doc("20, 100 or 800 cycles of shaking, up to 8 times that by the level; with `best` four times the mending"),
 ]
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
 Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
@@ -87,7 +87,7 @@ class Annealing:
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 0.5
     shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
     fully_shaken: Annotated[
-        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, at least 2, 10 or 40")
+        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, at least 2, 20 or 40")
     ] = 4000
 
     def __call__(

@@ -19,6 +19,7 @@ from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import costs, metrics_at, smoothed
 from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.methods import METHODS
+from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.spacing.metric.measures import measures_in
@@ -40,14 +41,18 @@ def packed(domain, spacing, watch=lambda share: None, method=METHOD):
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.5, 20.0])
-def test_a_uniform_stretch_gives_the_perfect_lattice(factor):
+def test_a_uniform_stretch_gives_the_perfect_lattice_from_most_starts(factor):
     domain, spacing = stretched_hexagon(6, factor), uniform_metric(1.0, factor, 0.0)
-    *_, last = packed(domain, spacing)
-    x, triangles = last.net.bubbles.x, last.net.triangles
-    assert len(x) == len(hexagon(6))
-    assert measures_in(spacing, x, triangles).radius_ratios.min() > 0.999
-    nearest = np.abs(x[:, None] / [factor, 1] - hexagon(6)).max(axis=2).min(axis=1)
-    assert nearest.max() < 0.02
+    perfect = []
+    for seed in range(10):
+        *_, last = packed(domain, spacing, method=replace(METHOD, perturbation=Perturbation(seed=seed)))
+        x, triangles = last.net.bubbles.x, last.net.triangles
+        perfect.append(measures_in(spacing, x, triangles).radius_ratios.min() > 0.999)
+        if perfect[-1]:
+            assert len(x) == len(hexagon(6))
+            nearest = np.abs(x[:, None] / [factor, 1] - hexagon(6)).max(axis=2).min(axis=1)
+            assert nearest.max() < 0.02
+    assert sum(perfect) >= 7
 
 
 def test_rounds_follow_each_other_and_tell_the_reason_last():
