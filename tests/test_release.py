@@ -140,7 +140,7 @@ def test_every_c_file_is_compiled_and_every_asset_packed():
     (extension,) = PROJECT["tool"]["setuptools"]["ext-modules"]
     source = ROOT / "bubblemesh/kernels/source"
     assert sorted(extension["sources"]) == sorted(path.relative_to(ROOT).as_posix() for path in source.glob("*.c"))
-    assert extension["depends"] == [path.relative_to(ROOT).as_posix() for path in source.glob("*.h")]
+    assert extension["depends"] == sorted(path.relative_to(ROOT).as_posix() for path in source.glob("*.h"))
     assert extension["optional"]
     data = PROJECT["tool"]["setuptools"]["package-data"]
     packed = {path for package, names in data.items() for name in names for path in _files_of(package, name)}

@@ -260,9 +260,7 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bo
 
         console.warn([message])
 
-    # With parts: auto it may turn out that one part is enough.
-    at_once = at_once and isinstance(case.parts, int) and case.parts > 1
-    return crew_of(workers_at(jobs, cluster), warn, PACKING if at_once else None)
+    return crew_of(workers_at(jobs, cluster), warn, PACKING if at_once and case.parts != 1 else None)
 
 
 def destination_of(

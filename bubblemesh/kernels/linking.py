@@ -42,14 +42,15 @@ def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
 
 
 def legalised(
-    triangles: Integers, start: Floats, x: Floats, facets: Integers, known: Legal | None = None
+    triangles: Integers, start: Floats, x: Floats, facets: Integers, known: Legal | None = None, is_open: bool = False
 ) -> Legal | None:
     """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
 
-    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Where nodes would invert
-    triangles they go to x step by step from ``start`` (n, 2), with flips on the way. Triangles and edges come as from
-    `in_order`; None where rounding would decide, a triangle stays inverted, their rim is not of facets, or no kernels
-    are compiled: triangulate anew. What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
+    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim, which is of facets only unless
+    it ``is_open``. Where nodes would invert triangles they go to x step by step from ``start`` (n, 2), with flips on the
+    way. Triangles and edges come as from `in_order`; None where rounding would decide, a triangle stays inverted, the
+    rim is not as it should be, or no kernels are compiled: triangulate anew. What was ``known`` of these triangles and
+    facets spares work, and comes back where there is no flip.
 
     References
     ----------
@@ -62,7 +63,7 @@ def legalised(
     twins, outcome = np.empty(result.shape, np.int32), np.empty(1, np.int64)
     before = (0, edges, twins) if known is None else (len(known.edges), known.edges, known.twins)
     places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
-    given = np.ascontiguousarray(triangles), *before, *places, len(facets), np.ascontiguousarray(facets)
+    given = np.ascontiguousarray(triangles), *before, *places, len(facets), np.ascontiguousarray(facets), int(is_open)
     compiled.call("legalise_triangles", len(x), len(result), *given, result, twins, edges, count, outcome)
     if outcome[0] == UNCHANGED:
         return known

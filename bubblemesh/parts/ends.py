@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, any_of_rows
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.spacing.spacing import Spacing
 
@@ -20,7 +20,9 @@ def merged(
     """
     before, after, stands = np.full(len(x), -1), np.full(len(x), -1), np.arange(len(x))
     before[facets[:, 1]], after[facets[:, 0]] = facets[:, 0], facets[:, 1]
-    beside = np.isin(triangles, ends).any(axis=1)
+    chosen = np.zeros(len(x), bool)
+    chosen[ends] = True
+    beside = any_of_rows(chosen[triangles])
     rest, near = triangles[~beside], triangles[beside]
     d = spacing.towards(x[ends], x[after[ends]] - x[before[ends]])
     for end, wide in zip(ends.tolist(), d.tolist(), strict=True):

@@ -200,7 +200,8 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
     numbers = tuple(number[known] for known in numbers)
     valence = np.zeros(len(net.bubbles), np.int64)
     for known, margin in zip(numbers, margins, strict=True):
-        np.add.at(valence, known[margin.valence > 0], margin.valence[margin.valence > 0])
+        edged = margin.valence > 0  # each of these is a bubble of its own
+        valence[known[edged]] += margin.valence[edged]
     net = settled(net, together.spacing)
     return Parted(
         net=net,

@@ -167,7 +167,8 @@ def settled(net: Net, spacing: Spacing) -> Net:
     x, triangles = net.bubbles.x[used], number[net.triangles]
     forth, back = _beside_facets(net)
     lines = number[net.facets[(forth >= 0) & (back >= 0)]]
-    if (found := legalised(triangles, x, x, lines)) is not None:  # what is at the rim has no triangle to flip with
+    # What is at the rim has no triangle to flip with.
+    if (found := legalised(triangles, x, x, lines, is_open=True)) is not None:
         return replace(net, triangles=used[found.triangles])
     sides = directed_sides(triangles)
     rim = sides[np.sort(one_sided(sides, len(used)))]

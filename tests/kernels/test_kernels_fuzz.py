@@ -87,7 +87,7 @@ def test_triangles_that_are_no_triangulation_are_left_alone_or_flipped(seed):
     n = int(random.integers(4, 40))
     triangles = different(random, n, random.integers(1, 60))
     facets = np.sort(random.integers(0, n, (int(random.integers(1, 10)), 2)), axis=1)
-    found = legalised(triangles, odd(random, (n, 2)), odd(random, (n, 2)), facets)
+    found = legalised(triangles, odd(random, (n, 2)), odd(random, (n, 2)), facets, is_open=bool(seed % 4))
     if found is not None:
         assert all(((part >= 0) & (part < n)).all() for part in (found.triangles, found.edges))
         assert ((found.twins >= -1) & (found.twins < found.twins.size)).all()

@@ -75,7 +75,7 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
     data = {"material": _unwritten((mesh.triangles,), np.int32)}
     data |= {name: _unwritten((mesh.triangles,)) for name in mesh.fields}
     labels = _facet_data(frame)
-    cells = _unwritten((mesh.triangles, 3), np.int64)
+    cells = _unwritten((mesh.triangles, 3), np.int32 if mesh.nodes <= np.iinfo(np.int32).max else np.int64)
     with (
         _columns(path, frame, _Topology(_CELLS[3], cells, len(cells)), data) as (points, triangles, materials, *fields),
         _columns(_beside(path), frame, _Topology.of_facets(frame.facets), labels) as (same_points, facets, ids),
@@ -213,7 +213,7 @@ def _grid(mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data, store: _St
     shape = {"TopologyType": topology.kind, "NumberOfElements": str(topology.count)}
     if topology.cells.ndim == 2:
         shape["NodesPerElement"] = str(topology.cells.shape[1])
-    _add_item(ET.SubElement(grid, "Topology", shape), topology.cells.astype(np.int64, copy=False), store)
+    _add_item(ET.SubElement(grid, "Topology", shape), topology.cells, store)
     for center, arrays in (("Cell", data), ("Node", nodal)):
         for name, values in arrays.items():
             attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center=center)
