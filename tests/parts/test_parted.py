@@ -15,10 +15,12 @@ from invariants import (
     check_nodes,
 )
 from partitions import MOONS
+from twins import needs_compiler
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.parts import seams
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import divided
 from bubblemesh.parts.parted import PER_PART, enough_parts
@@ -232,6 +234,24 @@ def test_the_longest_jobs_are_begun_first_and_workers_start_before_there_are_any
     for work in ([arguments[5] for arguments in parts], [len(arguments[0].triangles) for arguments in strips]):
         assert len(set(work)) > 1
         assert work == sorted(work, reverse=True)
+
+
+@needs_compiler
+def test_bands_are_settled_by_flips(monkeypatch):
+    """A triangulation anew of all bands would take longer than all else that one process does alone."""
+    settling = []
+
+    def noted(net, spacing):
+        settling.append(net)
+        with monkeypatch.context() as patch:
+            patch.setattr(seams, "linked", None)
+            return settled(net, spacing)
+
+    settled = seams.settled
+    monkeypatch.setattr("bubblemesh.parts.parted.settled", noted)
+    for text in (HOLES, REGIONS):
+        mesh_case(load_case("parts.yaml", text=f"name: parts\n{text}\nparts: 3"))
+    assert [len(net.triangles) > 100 for net in settling] == [True, True]
 
 
 def test_large_meshes_have_parts_that_two_and_four_workers_share_evenly():
