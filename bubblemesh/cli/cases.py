@@ -260,6 +260,7 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bo
 
         console.warn([message])
 
+    # With parts: auto one part may be enough, and they start in vain: most who ask for parts have large meshes.
     return crew_of(workers_at(jobs, cluster), warn, PACKING if at_once and case.parts != 1 else None)
 
 

@@ -46,11 +46,11 @@ def legalised(
 ) -> Legal | None:
     """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
 
-    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim, which is of facets only unless
-    it ``is_open``. Where nodes would invert triangles they go to x step by step from ``start`` (n, 2), with flips on the
-    way. Triangles and edges come as from `in_order`; None where rounding would decide, a triangle stays inverted, the
-    rim is not as it should be, or no kernels are compiled: triangulate anew. What was ``known`` of these triangles and
-    facets spares work, and comes back where there is no flip.
+    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Each is a side of a triangle,
+    and the rim is of facets only, unless it ``is_open``. Where nodes would invert triangles they go to x step by step
+    from ``start`` (n, 2), with flips on the way. Triangles and edges come as from `in_order`; None where rounding would
+    decide, a triangle stays inverted, facets are not as they should be, or no kernels are compiled: triangulate anew.
+    What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
 
     References
     ----------

@@ -4,6 +4,7 @@ import numpy as np
 
 from bubblemesh.arrays import Integers, contained
 from bubblemesh.kernels.library import Library
+from bubblemesh.meshes.edges import edge_keys
 
 LEFT_OUT, WHOLE = -1, -2  # numbers of nodes that are left out, and of middles that there are not
 
@@ -22,5 +23,6 @@ def refined_triangles(
     compiled.call("refine_triangles", len(number), t, *given, number, middle, kept, sides, count)
     kept, sides = kept[: count[0]], sides[: count[1]]
     # Sides between two that are missing come in both directions.
-    keys, reverse = (pairs[:, 0] * (4 * t) + pairs[:, 1] for pairs in (sides, sides[:, ::-1]))
+    n = int(sides.max(initial=0)) + 1
+    keys, reverse = (edge_keys(pairs, n) for pairs in (sides, sides[:, ::-1]))
     return kept, sides[~contained(keys, np.sort(reverse))]

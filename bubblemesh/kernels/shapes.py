@@ -35,10 +35,11 @@ class Descent(NamedTuple):
         compiled = library()
         if compiled is None:
             return self.moved_in_numpy(x, tangents, steps)
-        triangles, edges, d, scale, most, fixed, sliding, *numbers = self
+        triangles, edges, d, scale, most, fixed, sliding, weight, momentum, step = self
         places, sizes = np.array(x, order="C"), (len(d), len(triangles), len(edges), fixed, sliding)
         rows = np.ascontiguousarray(triangles), np.ascontiguousarray(edges)
-        given, way = (d, FLATTEST, WORST, SHORTEST, scale, most), (*numbers, np.ascontiguousarray(tangents), steps)
+        given = d, FLATTEST, WORST, SHORTEST, scale, most
+        way = weight, momentum, step, np.ascontiguousarray(tangents), steps
         compiled.call("descend", *sizes, *rows, *given, *way, places)
         return places
 
@@ -117,5 +118,5 @@ def spacing_gradient(x: Floats, ends: Integers, contact: Floats) -> Floats:
 
 
 def _summed(nodes: Integers, parts: Floats, n: int) -> Floats:
-    """Sums (n,) at nodes of the parts (k, m) at k nodes (k, m) of each triangle or edge, one of these after the other."""
+    """Sums (n,) of the parts (k, m) at k nodes (k, m) of each triangle or edge, one of these after the other."""
     return np.asarray(np.bincount(nodes.T.ravel(), parts.T.ravel(), minlength=n), float)

@@ -49,10 +49,13 @@ def _within(points: Floats, constraints: Integers, two_sided: Booleans | None) -
 
 
 def sorted_triangles(triangles: Integers) -> Integers:
-    """Triangles (t, 3) turned to begin with their lowest node, and sorted: an order that makes files equal."""
+    """Triangles (t, 3) turned to begin with their lowest node, and sorted: an order that makes files equal.
+
+    They come back themselves if that is how they are already.
+    """
     a, b, c = triangles.T
     later = (a[1:] > a[:-1]) | ((a[1:] == a[:-1]) & (b[1:] > b[:-1]))
-    if later.all() and (a < b).all() and (a < c).all():  # as most are that were connected here
+    if later.all() and (a < b).all() and (a < c).all():
         return triangles
     first = triangles.argmin(axis=1)
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)

@@ -21,7 +21,7 @@ from bubblemesh.packing.relaxation import Dynamics, Relaxed, euler_steps
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
-CYCLES = {"fast": 20, "normal": 100, "best": 800}
+CYCLES = {"fast": 20, "normal": 100, "best": 800}  # before `TIMES`
 FEWEST_CYCLES = {"fast": 2, "normal": 20, "best": 40}  # on the largest levels, before `TIMES`
 TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1.5, 2, 4, 4, 8), "best": (4, 4, 2, 2, 4)}  # by the number of finer levels
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
@@ -122,9 +122,9 @@ class Annealing:
     def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
         """Number of cycles on a level of so many bubbles.
 
-        A coarse level gets more of them than an only one: it is small beside the finest, and all others take over its
-        order. But on the finest of several levels, and on a large one next to it, annealing breaks more of the order
-        that was taken over than it lessens the strain.
+        But with `best`, a coarse level gets more of them than an only one: it is small beside the finest, and all
+        others take over its order. On the finest of several levels, and on a large one next to it, annealing breaks
+        more of the order that was taken over than it lessens the strain.
         """
         most_next = ANNEALED_NEXT_TO_FINEST[self.effort]
         if rank.coarser and (rank.finer == 0 or (rank.finer == 1 and bubbles > most_next)):
@@ -164,28 +164,35 @@ class Shaker:
     def __call__(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
         """Net and relaxation after so many of the cycles, by the spacings that its bubbles have.
 
-        All cycles, unless bubbles get lost.
+        All cycles, or those until bubbles come or get lost: then others have their numbers.
         """
-        parts, done, count = [Relaxed.none(net.bubbles)], 0, len(net.bubbles)
-        while done < len(cycles.inside) and len(net.bubbles) == count:
+        parts, done, before, same = [Relaxed.none(net.bubbles)], 0, len(net.bubbles), True
+        while done < len(cycles.inside) and same:
             net, relaxed, more = self._some(net, cycles.after(done))
             parts.append(relaxed)
-            done += more
+            done, same = done + more, len(net.bubbles) == before and relaxed.added == relaxed.lost == 0
         return net, Relaxed.one_of(parts), done
 
     def _some(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
-        """Net and relaxation after the first cycles, and how many: one, or those that kernels do at once and one more."""
-        compiled = library()
-        if compiled is None or self.dynamics is None:
+        """Net and relaxation after the first cycles, and how many these are.
+
+        It is one, or those that kernels do at once and one more.
+        """
+        compiled, dynamics = library(), self.dynamics
+        # Bubbles outside have no triangle, and go when they are connected anew.
+        if compiled is None or dynamics is None or (net.legal is None and (net.valence == 0).any()):
             return *self._relaxed(_displaced(net, cycles), net), 1
-        bubbles, (force, motion, damping) = net.bubbles, self.dynamics
+        bubbles, (force, motion, damping) = net.bubbles, dynamics
         assert isinstance(motion, SemiImplicitEuler)
-        viscosities = np.array([damping(range(self.steps), bubbles.touched) for _ in cycles.inside], float)
+        of_each = np.array(damping(range(self.steps), bubbles.touched), float)
+        viscosities = np.tile(of_each, (len(cycles.inside), 1))
         links = Links(net.triangles, net.edges, None if net.legal is None else net.legal.twins, net.facets)
         acting = Acting(bubbles.d, force.strength(bubbles.d), CUTOFF)
         x, legal, speeds = annealed(
             compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, viscosities), cycles
         )
+        for _ in speeds[1:]:
+            damping(range(self.steps), bubbles.touched)  # which counts each cycle as progress
         moved = bubbles.moved(x)
         done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
         if legal is not None:
@@ -226,7 +233,7 @@ def deviations(seed: int, cycle: int, bubbles: Integers) -> Floats:
     z = (z ^ z >> np.uint64(27)) * np.uint64(0x94D049BB133111EB)
     z = z ^ z >> np.uint64(31)
     parts = (z[:, None] >> 16 * np.arange(4, dtype=np.uint64) & np.uint64(0xFFFF)).astype(np.int64)
-    return (parts[:, ::2] + parts[:, 1::2] - 0xFFFF) * (math.sqrt(6) / 65536)
+    return np.asarray((parts[:, ::2] + parts[:, 1::2] - 0xFFFF) * (math.sqrt(6) / 65536), np.float64)
 
 
 def disorder_marked(net: Net, inside: float, beside: float) -> Floats:

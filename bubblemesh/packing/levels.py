@@ -8,13 +8,13 @@ from annotated_types import Gt
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.refining import LEFT_OUT, WHOLE, refined_triangles
 from bubblemesh.meshes.triangulation import linked
-from bubblemesh.packing.net import Net, connect, unconnected
+from bubblemesh.packing.net import Net, connect, reconnect, unconnected
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
@@ -110,7 +110,9 @@ def refined(net: Net, domain: Domain, spacing: Spacing) -> Net:
     middle[edges[long]] = numbers[inside:]
     number = np.concatenate([np.full(first, LEFT_OUT), numbers[:inside]])
     bubbles = replace(grown, touched=np.zeros(len(grown), bool))
-    return connect(bubbles, domain, triangles=_refined_triangles(net, number, middle, unconnected(bubbles, domain)))
+    finer = unconnected(bubbles, domain)
+    triangles = _refined_triangles(net, number, middle, finer)
+    return connect(bubbles, domain) if triangles is None else reconnect(finer, bubbles, triangles)
 
 
 def _refined_triangles(net: Net, number: Integers, middle: Integers, finer: Net) -> Integers | None:

@@ -109,12 +109,12 @@ def connect(bubbles: Bubbles, domain: Domain, before: Net | None = None, triangl
     triangles. So they do from other ``triangles`` (t, 3) of the region, counter-clockwise between these bubbles where
     they are now, however many these are.
     """
-    if triangles is None and (before is None or len(bubbles) != len(before.bubbles)):
+    if before is None or (triangles is None and len(bubbles) != len(before.bubbles)):
         return _triangulated(unconnected(bubbles, domain))
-    if before is not None and _same_on_boundary(before.bubbles, bubbles):
+    if _same_on_boundary(before.bubbles, bubbles):
         return reconnect(before, bubbles, triangles)
     net = unconnected(bubbles, domain)
-    if before is not None and net.has_facets_of(before):
+    if net.has_facets_of(before):
         return reconnect(before, bubbles, triangles)
     return _triangulated(net) if triangles is None else reconnect(net, bubbles, triangles)
 

@@ -7,7 +7,6 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.meshes.edges import edge_keys, find_keys
 
-
 STRAIGHT = 1e-9  # of the square of a side: what area a node on a straight rim may be off by
 
 
@@ -48,9 +47,10 @@ class Holes(NamedTuple):
         return cls(row, node, a, b, *np.unique(node, return_index=True, return_counts=True))
 
     def rims(self, n: int) -> tuple[Integers, Integers]:
-        """Triangles (r,) with which holes on the rim begin, and those (r,) with which they end, of nodes below ``n``."""
+        """Triangles (r,) with which holes on the rim begin, and with which they end, of nodes below ``n``."""
         begins, ends = (edge_keys(np.column_stack([self.node, end]), n) for end in (self.a, self.b))
-        return np.flatnonzero(find_keys(np.sort(ends), begins) < 0), np.flatnonzero(find_keys(np.sort(begins), ends) < 0)
+        begin, end = find_keys(np.sort(ends), begins) < 0, find_keys(np.sort(begins), ends) < 0
+        return np.flatnonzero(begin), np.flatnonzero(end)
 
     def fans(self) -> tuple[Integers, Integers, Booleans]:
         """For each corner of a hole all of its sides, in order: corner, side (p,), and whether it is no end of that."""
@@ -89,12 +89,12 @@ def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, B
 
 def _may_take_on_rims(x: Floats, holes: Holes, begin: Integers, end: Integers) -> Booleans:
     """Whether corners (m,) of holes may take the node: on the rim those do with which a straight one begins."""
-    on_rim = np.isin(holes.node, holes.node[begin])
-    may = ~on_rim
-    if np.array_equal(holes.node[begin], holes.node[end]):  # else two parts of the triangles meet at a node only
-        u, v = x[holes.a[begin]] - x[holes.node[begin]], x[holes.b[end]] - x[holes.node[end]]
-        area, side = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], v - u
-        may[begin] = np.abs(area) <= STRAIGHT * np.einsum("ij,ij->i", side, side)
+    node = holes.node[begin]  # of each end, too
+    may = ~np.isin(holes.node, node)
+    u, v = x[holes.a[begin]] - x[node], x[holes.b[end]] - x[node]
+    area, side = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], v - u
+    twice = np.append(node[1:] == node[:-1], False) | np.append(False, node[1:] == node[:-1])  # two rims meet there
+    may[begin] = ~twice & (np.abs(area) <= STRAIGHT * np.einsum("ij,ij->i", side, side))
     return may
 
 

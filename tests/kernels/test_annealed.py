@@ -5,6 +5,7 @@ import pytest
 from lattices import packed_hexagon, uniform
 from twins import needs_compiler
 
+from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels import library as libraries
@@ -15,12 +16,19 @@ from bubblemesh.packing.net import connect, connect_inside, measured
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected, Dynamics
+from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
 pytestmark = needs_compiler
 
 COMPILED = libraries.library()
 PLATE = Domain.of(rings.rectangle(0, 0, 12, 9), [rings.circle((5, 5), 2)])
+PLATE_CASE = """
+name: plate
+domain: {outer: {rectangle: [0, 0, 3, 2]}}
+spacing: 0.3
+packing: {effort: fast}
+"""
 GRADED = Spacing(lambda x, y: 0.3 + 0.1 * x, 0.3)
 
 
@@ -64,13 +72,16 @@ def test_both_engines_go_through_the_same_cycles(monkeypatch, spacing, known, se
         one, asked = annealed(monkeypatch, COMPILED, scheme, net, PLATE, spacing, seed)
         other, as_often = annealed(monkeypatch, None, scheme, net, PLATE, spacing, seed)
         assert_same(one, other)
-        assert len(asked) >= len(as_often) == 20
+        assert len(as_often) == 20
+        assert 20 <= len(asked) <= 24  # once more where the first of five cycles is done by hand
         assert not np.array_equal(one.bubbles.x, net.bubbles.x)
 
 
 def test_plain_forces_are_the_same_too(monkeypatch):
     net, force = net_of(PLATE, GRADED), VanDerWaals(k0=0.5, force="plain")
-    one, other = (annealed(monkeypatch, which, Annealing(), net, PLATE, GRADED, force=force)[0] for which in (COMPILED, None))
+    one, other = (
+        annealed(monkeypatch, which, Annealing(), net, PLATE, GRADED, force=force)[0] for which in (COMPILED, None)
+    )
     assert_same(one, other)
 
 
@@ -120,9 +131,38 @@ def test_bubbles_whose_order_rounding_decides_are_connected_exactly(monkeypatch)
     assert_same(one, other)
 
 
+def test_bubbles_outside_the_triangles_go(monkeypatch):
+    """Between a chord and its arc there is room for a bubble that no triangle holds."""
+    disc, spacing = Domain.of(rings.circle((0, 0), 2)), uniform(0.5)
+    start = connect(ErrorDiffusion()(disc, spacing, 10_000), disc).bubbles
+    ends = start.x[:2]
+    outside = 0.5 * ends.sum(axis=0) / np.hypot(*(0.5 * ends.sum(axis=0))) * 1.999
+    net = connect(start.append(outside[None], np.array([0.5])), disc)
+    assert (net.valence == 0).sum() == 1
+    for seed in range(3):
+        one, other = (
+            annealed(monkeypatch, which, Annealing(effort="fast"), net, disc, spacing, seed)[0]
+            for which in (COMPILED, None)
+        )
+        assert_same(one, other)
+        assert len(one.bubbles) <= len(net.bubbles)
+
+
+@pytest.mark.parametrize(
+    "changes", [["packing.shake_steps=25"], ["packing.motion=runge-kutta"], ["packing.relaxation=nearby"]], ids=str
+)
+def test_schemes_that_the_kernel_does_not_know_are_gone_through_by_hand(monkeypatch, changes):
+    case = load_case("plate.yaml", text=PLATE_CASE, overrides=changes)
+    one = mesh_case(case).mesh
+    monkeypatch.setattr("bubblemesh.packing.annealing.library", lambda: None)
+    other = mesh_case(case).mesh
+    assert one.points.tobytes() == other.points.tobytes()
+    assert one.triangles.tobytes() == other.triangles.tobytes()
+
+
 def test_too_little_memory_is_an_error_and_no_crash():
-    nothing, row = np.zeros(0), np.zeros(0, np.int64)
+    nothing, row, one = np.zeros(0), np.zeros(0, np.int64), np.zeros(1, np.int64)
     sizes = 1 << 57, 1 << 57, row, 0, row, 0, np.zeros(0, np.int32), 0, row
+    moving = nothing, 0, np.zeros(0, bool), nothing, nothing, 1.5, nothing, 0.5, 1, nothing
     with pytest.raises(MemoryError):
-        moving = nothing, 0, np.zeros(0, bool), nothing, nothing, 1.5, nothing, 0.5, 1, nothing
-        COMPILED.call("anneal", *sizes, *moving, 1, nothing, nothing, 0, 0, nothing, row, row)
+        COMPILED.call("anneal", *sizes, *moving, 1, nothing, nothing, 0, 0, nothing, one, one)

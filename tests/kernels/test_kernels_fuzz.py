@@ -6,9 +6,12 @@ from twins import needs_compiler
 
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in_numpy
+from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
 from bubblemesh.kernels.pairs import near_pairs
+from bubblemesh.kernels.refining import refined_triangles
+from bubblemesh.kernels.relaxing import Steps
 from bubblemesh.kernels.shapes import Descent, eta, eta_in_numpy
 from bubblemesh.kernels.spreading import spread, spread_in_numpy
 
@@ -93,6 +96,45 @@ def test_triangles_that_are_no_triangulation_are_left_alone_or_flipped(seed):
         assert ((found.twins >= -1) & (found.twins < found.twins.size)).all()
         again = legalised(found.triangles, odd(random, (n, 2)), odd(random, (n, 2)), facets, found)
         assert again is None or again.triangles.shape == found.triangles.shape
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_any_bubbles_are_annealed_somehow(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(4, 40))
+    triangles, edges = in_order(different(random, n, random.integers(1, 60)), n)
+    twins = random.integers(-1, triangles.size, triangles.shape).astype(np.int32) if seed % 2 else None
+    if twins is not None:  # the twin of each twin is the side itself
+        sides = np.arange(triangles.size).reshape(-1, 3)
+        twins[twins >= 0] = -1
+        twins[0, 0], twins[-1, 2] = sides[-1, 2], sides[0, 0]
+    links = Links(triangles, edges, twins, np.sort(random.integers(0, n, (int(random.integers(0, 10)), 2)), axis=1))
+    cycles, steps = int(random.integers(1, 6)), int(random.integers(1, 4))
+    rules = Steps(int(random.integers(0, n)), np.abs(odd(random, n)), 0.5, odd(random, (cycles, steps)))
+    acting = Acting(np.abs(odd(random, n)), odd(random, n), 1.5)
+    sizes = np.abs(odd(random, cycles)), np.abs(odd(random, cycles))
+    shaken = Cycles(int(random.integers(2**63)), int(random.integers(9)), *sizes, random.random(n) < 0.2)
+    found = annealed(library(), odd(random, (n, 2)), links, acting, rules, shaken)
+    assert found.x.shape == (n, 2)
+    assert len(found.speeds) <= cycles
+    if found.legal is not None:
+        assert len(found.speeds) == cycles
+        assert all(((part >= 0) & (part < n)).all() for part in (found.legal.triangles, found.legal.edges))
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_any_triangles_are_refined_somehow(seed):
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 40))
+    triangles, edges = in_order(different(random, n, random.integers(0, 60)), n)
+    if seed % 3 == 0:
+        edges = edges[random.random(len(edges)) < 0.7]
+    number = random.integers(-1, 100, n)
+    middle = random.integers(-2, 100, len(edges))
+    found, sides = refined_triangles(library(), triangles, edges, number, middle)
+    assert len(triangles) * 4 >= len(found)
+    assert (found >= 0).all()
+    assert (sides >= 0).all()
 
 
 @pytest.mark.parametrize("seed", range(TRIALS))

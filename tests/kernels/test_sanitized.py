@@ -15,11 +15,12 @@ SOURCE = Path(kernels.__file__).parent / "source"
 HERE = Path(__file__).parent
 TESTS = [
     "kernels/test_kernels_fuzz.py",
+    "kernels/test_annealed.py",
     "kernels/test_bulge_distances.py",
-    "kernels/test_disorder.py",
     "kernels/test_linking.py",
     "kernels/test_lookup.py",
     "kernels/test_patches.py",
+    "kernels/test_refining.py",
     "kernels/test_relaxing.py",
     "kernels/test_shapes.py",
 ]
@@ -76,8 +77,8 @@ def test_sanitizers_find_nothing_in_the_kernels(tmp_path):
 def test_sanitizers_notice_a_step_beyond_an_array(tmp_path):
     """The kernel of gradients, made to write beside its work, does not pass."""
     text = (SOURCE / "shapes.c").read_text()
-    assert "10 * n + 1" in text
-    (tmp_path / "shapes.c").write_text(text.replace("10 * n + 1", "10 * n - 1"))
+    assert "SUMS * n + 1" in text
+    (tmp_path / "shapes.c").write_text(text.replace("SUMS * n + 1", "SUMS * n - 1"))
     others = [path for path in SOURCE.glob("*.c") if path.name != "shapes.c"]
     done = run(compiled(tmp_path / "kernels.so", tmp_path / "shapes.c", *others), "kernels/test_shapes.py")
     assert done.returncode != 0

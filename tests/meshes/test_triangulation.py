@@ -29,6 +29,21 @@ def test_triangles_of_a_convex_domain_are_those_of_delaunay():
     assert {frozenset(t) for t in triangulated(points, ring(0, 4)).tolist()} == expected
 
 
+@pytest.mark.parametrize(
+    "triangles",
+    [
+        [[0, 1, 2], [0, 2, 3], [1, 4, 2]],
+        [[0, 2, 3], [0, 1, 2], [1, 4, 2]],  # second nodes do not ascend
+        [[1, 4, 2], [0, 1, 2], [0, 2, 3]],  # first nodes do not ascend
+        [[1, 2, 0], [0, 2, 3], [1, 4, 2]],  # one begins with another node than its lowest
+        [[0, 1, 2], [2, 3, 0], [2, 1, 4]],
+    ],
+)
+def test_triangles_are_sorted_however_they_come(triangles):
+    triangles = np.array(triangles)
+    assert sorted_triangles(triangles).tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
+
+
 def test_triangles_are_counter_clockwise_and_rows_are_sorted():
     points = random_square(1)
     triangles = triangulated(points, ring(0, 4))

@@ -198,6 +198,31 @@ def test_bubbles_that_get_lost_are_left_out_from_then_on():
     assert len(result.bubbles) == n - 2
 
 
+def test_bubbles_that_a_relaxation_adds_are_there_from_then_on():
+    domain, spacing, bubbles = with_vacancy()
+    sizes, added = [], []
+
+    def adding(net, steps):
+        sizes.append((len(net.bubbles), len(net.valence)))
+        grown = net.bubbles
+        if len(sizes) == 3:
+            grown = grown.append(np.array([[0.05, 0.02]]), np.ones(1))
+            added.append(len(grown) - 1)
+        return Relaxed(grown, len(grown) - len(net.bubbles), 0, np.zeros(steps), 0)
+
+    calm = []
+
+    def noted(bubbles):
+        calm.append(len(bubbles))
+        return np.zeros(len(bubbles), bool)
+
+    result, _ = shaken(Annealing(effort="fast", amplitude=0.01).sparing(noted), domain, spacing, bubbles, relax=adding)
+    n = len(bubbles)
+    assert sizes == [(n, n)] * 3 + [(n + 1, n + 1)] * 17
+    assert calm == [n] + [n + 1] * 4  # looked up at once, as the third cycle gives other bubbles the numbers
+    assert result.added == 1
+
+
 def test_bubbles_shaken_out_of_the_domain_are_gone():
     domain, spacing, bubbles = packed_hexagon(3)
     x = bubbles.x.copy()

@@ -4,11 +4,13 @@ from examples import BARE
 from lattices import hexagon, packed_hexagon, uniform
 
 from bubblemesh.case import load_case
+from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.library import COMPILED, engine
+from bubblemesh.meshes import triangulation
 from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement import Perturbation
@@ -237,6 +239,22 @@ def test_refined_net_is_that_of_its_bubbles_connected_anew(domain, coarse, fine,
         np.testing.assert_array_equal(getattr(found, one), getattr(anew, one))
     assert len(found.bubbles) > len(net.bubbles)
     assert (found.legal is not None) == (engine() == COMPILED)
+
+
+@pytest.mark.parametrize("fault", [None, GeometryError("constraints cross")])
+def test_a_finer_boundary_that_crosses_the_triangles_costs_a_triangulation_of_all(monkeypatch, fault):
+    net = connect(ErrorDiffusion()(ROUND, uniform(0.3), 10_000), ROUND)
+
+    def linked(points, constraints, two_sided=None):
+        if fault is not None and len(points) < 300:
+            raise fault
+        return triangulation.linked(points, constraints, two_sided)
+
+    monkeypatch.setattr("bubblemesh.packing.levels.linked", linked)
+    found = refined(net, ROUND, uniform(0.1))
+    anew = connect(found.bubbles, ROUND)
+    np.testing.assert_array_equal(found.triangles, anew.triangles)
+    assert (found.legal is not None) == (engine() == COMPILED and fault is None)
 
 
 def test_levels_do_not_depend_on_the_unit_of_length():

@@ -27,6 +27,7 @@ SQUARE = rings.rectangle(0, 0, 3, 3)
 WALL = rings.open_path((0.7, 0.4), [rings.LineTo((0.9, 2.5)), rings.LineTo((2.4, 2.2))], "wall")
 DOMAINS = {
     "square": Domain.of(SQUARE),
+    "turned": Domain.of(rings.polygon(np.array([[0, 0], [3, 1], [2, 4], [-1, 3]]) * np.sqrt(0.9))),
     "narrow": Domain.of(rings.rectangle(0, 0, 4, 0.5)),
     "holes": Domain.of(rings.circle((0, 0), 1.6), [rings.circle((0.3, 0), 0.6), rings.rectangle(-1, -0.5, -0.6, 0.5)]),
     "lines": Domain.of(SQUARE, parts=Parts(lines=(WALL,))),
@@ -102,8 +103,9 @@ def on_the_wall(net, sides):
 
 @pytest.mark.parametrize("sides", [3, 4])
 @pytest.mark.parametrize("seed", range(3))
-def test_nodes_leave_a_straight_wall(sides, seed):
-    domain, net = scattered_net("square", seed)
+@pytest.mark.parametrize("name", ["square", "turned"])
+def test_nodes_leave_a_straight_wall(name, sides, seed):
+    domain, net = scattered_net(name, seed)
     alone = np.eye(len(net.bubbles), dtype=bool)[on_the_wall(net, sides)]
     possible = [gone for gone in alone if spliced(net.bubbles.x, net.triangles, gone, NO_EDGES) is not None]
     assert 0 < len(possible) <= len(alone)
@@ -113,12 +115,18 @@ def test_nodes_leave_a_straight_wall(sides, seed):
     bubbles = net.bubbles.select(np.flatnonzero(~gone))
     areas = twice_the_areas(bubbles.x, triangles)
     assert (areas > 0).all()
-    assert areas.sum() == pytest.approx(18)
+    assert areas.sum() == pytest.approx(18)  # of two squares of side 3
     assert len(triangles) == len(net.triangles) - gone.sum()
     found, anew = connect(bubbles, domain, net, triangles), connect(bubbles, domain)
     for one in ("facets", "facet_piece", "two_sided", "triangles", "edges"):
         np.testing.assert_array_equal(getattr(found, one), getattr(anew, one))
     assert (found.legal is not None) == (engine() == COMPILED)
+
+
+def test_node_at_which_two_rims_meet_stays():
+    x = np.array([[0.0, 0], [-1, 0], [-0.5, 1], [1, 0], [0.5, 1], [0, 1.5]])
+    triangles = np.array([[0, 2, 1], [0, 3, 4]])
+    assert spliced(x, triangles, np.arange(6) == 0, NO_EDGES) is None
 
 
 def test_nodes_stay_on_a_round_wall():
@@ -131,7 +139,7 @@ def test_nodes_stay_on_a_round_wall():
 
 @needs_compiler
 def test_triangles_that_do_not_end_at_the_facets_are_made_anew():
-    domain, net = scattered_net("square", 0)
+    _, net = scattered_net("square", 0)
     for triangles in (net.triangles[1:], np.delete(net.triangles, net.triangles.max(axis=1).argmax(), axis=0)):
         assert legalised(triangles, net.bubbles.x, net.bubbles.x, net.facets) is None
         np.testing.assert_array_equal(reconnect(net, net.bubbles, triangles).triangles, net.triangles)

@@ -74,6 +74,8 @@ static void displace(const Bubbles *bubbles, const char *near, const Chance *cha
         if (near[k] & DISORDERED && !bubbles->calm[k]) {
             double scale = (near[k] & BESIDE_BOUNDARY ? beside : inside) * bubbles->d[k];
             uint64_t bits = random_bits(chance, k);
+            if (scale == 0)
+                continue;
             bubbles->x[2 * k] = bubbles->x[2 * k] + scale * deviation(bits);
             bubbles->x[2 * k + 1] = bubbles->x[2 * k + 1] + scale * deviation(bits >> 32);
         }
@@ -167,16 +169,17 @@ typedef struct {
 } Rules;
 
 /* One cycle, with viscosities c (steps,) and mean speeds (steps,); the outcome is that of the flips, and nothing is done
-   after them if it is not DONE. */
+   after the displacement if it is not DONE, even before. */
 static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, const Chance *chance, double inside,
                           double beside, const double *c, double *speeds, Work *work, int64_t *outcome)
 {
     const Motion motion = {bubbles->n, bubbles->fixed, bubbles->x, work->v, rules->most};
-    int64_t status;
+    int64_t status = DONE;
     memcpy(work->start, bubbles->x, (size_t)(2 * bubbles->n) * sizeof *work->start);
     mark(bubbles, net->m, work->ends, work);
     displace(bubbles, work->near, chance, inside, beside);
-    status = flip_all(&net->mesh, work->start, bubbles->x, outcome);
+    if (*outcome == DONE)
+        status = flip_all(&net->mesh, work->start, bubbles->x, outcome);
     if (status == DONE && *outcome == DONE)
         status = list_anew(net, work->ends);
     if (status == DONE && *outcome == DONE) {
@@ -210,18 +213,21 @@ KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64
     int64_t status = take_with_twins(&net.mesh, triangles, known ? twins : NULL, facet_count, facets, &outcome);
     if (!make_room(&work, n, t) || !spare)
         status = NO_MEMORY;
-    outcome = DONE; /* each of these edges is one of the triangles, as the bubbles were connected by them */
     for (k = 0; k < 2 * m && status == DONE; k++)
         work.ends[k] = (int32_t)edges[k];
-    for (cycle = 0; cycle < cycles && status == DONE && outcome == DONE; cycle += outcome == DONE) {
+    for (cycle = 0; cycle < cycles && status == DONE; cycle++) {
         const Chance chance = {(uint64_t)seed, (uint64_t)(first + cycle)};
         status = go_through(&net, &bubbles, &rules, &chance, inside[cycle], beside[cycle], c + cycle * steps,
                             speeds + cycle * steps, &work, &outcome);
+        if (outcome != DONE)
+            break;
     }
-    *done = cycle;
     if (status == DONE && outcome == DONE)
         status = finish(&net, edges, twins);
-    *count = net.m;
+    if (status == DONE) {
+        *done = cycle;
+        *count = net.m;
+    }
     give_back(&net.mesh);
     leave_room(&work);
     free(spare);

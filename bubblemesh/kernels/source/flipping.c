@@ -331,4 +331,3 @@ int64_t flip_all(Mesh *mesh, const double *start, const double *x, int64_t *outc
     free(queue.waiting);
     return status;
 }
-

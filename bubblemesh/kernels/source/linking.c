@@ -27,8 +27,8 @@ KERNEL int64_t order_triangles(int64_t n, int64_t t, const int64_t *triangles, i
    not end at facets, though they are not ``open``, nothing is sure: then it is 1, else 0. */
 KERNEL int64_t legalise_triangles(int64_t n, int64_t t, const int64_t *triangles, int64_t known_m,
                                   const int64_t *known_edges, const int32_t *known_twins, const double *start,
-                                  const double *x, int64_t m, const int64_t *facets, int64_t open, int64_t *ordered, int32_t *twins,
-                                  int64_t *edges, int64_t *count, int64_t *outcome)
+                                  const double *x, int64_t m, const int64_t *facets, int64_t open, int64_t *ordered,
+                                  int32_t *twins, int64_t *edges, int64_t *count, int64_t *outcome)
 {
     const Known known = {known_m ? triangles : NULL, known_edges, known_m};
     Mesh mesh = {n, t, NULL, NULL, NULL};

@@ -69,8 +69,10 @@ static void accelerate(const Pairs *pairs, const double *x, double *acceleration
 static Pairs pairs_of(int64_t n, int64_t m, const int64_t *ends, const double *contact, const double *strength,
                       double cutoff)
 {
-    Pairs pairs = {n, m, n < INT32_MAX ? malloc((size_t)(2 * m + 1) * sizeof *pairs.ends) : NULL, contact, strength, cutoff};
+    Pairs pairs = {n, m, NULL, contact, strength, cutoff};
     int64_t k;
+    if (n < INT32_MAX)
+        pairs.ends = malloc((size_t)(2 * m + 1) * sizeof *pairs.ends);
     for (k = 0; k < 2 * m && pairs.ends; k++)
         pairs.ends[k] = (int32_t)ends[k];
     return pairs;

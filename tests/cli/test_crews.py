@@ -1,0 +1,26 @@
+import pytest
+
+from bubblemesh.case import load_case
+from bubblemesh.cli.cases import PACKING, crew_for
+from bubblemesh.errors import CaseError
+
+PLATE = "name: plate\ndomain: {outer: {rectangle: [0, 0, 3, 2]}}\nspacing: 0.3\n"
+
+
+@pytest.mark.parametrize(
+    ("parts", "at_once", "loaded"),
+    [("auto", True, PACKING), ("3", True, PACKING), ("1", True, None), ("auto", False, None), ("3", False, None)],
+)
+def test_workers_start_before_all_else_unless_one_part_is_asked_for(monkeypatch, parts, at_once, loaded):
+    seen = []
+    monkeypatch.setattr("bubblemesh.workers.crew.crew_of", lambda hire, warn, ahead: seen.append(ahead))
+    crew_for(load_case("plate.yaml", text=f"{PLATE}parts: {parts}\n"), 2, None, at_once=at_once)
+    assert seen == [loaded]
+
+
+def test_a_mesh_in_one_piece_has_no_workers():
+    case = load_case("plate.yaml", text=PLATE)
+    with crew_for(case, None, None, at_once=True) as crew:
+        assert crew.__module__ == "bubblemesh.parts.work"
+    with pytest.raises(CaseError, match="add --parts auto"):
+        crew_for(case, 2, None, at_once=True)
