@@ -243,15 +243,16 @@ def test_refined_net_is_that_of_its_bubbles_connected_anew(domain, coarse, fine,
 
 @pytest.mark.parametrize("fault", [None, GeometryError("constraints cross")])
 def test_a_finer_boundary_that_crosses_the_triangles_costs_a_triangulation_of_all(monkeypatch, fault):
-    net = connect(ErrorDiffusion()(ROUND, uniform(0.3), 10_000), ROUND)
+    start, coarse = ErrorDiffusion()(ROUND, uniform(0.3), 10_000), uniform(0.3)
+    net = connect_inside(Perturbation(jitter=0.1)(start, coarse, np.random.default_rng(0)), ROUND, coarse)
 
     def linked(points, constraints, two_sided=None):
-        if fault is not None and len(points) < 300:
+        if fault is not None:
             raise fault
         return triangulation.linked(points, constraints, two_sided)
 
     monkeypatch.setattr("bubblemesh.packing.levels.linked", linked)
-    found = refined(net, ROUND, uniform(0.1))
+    found = refined(net, ROUND, uniform(0.15))
     anew = connect(found.bubbles, ROUND)
     np.testing.assert_array_equal(found.triangles, anew.triangles)
     assert (found.legal is not None) == (engine() == COMPILED and fault is None)
