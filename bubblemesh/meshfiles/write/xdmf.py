@@ -75,7 +75,7 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
     data = {"material": _unwritten((mesh.triangles,), np.int32)}
     data |= {name: _unwritten((mesh.triangles,)) for name in mesh.fields}
     labels = _facet_data(frame)
-    cells = _unwritten((mesh.triangles, 3), _type_of_numbers(mesh.nodes))
+    cells = _unwritten((mesh.triangles, 3), np.int64)
     with (
         _columns(path, frame, _Topology(_CELLS[3], cells, len(cells)), data) as (points, triangles, materials, *fields),
         _columns(_beside(path), frame, _Topology.of_facets(frame.facets), labels) as (same_points, facets, ids),
@@ -142,11 +142,6 @@ class _Sink:
             yield
         except OSError as error:
             self.error = self.error or error
-
-
-def _type_of_numbers(nodes: int) -> type:
-    """Type of the numbers of so many nodes: the short one, if they fit, takes half the room."""
-    return np.int32 if nodes <= np.iinfo(np.int32).max else np.int64
 
 
 def _unwritten(shape: tuple[int, ...], kind: type = np.float64) -> NDArray[Any]:
@@ -218,11 +213,7 @@ def _grid(mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data, store: _St
     shape = {"TopologyType": topology.kind, "NumberOfElements": str(topology.count)}
     if topology.cells.ndim == 2:
         shape["NodesPerElement"] = str(topology.cells.shape[1])
-    _add_item(
-        ET.SubElement(grid, "Topology", shape),
-        topology.cells.astype(_type_of_numbers(len(mesh.points)), copy=False),
-        store,
-    )
+    _add_item(ET.SubElement(grid, "Topology", shape), topology.cells.astype(np.int64, copy=False), store)
     for center, arrays in (("Cell", data), ("Node", nodal)):
         for name, values in arrays.items():
             attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center=center)
