@@ -129,9 +129,13 @@ class Annealing:
         most_next = ANNEALED_NEXT_TO_FINEST[self.effort]
         if rank.coarser and (rank.finer == 0 or (rank.finer == 1 and bubbles > most_next)):
             return 0
-        most, fewest, times = CYCLES[self.effort], FEWEST_CYCLES[self.effort], TIMES[self.effort]
+        times = TIMES[self.effort]
+        return math.ceil(times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles))
+
+    def by_size(self, bubbles: int) -> float:
+        """Number of cycles of so many bubbles, before the rank of their level counts."""
         share = min(1, self.fully_shaken / bubbles)
-        return math.ceil(times[min(rank.finer, len(times) - 1)] * max(most * share, fewest))
+        return max(CYCLES[self.effort] * share, FEWEST_CYCLES[self.effort])
 
     def sparing(self, calm: Calm) -> "Annealing":
         """Annealing of all but calm bubbles, which are left alone."""

@@ -1,5 +1,6 @@
 """Relaxation and annealing in a metric."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -35,7 +36,7 @@ def annealed(
     annealing = schemes.annealing
     if isinstance(annealing, NoAnnealing):
         return
-    cycles = annealing.cycles(len(ellipses.tensors))
+    cycles = math.ceil(annealing.by_size(len(ellipses.tensors)))
     for cycle in range(cycles):
         if cycle % LOOK_AFTER == 0:
             ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
