@@ -4,7 +4,6 @@ import numpy as np
 
 from bubblemesh.arrays import Integers, contained
 from bubblemesh.kernels.library import Library
-from bubblemesh.meshes.edges import edge_keys
 
 LEFT_OUT, WHOLE = -1, -2  # numbers of nodes that are left out, and of middles that there are not
 
@@ -24,5 +23,5 @@ def refined_triangles(
     kept, sides = kept[: count[0]], sides[: count[1]]
     # Sides between two that are missing come in both directions.
     n = int(sides.max(initial=0)) + 1
-    keys, reverse = (edge_keys(pairs, n) for pairs in (sides, sides[:, ::-1]))
+    keys, reverse = (first * n + last for first, last in (sides.T, sides.T[::-1]))
     return kept, sides[~contained(keys, np.sort(reverse))]
