@@ -34,7 +34,7 @@ class Links(NamedTuple):
 
 
 class Acting(NamedTuple):
-    """What the forces between n bubbles go by: see `relaxing.Pull`."""
+    """Sizes and strengths of n bubbles, by which forces act between those that edges join: see `relaxing.Pull`."""
 
     d: Floats  # (n,): spacing at the bubbles
     strength: Floats  # (n,)
@@ -42,7 +42,7 @@ class Acting(NamedTuple):
 
 
 class Annealed(NamedTuple):
-    """What cycles of annealing led to."""
+    """Bubbles after cycles of annealing."""
 
     x: Floats  # (n, 2): places
     legal: Legal | None  # None where the places are those of one displacement more, which flips cannot connect

@@ -4,7 +4,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, members
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, members
 from bubblemesh.meshes.edges import edge_keys, find_keys
 
 STRAIGHT = 1e-9  # of the square of a side: what area a node on a straight rim may be off by
@@ -90,7 +90,7 @@ def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, B
 def _may_take_on_rims(x: Floats, holes: Holes, begin: Integers, end: Integers) -> Booleans:
     """Whether corners (m,) of holes may take the node: on the rim those do with which a straight one begins."""
     node = holes.node[begin]  # of each end, too
-    may = ~np.isin(holes.node, node)
+    may = ~contained(holes.node, node)
     u, v = x[holes.a[begin]] - x[node], x[holes.b[end]] - x[node]
     area, side = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], v - u
     twice = np.append(node[1:] == node[:-1], False) | np.append(False, node[1:] == node[:-1])  # two rims meet there

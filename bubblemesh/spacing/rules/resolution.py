@@ -95,9 +95,9 @@ def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
     until they resolve the spacing and their samples tell.
     """
     function, front = spacing.function, unresolved(domain, spacing)
-    values = partial(_of_quarters, spacing=spacing)
     if not isinstance(function, Bounded):
         return False
+    values = partial(_of_quarters, spacing=spacing)
     for _ in range(GRID_LEVELS + 1):
         grid = front.grid
         low = grid.centers - grid.sides[:, None] / 2
