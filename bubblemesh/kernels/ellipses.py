@@ -179,6 +179,12 @@ class Metrics(NamedTuple):
         changed = r11 + (s[0] * f + s[3] * g), r12 + (s[1] * f + s[4] * g), r22 + (s[2] * f + s[5] * g)
         return np.column_stack(changed), f * f + g * g
 
+    @property
+    def axes(self) -> Floats:
+        """Two steps (k, 4) of length 1 from each place, which its root maps to x and y."""
+        r11, r12, r22 = self.roots.T
+        return np.column_stack([1 / r11, np.zeros(len(r11)), -r12 / (r11 * r22), 1 / r22])
+
     def select(self, numbers: Integers) -> "Metrics":
         """Metrics of the given numbers (m,)."""
         return Metrics(*(part[numbers] for part in self))
@@ -189,6 +195,7 @@ def smoothed(
     triangles: Integers,
     inside: Metrics,
     own: Metrics,
+    axes: Floats,
     groups: Sequence[Integers],
     sweeps: int,
     weight: float,
@@ -197,15 +204,15 @@ def smoothed(
 
     It is that of eta^4 over triangles, for the shape measure eta in the metric at the centroid, known around t places
     ``inside``, and of weight * (l^2 + 1 / l^2 - 2) over their sides, for the mean l of the lengths in the metrics of
-    both ends, known around the ``own`` places of the nodes. Each node goes by Newton's method as far as what is around
-    it gets better: no triangle is inverted.
+    both ends, known around the ``own`` places of the nodes. Each node goes by Newton's method along its two ``axes``
+    (n, 4), steps of length 1, as far as what is around it gets better: no triangle is inverted.
     """
     compiled = library()
     if compiled is None:
-        return smoothed_in_numpy(x, triangles, inside, own, groups, sweeps, weight)
+        return smoothed_in_numpy(x, triangles, inside, own, axes, groups, sweeps, weight)
     places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *groups])
     rows = len(x), len(triangles), np.ascontiguousarray(triangles), places
-    known = (np.ascontiguousarray(part) for part in (*inside, *own))
+    known = (np.ascontiguousarray(part) for part in (*inside, *own, axes))
     bounds = TRUST, DELTA, MOST_SMOOTHED, TRIES
     compiled.call("metric_smooth", *rows, *known, len(order), order, sweeps, float(weight), *bounds)
     return places
@@ -216,6 +223,7 @@ def smoothed_in_numpy(
     triangles: Integers,
     inside: Metrics,
     own: Metrics,
+    axes: Floats,
     groups: Sequence[Integers],
     sweeps: int,
     weight: float,
@@ -226,14 +234,15 @@ def smoothed_in_numpy(
     around = [(group, triangles[rows], inside.select(rows)) for group, rows in zip(groups, touched, strict=True)]
     for _ in range(sweeps):
         for group, rows, known in around:
-            _improve(x, group, rows, known, own, weight)
+            _improve(x, group, rows, known, own, axes[group], weight)
     return x
 
 
-def _improve(x: Floats, group: Integers, triangles: Integers, inside: Metrics, own: Metrics, weight: float) -> None:
-    """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along their axes."""
-    places, (r11, r12, r22) = x[group].copy(), own.roots[group].T
-    u, v = np.column_stack([1 / r11, np.zeros(len(group))]), np.column_stack([-r12 / (r11 * r22), 1 / r22])
+def _improve(
+    x: Floats, group: Integers, triangles: Integers, inside: Metrics, own: Metrics, axes: Floats, weight: float
+) -> None:
+    """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along axes (k, 4)."""
+    places, u, v = x[group].copy(), axes[:, :2], axes[:, 2:]
 
     def cost(at: Floats) -> Floats:
         x[group] = at
@@ -251,8 +260,8 @@ def _improve(x: Floats, group: Integers, triangles: Integers, inside: Metrics, o
     a, b = np.where(going, a, 0), np.where(going, b, 0)
     share = MOST_SMOOTHED / np.maximum(np.sqrt(a * a + b * b), MOST_SMOOTHED)
     for _ in range(TRIES):
-        (ux, _), (vx, vy) = u.T, v.T
-        trial = np.column_stack([places[:, 0] + share * (a * ux + b * vx), places[:, 1] + share * (b * vy)])
+        (ux, uy), (vx, vy) = u.T, v.T
+        trial = np.column_stack([places[:, 0] + share * (a * ux + b * vx), places[:, 1] + share * (a * uy + b * vy)])
         better = going & (cost(np.where(going[:, None], trial, places)) < here)
         places[better], going = trial[better], going & ~better
         share = share / 2

@@ -116,7 +116,10 @@ def test_forces_are_in_balance_however_large_the_bubbles():
 
 
 def smoothing_problem(seed, aspect=8.0):
-    """Nodes with triangles, the metrics of these, those of the nodes, and groups of the inner nodes."""
+    """Nodes with triangles, the metrics of these, those of the nodes, axes, and groups of the inner nodes.
+
+    One of the inner nodes in five has one axis only.
+    """
     x, triangles, m = start(seed, aspect)
     triangles, edges = flipped(triangles, x, m, SIDES)
     random = np.random.default_rng(seed)
@@ -130,7 +133,10 @@ def smoothing_problem(seed, aspect=8.0):
         chosen = maximal_independent_set(left, edges, np.arange(len(x)))
         groups.append(np.flatnonzero(chosen))
         left &= ~chosen
-    return x, triangles, metrics(x[triangles].mean(axis=1)), metrics(x), groups
+    inside, own = metrics(x[triangles].mean(axis=1)), metrics(x)
+    axes = own.axes
+    axes[::5] = np.column_stack([0.01 * random.normal(size=(len(axes[::5]), 2)), np.zeros((len(axes[::5]), 2))])
+    return x, triangles, inside, own, axes, groups
 
 
 @needs_compiler
@@ -144,15 +150,18 @@ def test_both_engines_smooth_alike(seed, aspect):
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("weight", [0.0, 1.0])
 def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(seed, weight):
-    x, triangles, inside, own, groups = smoothing_problem(seed)
-    before = costs_in(x, triangles, inside, own, weight).sum()
+    x, triangles, inside, own, axes, groups = smoothing_problem(seed)
+    first, before = x, costs_in(x, triangles, inside, own, weight).sum()
     for _ in range(4):
-        moved_on = smoothed(x, triangles, inside, own, groups, 1, weight)
+        moved_on = smoothed(x, triangles, inside, own, axes, groups, 1, weight)
         np.testing.assert_array_equal(moved_on[:4], x[:4])
         after = costs_in(moved_on, triangles, inside, own, weight).sum()
         assert after < before
         assert (signed_areas(moved_on, triangles) > 0).all()
         x, before = moved_on, after
+    went, ways = (x - first)[::5], axes[::5, :2]
+    assert np.abs(went[1:]).max() > 1e-4
+    np.testing.assert_allclose(went[:, 0] * ways[:, 1], went[:, 1] * ways[:, 0], atol=1e-15)
 
 
 def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_1():

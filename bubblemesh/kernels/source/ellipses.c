@@ -328,11 +328,12 @@ static double root_at(const Metrics *m, int64_t k, double x, double y, double *r
     return f * f + g * g;
 }
 
-/* Triangles around the nodes that are smoothed, the metrics in which they count, and the roots (n, 3) of the nodes
-   where they are now. */
+/* Triangles around the nodes that are smoothed, the metrics in which they count, two steps (n, 4) of length 1 in which
+   each node goes, and the roots (n, 3) of the nodes where they are now. */
 typedef struct {
     const int64_t *triangles, *begin, *around;
     Metrics inside, own;
+    const double *axes;
     double *x, *now, weight, trust;
 } Patches;
 
@@ -386,13 +387,14 @@ static double cost_at(const Patches *p, int64_t k, double px, double py)
     return sum;
 }
 
-/* Moves a node down: a step of Newton's method along both axes of its root, shorter until the cost is less. */
+/* Moves a node down: a step of Newton's method along both of its axes, shorter until the cost is less. */
 static void improve(const Patches *p, int64_t k, double delta, double most, int64_t tries)
 {
-    const double *r = p->own.roots + 3 * k;
-    double ux = 1 / r[0], vx = -r[1] / (r[0] * r[2]), vy = 1 / r[2], px = p->x[2 * k], py = p->x[2 * k + 1];
+    const double *axis = p->axes + 4 * k;
+    double ux = axis[0], uy = axis[1], vx = axis[2], vy = axis[3], px = p->x[2 * k], py = p->x[2 * k + 1];
     double here = cost_at(p, k, px, py), far, share;
-    double ahead = cost_at(p, k, px + delta * ux, py), behind = cost_at(p, k, px - delta * ux, py);
+    double ahead = cost_at(p, k, px + delta * ux, py + delta * uy);
+    double behind = cost_at(p, k, px - delta * ux, py - delta * uy);
     double over = cost_at(p, k, px + delta * vx, py + delta * vy);
     double under = cost_at(p, k, px - delta * vx, py - delta * vy);
     double h1 = (ahead + behind - 2 * here) / (delta * delta), h2 = (over + under - 2 * here) / (delta * delta);
@@ -402,24 +404,25 @@ static void improve(const Patches *p, int64_t k, double delta, double most, int6
     far = sqrt(a * a + b * b);
     share = most / (far > most ? far : most);
     for (; tries > 0; tries--, share /= 2)
-        if (cost_at(p, k, px + share * (a * ux + b * vx), py + share * (b * vy)) < here)
+        if (cost_at(p, k, px + share * (a * ux + b * vx), py + share * (a * uy + b * vy)) < here)
             return;
     put(p, k, px, py);
 }
 
-/* Improves nodes x (n, 2) one by one in an order (count,), again and again. Metrics, as of `root_at`, are known around
-   places inside the triangles (t, 3), and around those where the nodes are at first. */
+/* Improves nodes x (n, 2) one by one in an order (count,), again and again, along their axes (n, 4). Metrics, as of
+   `root_at`, are known around places inside the triangles (t, 3), and around those where the nodes are at first. */
 KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *inside,
                              const double *inside_roots, const double *inside_slopes, const double *own,
-                             const double *own_roots, const double *own_slopes, int64_t count, const int64_t *order,
-                             int64_t sweeps, double weight, double trust, double delta, double most, int64_t tries)
+                             const double *own_roots, const double *own_slopes, const double *axes, int64_t count,
+                             const int64_t *order, int64_t sweeps, double weight, double trust, double delta,
+                             double most, int64_t tries)
 {
     int64_t *begin = calloc((size_t)(n + 2), sizeof *begin), *around = malloc((size_t)(3 * t + 1) * sizeof *around);
     double *now = malloc((size_t)(3 * n + 1) * sizeof *now);
     int64_t k, status = begin && around && now ? DONE : NO_MEMORY;
     if (status == DONE) {
         Patches p = {triangles, begin, around, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},
-                     x, now, weight, trust};
+                     axes, x, now, weight, trust};
         for (k = 0; k < n; k++)
             put(&p, k, x[2 * k], x[2 * k + 1]);
         for (k = 0; k < 3 * t; k++)

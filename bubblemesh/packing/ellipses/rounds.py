@@ -40,7 +40,7 @@ def rounds_in_metric(
     random = schemes.perturbation.generator()
     (spacing,) = levels
     progress = Progress(connected(schemes.perturbation(start, spacing, random), domain, spacing), watch)
-    run = LevelRun(spacing, schemes, random, progress)
+    run = LevelRun(domain, spacing, schemes, random, progress)
     number = 0
     try:
         progress.tell(0.0)
@@ -75,6 +75,7 @@ class Progress:
 class LevelRun:
     """The rounds on one level, and what stays the same through them; the progress holds the ellipses."""
 
+    domain: Domain
     spacing: MetricSpacing
     schemes: Schemes
     random: np.random.Generator
@@ -141,7 +142,7 @@ class LevelRun:
         for done in range(passes):
             if isinstance(mending, Mending) and 0 < done <= mending.attempts:
                 progress.ellipses = mended(progress.ellipses, self.spacing, smoothing, mending)
-            progress.ellipses = smoothed(progress.ellipses, self.spacing, smoothing)
+            progress.ellipses = smoothed(progress.ellipses, self.domain, self.spacing, smoothing)
             progress.tell_between(*shares, (done + 1) / passes)
 
     def attempt(self, smoothing: Smoothing, mending: Mending, shares: tuple[float, float]) -> None:

@@ -6,11 +6,13 @@ The metric is the one that is asked for, by which quality is measured, where it 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels import ellipses as kernels
 from bubblemesh.kernels.ellipses import Metrics, costs_in
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.edges import SideTable, edge_keys
 from bubblemesh.meshes.tensors import area_sizes, mapped, roots, unmapped
+from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
@@ -19,28 +21,59 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
 GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
+MOST_TRIES = 4  # of a pass, in the last of which the boundary stays
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
 
-def smoothed(ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing) -> EllipseNet:
+def smoothed(ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, smoothing: Smoothing) -> EllipseNet:
     """The net after flips that better the worse of two triangles, and a pass of smoothing.
 
-    Where the metric changes much from node to node the circle test, in a mean metric, does not find these.
+    Where the metric changes much from node to node the circle test, in a mean metric, does not find these. Bubbles on
+    the boundary go along its tangents where they were, and are put back on it in the end: those that would leave too
+    little of a triangle by that stay where they were.
     """
     asked = spacing.unstraightened
     net = with_better_shapes(ellipses.net, asked)
-    x, _ = smoothed_places(net.bubbles.x, net.triangles, net.edges, ellipses.interior, asked, smoothing)
+    bubbles, triangles = net.bubbles, net.triangles
+    free, held = ellipses.interior, domain.tied[bubbles.piece]
+    for tries in range(MOST_TRIES):
+        sliding = Sliding(domain.boundary, bubbles)
+        free[bubbles.sliding] = ~held & (tries + 1 < MOST_TRIES)
+        tangents = np.zeros_like(bubbles.x)
+        tangents[bubbles.sliding] = sliding.tangents
+        along, _ = smoothed_places(bubbles.x, triangles, net.edges, free, asked, smoothing, tangents)
+        x = along.copy()
+        sliding.follow(x)
+        _, share = kernels.moved(along, x - along, triangles)
+        stuck = free[bubbles.sliding] & (share[bubbles.sliding] < 1)
+        if not stuck.any():
+            break
+        held = held | stuck
     tensors = spacing.at(x)
-    return EllipseNet(net.of(net.bubbles.moved(x, area_sizes(tensors))), tensors, x)
+    return EllipseNet(net.of(sliding.bubbles_at(x, area_sizes(tensors))), tensors, x)
 
 
 def smoothed_places(
-    x: Floats, triangles: Integers, edges: Integers, free: Booleans, spacing: MetricSpacing, smoothing: Smoothing
+    x: Floats,
+    triangles: Integers,
+    edges: Integers,
+    free: Booleans,
+    spacing: MetricSpacing,
+    smoothing: Smoothing,
+    tangents: Floats | None = None,
 ) -> tuple[Floats, tuple[Metrics, Metrics]]:
-    """Nodes (n, 2) after a pass over those that are free (n,), and the metrics inside triangles and around nodes."""
-    metrics = _split(metrics_at(_centroids_and(x, triangles), spacing), len(triangles))
-    groups = _groups(free, edges)
-    return kernels.smoothed(x, triangles, *metrics, groups, smoothing.shape_steps, side_weight(smoothing)), metrics
+    """Nodes (n, 2) after a pass over those that are free (n,), and the metrics inside triangles and around nodes.
+
+    A node that has a tangent (n, 2) other than 0 goes along it.
+    """
+    inside, own = metrics = _split(metrics_at(_centroids_and(x, triangles), spacing), len(triangles))
+    axes = own.axes
+    if tangents is not None:
+        slides = tangents.any(axis=1)
+        unit = tangents[slides] / np.hypot(*mapped(own.roots[slides], tangents[slides]).T)[:, None]
+        axes[slides] = np.column_stack([unit, np.zeros_like(unit)])
+    groups, weight = _groups(free, edges), side_weight(smoothing)
+    return kernels.smoothed(x, triangles, inside, own, axes, groups, smoothing.shape_steps, weight), metrics
 
 
 def side_weight(smoothing: Smoothing) -> float:

@@ -108,9 +108,9 @@ FINISHES = {
 def test_shares_are_told_after_each_pass_up_to_the_whole(smoothing, mending, monkeypatch):
     calls = []
 
-    def counted(ellipses, spacing, smoothing):
+    def counted(*given):
         calls.append(len(told))
-        return smoothed(ellipses, spacing, smoothing)
+        return smoothed(*given)
 
     monkeypatch.setattr("bubblemesh.packing.ellipses.rounds.smoothed", counted)
     told, method = [], with_finish(smoothing, mending)
@@ -205,7 +205,7 @@ def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
 def test_smoothing_goes_by_the_metric_that_is_asked_for():
     spacing, net = front(), settled_ellipses()
     wider = MetricSpacing.of(lambda x, y: spacing.ellipses(x, y).wider(2.0), bent=spacing.bent)
-    done, other = (smoothed(net, one, METHOD.smoothing) for one in (spacing, wider))
+    done, other = (smoothed(net, SQUARE, one, METHOD.smoothing) for one in (spacing, wider))
     np.testing.assert_array_equal(done.net.bubbles.x, other.net.bubbles.x)
 
 
@@ -238,7 +238,7 @@ def test_smoothing_and_mending_lessen_what_triangles_cost():
     def total(some):
         return costs(some.net.bubbles.x, some.net.triangles, spacing, METHOD.smoothing).sum()
 
-    better = smoothed(ellipses, spacing, METHOD.smoothing)
+    better = smoothed(ellipses, SQUARE, spacing, METHOD.smoothing)
     assert total(better) < total(ellipses)
     fewer = mended(ellipses, spacing, METHOD.smoothing, METHOD.mending)
     assert len(fewer.tensors) < len(ellipses.tensors)
@@ -249,6 +249,59 @@ def test_smoothing_and_mending_lessen_what_triangles_cost():
         assert signed_areas(x, triangles).sum() == pytest.approx(1)
         assert len(some.net.edges) == len(x) + len(triangles) - 1
         np.testing.assert_allclose(some.tensors, spacing.at(some.known))
+
+
+def disc(radius):
+    return Domain.of(rings.circle((0, 0), radius))
+
+
+def shifted(domain, spacing):
+    """Ellipses of a packed domain, and those on its boundary a third of the way to the next one."""
+    net = packed(domain, spacing)[-1].net
+    bubbles, boundary = net.bubbles, domain.boundary
+    s = bubbles.s + 0.3 * np.diff(np.append(bubbles.s, bubbles.s[:1] + boundary.lengths[0]))
+    x = bubbles.x.copy()
+    x[bubbles.sliding] = boundary.points(bubbles.piece, s)
+    return flipped_net(net, replace(bubbles, x=x, s=s), net.triangles, spacing)
+
+
+def test_bubbles_on_a_curve_slide_along_it_to_better_triangles():
+    domain, spacing = disc(1.0), uniform_metric(0.1, 0.25, 0.3)
+    before = shifted(domain, spacing)
+    x = before.net.bubbles.x
+    after = smoothed(before, domain, spacing, METHOD.smoothing).net
+    count = before.net.bubbles.boundary_count
+    np.testing.assert_allclose(np.hypot(*after.bubbles.x[:count].T), 1, rtol=1e-12)
+    there = domain.boundary.points(after.bubbles.piece, after.bubbles.s)
+    np.testing.assert_array_equal(after.bubbles.x[after.bubbles.sliding], there)
+    assert (np.hypot(*(after.bubbles.x - x)[:count].T) > 1e-3).mean() > 0.9
+    assert (signed_areas(after.bubbles.x, after.triangles) > 0).all()
+    total_before, total_after = (
+        costs(net.bubbles.x, net.triangles, spacing, METHOD.smoothing).sum() for net in (before.net, after)
+    )
+    tied = disc(1.0)
+    tied.__dict__["tied"] = np.array([True])
+    held = smoothed(before, tied, spacing, METHOD.smoothing).net
+    np.testing.assert_array_equal(held.bubbles.x[:count], x[:count])
+    total_held = costs(held.bubbles.x, held.triangles, spacing, METHOD.smoothing).sum()
+    assert total_after < total_held < total_before
+
+
+def test_bubbles_stay_that_would_leave_too_little_of_a_triangle_when_put_back_on_their_curve(monkeypatch):
+    domain, spacing = disc(1.0), uniform_metric(0.1, 0.25, 0.3)
+    before = shifted(domain, spacing)
+    on_curve = before.net.bubbles.sliding
+    x = before.net.bubbles.x[on_curve]
+    went = smoothed(before, domain, spacing, METHOD.smoothing).net.bubbles.x[on_curve]
+    for keep, stay in ((0.99, "some"), (2.0, "all")):
+        monkeypatch.setattr("bubblemesh.kernels.ellipses.KEEP", keep)
+        net = smoothed(before, domain, spacing, METHOD.smoothing).net
+        there = net.bubbles.x[on_curve]
+        stayed = np.hypot(*(there - x).T) < 1e-12
+        assert stayed.all() == (stay == "all")
+        assert stayed.any()
+        assert (np.hypot(*(went - x).T)[stayed] > 1e-3).any()
+        assert (signed_areas(net.bubbles.x, net.triangles) > 0).all()
 
 
 def one_too_many():
