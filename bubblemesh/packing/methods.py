@@ -86,7 +86,7 @@ METHODS = {
         termination=Settled(),
     ),
 }
-# The multilevel method in a metric, on one level: `ellipses.rounds` runs it.
+# The multilevel method in a metric, on one level.
 METHODS["ellipses"] = replace(
     METHODS["multilevel"],
     levels=SingleLevel(),

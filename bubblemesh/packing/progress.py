@@ -4,14 +4,9 @@ from collections.abc import Callable, Sequence
 
 from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
-# Costs in terms of a step of relaxation, as measured.
-CONNECTING = 8.0
-SMOOTHING = 60.0  # a pass
-MENDING, MENDING_AT_LEAST = 25.0, 4e5
-
+CONNECTING = 8.0  # cost in terms of a step of relaxation, as measured
 TOLD_AFTER = 2e3  # steps of a bubble, about a tenth of a millisecond: a watch takes time, too
 
 Watch = Callable[[float], None]  # is told, again and again, what share of the packing is done; may raise TimeUp
@@ -36,10 +31,13 @@ class Stage:
         return self.rank.coarser == 0 and not self.annealing
 
 
-def stages_of(method: Method, levels: int, bubbles: int) -> tuple[Stage, ...]:
+def stages_of(
+    method: Method, levels: int, bubbles: int, finishing_work: Callable[[Method, int], float]
+) -> tuple[Stage, ...]:
     """Stages of a method on its levels; the first has so many ``bubbles``, and each next one four times more.
 
-    Each level settles; those that have cycles of annealing go through these then, and settle again.
+    Each level settles; those that have cycles of annealing go through these then, and settle again. What it costs to
+    finish so many bubbles is given by a function, in steps of relaxation of one bubble.
     """
     stages = []
     for level in range(levels):
@@ -51,23 +49,17 @@ def stages_of(method: Method, levels: int, bubbles: int) -> tuple[Stage, ...]:
             stages.append(Stage(rank, annealing=False, finishing=False, work=work))
             work += count * cycles * (CONNECTING + method.annealing.shake_steps)
         if finest:
-            work += _finishing_work(method, count)
+            work += finishing_work(method, count)
         stages.append(Stage(rank, annealing=cycles > 0, finishing=finest, work=work))
     return tuple(stages)
 
 
-def _finishing_work(method: Method, bubbles: int) -> float:
-    mended = method.smoothing.shape_steps > 0 and method.mending.attempts > 0
-    return method.smoothing.passes * SMOOTHING * bubbles + (MENDING * bubbles + MENDING_AT_LEAST if mended else 0.0)
-
-
 class Progress:
-    """Count of the work done, for a watch; ``net`` holds the bubbles so far, in case the watch ends the packing."""
+    """Count of the work done, for a watch."""
 
-    def __init__(self, stages: Sequence[Stage], watch: Watch, net: Net) -> None:
+    def __init__(self, stages: Sequence[Stage], watch: Watch) -> None:
         self._total = sum(stage.work for stage in stages)
         self._done, self._end, self._untold, self._watch = 0.0, 0.0, TOLD_AFTER, watch
-        self.net = net
 
     def begin(self, stage: Stage) -> None:
         """Begin the next stage: what was expected before it is done."""

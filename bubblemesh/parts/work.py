@@ -13,7 +13,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.rounds import Round, all_rounds
+from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.spacing.grid.table import tabulated
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
@@ -141,7 +141,7 @@ def _ended(domain: Domain, levels: tuple[Spacing, ...], method: Method, start: B
     before = Figures.of(start, connect(start, domain).triangles, levels[0])
     deleted = inserted = evaluations = 0
     last: Round | None = None
-    for last in all_rounds(start, domain, levels, method, deadline.watch):
+    for last in rounds(start, domain, levels, method, deadline.watch):
         speeds.append(last.speeds)
         deleted, inserted = deleted + last.deleted, inserted + last.inserted
         evaluations += last.evaluations

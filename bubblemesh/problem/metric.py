@@ -338,12 +338,12 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
         return spacing
     # Imported here since few metrics are graded.
     from bubblemesh.packing.annealing import NoAnnealing
-    from bubblemesh.packing.ellipses.rounds import rounds_in_metric
     from bubblemesh.packing.methods import METHODS
+    from bubblemesh.packing.rounds import rounds
 
     method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
-    levels = [level for level in method.levels(domain, spacing, 0) if isinstance(level, MetricSpacing)]
-    *_, last = rounds_in_metric(method.placement(domain, levels[0], max_nodes), domain, levels, method)
+    levels = method.levels(domain, spacing, 0)
+    *_, last = rounds(method.placement(domain, levels[0], max_nodes), domain, levels, method)
     x, triangles = last.net.bubbles.x, last.net.triangles
     field = TensorField.of(x, triangles, graded(x, triangles, spacing.at(x), growth))
     return MetricSpacing.of(field, spacing.aspect)

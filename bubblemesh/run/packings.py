@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
-from bubblemesh.packing.rounds import Round, all_rounds
+from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record
 from bubblemesh.problem.problem import Problem
@@ -127,7 +127,7 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     with timed(seconds, "packing"):
         last_end = perf_counter()
         last: Round | None = None
-        for done in all_rounds(start, domain, levels, method, clock):
+        for done in rounds(start, domain, levels, method, clock):
             rows.append(RoundRow.of(done, perf_counter() - last_end, problem.spacing))
             speeds.append(done.speeds)
             on_round(rows[-1])

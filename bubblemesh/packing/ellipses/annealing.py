@@ -27,8 +27,8 @@ def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats,
 
 def annealed(
     ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator
-) -> Iterator[tuple[float, EllipseNet]]:
-    """Shares that are done of the cycles of annealing, and the ellipses after each: less and less displaced, relaxed.
+) -> Iterator[EllipseNet]:
+    """The ellipses after each cycle of annealing: less and less displaced, relaxed.
 
     Those with other than six neighbours, and those next to them, are displaced by about the same in the metric. Where
     ellipses are shorter than the metric asks for, since it bends, forces know no better order than smoothing makes.
@@ -47,9 +47,9 @@ def annealed(
         ellipses = ellipses.displaced(moves)
         # Displacements and relaxations go by the tensors of the last look.
         ellipses = ellipses.at(relaxed(ellipses, schemes, annealing.shake_steps)[0])
-        yield (cycle + 1) / cycles, ellipses
-    if cycles:
-        yield 1.0, ellipses.moved(ellipses.net.bubbles.x, spacing)
+        if cycle + 1 == cycles:
+            ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
+        yield ellipses
 
 
 def _amplitude(annealing: Annealing, ellipses: EllipseNet, share: float) -> Floats:

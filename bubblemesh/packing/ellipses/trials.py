@@ -50,22 +50,19 @@ def tried(
     smoothing: Smoothing,
     mending: Mending,
     random: np.random.Generator,
-    tell: Callable[[float], None] = lambda share: None,
+    on_attempt: Callable[[], None] = lambda: None,
 ) -> EllipseNet:
-    """The net after the attempts of the mending at its triangles with a measure above ``mend_worse``.
-
-    What share of them is done is told.
-    """
+    """The net after attempts at its triangles with a measure above ``mend_worse``, each of which is told."""
     net, asked = ellipses.net, spacing.unstraightened
     x, triangles = net.bubbles.x, net.triangles
     trials = Trials(net, asked, smoothing, mending, random)
     state = Tried(x, asked.at(x), triangles, costs(x, triangles, asked, smoothing), np.zeros(len(x), np.int64))
-    for attempt in range(mending.attempts):
+    for _ in range(mending.attempts):
         candidates = trials.candidates(state)
         if len(candidates) == 0:
             break
         state = trials.attempt(state, candidates)
-        tell((attempt + 1) / mending.attempts)
+        on_attempt()
     fixed, tensors = net.bubbles.boundary_count, spacing.at(state.x)
     shell, d = net.bubbles.select(np.arange(fixed)), area_sizes(tensors)
     bubbles, (edges, _) = shell.append(state.x[fixed:], d[fixed:]), unique_edges(state.triangles)

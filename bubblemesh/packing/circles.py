@@ -1,0 +1,128 @@
+"""Packing of circles: what each round does to bubbles whose spacing is the same in all directions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import Rank
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.levels import refined
+from bubblemesh.packing.methods import Method
+from bubblemesh.packing.net import Net, connect, connect_inside
+from bubblemesh.packing.progress import CONNECTING, Progress, Stage
+from bubblemesh.packing.relaxation import Dynamics, Relaxed
+from bubblemesh.spacing.spacing import Spacing
+
+# Costs in terms of a step of relaxation, as measured.
+SMOOTHING = 60.0  # a pass
+MENDING, MENDING_AT_LEAST = 25.0, 4e5
+
+
+@dataclass
+class CirclePacking:
+    """Bubbles on the level at hand; it alone holds the net, which takes most of the memory."""
+
+    net: Net
+    domain: Domain
+    spacing: Spacing
+    method: Method
+    random: np.random.Generator
+    progress: Progress
+
+    @classmethod
+    def of(
+        cls,
+        start: Bubbles,
+        domain: Domain,
+        spacing: Spacing,
+        method: Method,
+        random: np.random.Generator,
+        progress: Progress,
+    ) -> "CirclePacking":
+        """The bubbles of a start, connected."""
+        return cls(connect(start, domain), domain, spacing, method, random, progress)
+
+    @staticmethod
+    def finishing_work(method: Method, bubbles: int) -> float:
+        """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
+        mended = method.smoothing.shape_steps > 0 and method.mending.attempts > 0
+        mending = MENDING * bubbles + MENDING_AT_LEAST if mended else 0.0
+        return method.smoothing.passes * SMOOTHING * bubbles + mending
+
+    def refine(self, spacing: Spacing) -> None:
+        """Refine the bubbles for the next level's spacing."""
+        self.spacing, self.net = spacing, refined(self.net, self.domain, spacing)
+
+    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
+        """Relax the bubbles, or anneal them in the round that does, and triangulate them where they are then."""
+        if stage.annealing and number == 0:
+            relaxed = self._annealed(stage.rank)
+        else:
+            relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
+        self.net = connect_inside(relaxed.bubbles, self.domain, self.spacing, self.net)
+        return relaxed
+
+    def control(self) -> int:
+        """Control the population; the number of new bubbles."""
+        change = self.method.population(self.net, self.domain, self.spacing, self.random)
+        self.net = connect(change.bubbles, self.domain, self.net, change.triangles)
+        return change.inserted
+
+    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
+        """Finish the packing; the number of new bubbles, and the last relaxations as one.
+
+        A relaxation is repeated while bubbles are lost at the boundary. Between the passes of the smoothing the
+        population is controlled, and after them the worst triangles are mended.
+        """
+        method, domain = self.method, self.domain
+        total, inserted = Relaxed.none(self.net.bubbles), 0
+        for _ in range(method.smoothing.last_relaxations):
+            relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
+            total, self.net = total.followed_by(relaxed), connect(relaxed.bubbles, domain, self.net)
+            if relaxed.lost == 0:
+                break
+        for smoothed in range(method.smoothing.passes):
+            if smoothed:
+                inserted += self._controlled_again()
+            self.net = method.smoothing(self.net, domain, self.spacing)
+            self.progress.add(SMOOTHING * len(self.net.bubbles))
+        self.net = method.mending(self.net, domain, self.spacing, method.smoothing, self.random)
+        return inserted, total
+
+    def end(self) -> None:
+        """Nothing is left to do when the time is up."""
+
+    def _steps(self, stage: Stage, number: int) -> int:
+        return self.method.termination.steps(stage.opening and number == 0)
+
+    def _relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
+        """The bubbles after steps of a round; if ``odd``, those that were touched have a viscosity of their own."""
+        return self.method.relaxation(net, self.domain, self.spacing, self._dynamics(number, odd), steps)
+
+    def _dynamics(self, number: int = 0, odd: bool = False) -> Dynamics:
+        """The motion in a round; whatever asks for its damping counts as progress."""
+        method, progress = self.method, self.progress
+
+        def damping(some: range, touched: Booleans) -> list[Floats | float]:
+            connecting = CONNECTING if some.start == 0 else 0.0
+            progress.add((connecting + len(some)) * len(touched))
+            viscosities = [method.viscosity(step, number) for step in some]
+            return [method.odd(c, touched) if odd else c for c in viscosities]
+
+        return Dynamics(method.force, method.motion, damping)
+
+    def _annealed(self, rank: Rank) -> Relaxed:
+        """The bubbles after annealing on a level of that rank; kernels go through its cycles where they can."""
+        method = self.method
+        compiled = method.relaxation.is_compiled(method.motion, method.annealing.shake_steps)
+        dynamics = self._dynamics() if compiled else None
+        return method.annealing(self.net, self.domain, self.spacing, self.random, self._relaxed, rank, dynamics)
+
+    def _controlled_again(self) -> int:
+        """Control the population between passes of the smoothing; the number of new bubbles."""
+        change = self.method.population(self.net, self.domain, self.spacing, self.random)
+        if change.deleted + change.inserted:
+            self.net = connect_inside(change.bubbles, self.domain, self.spacing, self.net, change.triangles)
+        return change.inserted

@@ -1,0 +1,128 @@
+"""Packing of ellipses: what each round does to bubbles in a metric."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.ellipses.annealing import annealed, relaxed
+from bubblemesh.packing.ellipses.mending import mended
+from bubblemesh.packing.ellipses.net import EllipseNet, connected, flipped_net
+from bubblemesh.packing.ellipses.population import controlled
+from bubblemesh.packing.ellipses.schemes import Schemes
+from bubblemesh.packing.ellipses.smoothing import smoothed
+from bubblemesh.packing.ellipses.trials import tried
+from bubblemesh.packing.mending import Mending, NoMending
+from bubblemesh.packing.methods import Method
+from bubblemesh.packing.net import Net
+from bubblemesh.packing.progress import CONNECTING, Progress, Stage
+from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.spacing import Spacing
+
+LAST_PASSES = 2  # of the smoothing, after trials
+# Costs in terms of a step of relaxation, as measured.
+SMOOTHING = 200.0  # a pass
+TRIAL = 75.0  # an attempt
+
+
+@dataclass
+class EllipsePacking:
+    """Ellipses on the only level."""
+
+    ellipses: EllipseNet
+    domain: Domain
+    spacing: MetricSpacing
+    schemes: Schemes
+    random: np.random.Generator
+    progress: Progress
+
+    @classmethod
+    def of(
+        cls,
+        start: Bubbles,
+        domain: Domain,
+        spacing: Spacing,
+        method: Method,
+        random: np.random.Generator,
+        progress: Progress,
+    ) -> "EllipsePacking":
+        """The bubbles of a start, connected in the metric of the spacing."""
+        assert isinstance(spacing, MetricSpacing)
+        schemes = Schemes.of(method)
+        return cls(connected(start, domain, spacing), domain, spacing, schemes, random, progress)
+
+    @staticmethod
+    def finishing_work(method: Method, bubbles: int) -> float:
+        """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
+        return (method.smoothing.passes * SMOOTHING + method.mending.attempts * TRIAL) * bubbles
+
+    @property
+    def net(self) -> Net:
+        """The bubbles so far, connected."""
+        return self.ellipses.net
+
+    def refine(self, spacing: Spacing) -> None:
+        """Give ellipses the metric of a spacing where they are."""
+        assert isinstance(spacing, MetricSpacing)
+        net, self.spacing = self.ellipses.net, spacing
+        self.ellipses = flipped_net(net, net.bubbles, net.triangles, spacing)
+
+    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
+        """Relax the ellipses; in the round that anneals they are displaced before, again and again."""
+        if stage.annealing and number == 0:
+            self._anneal()
+        before, steps = len(self.ellipses.tensors), self.schemes.termination.steps(stage.opening and number == 0)
+        x, speeds = relaxed(self.ellipses, self.schemes, steps)
+        self.ellipses = self.ellipses.moved(x, self.spacing)
+        self._count(CONNECTING + steps)
+        return Relaxed(self.net.bubbles, 0, 0, speeds, before * steps)
+
+    def control(self) -> int:
+        """Control the population; the number of new bubbles."""
+        change = controlled(self.ellipses, self.spacing, self.schemes.population)
+        self.ellipses = change.net
+        return change.inserted
+
+    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
+        """Finish the packing by passes of smoothing, with mending between the first and trials before the last ones.
+
+        Of few passes all come after the trials; without any there are no trials either.
+        """
+        smoothing, mending = self.schemes.smoothing, self.schemes.mending
+        if isinstance(smoothing, Smoothing) and smoothing.passes > 0:
+            last = min(smoothing.passes, LAST_PASSES)
+            self._smooth(smoothing.passes - last, smoothing, mending)
+            if isinstance(mending, Mending):
+                self._attempt(smoothing, mending)
+            self._smooth(last, smoothing, NoMending())
+        return 0, Relaxed.none(self.net.bubbles)
+
+    def end(self) -> None:
+        """Look at the metric once more: between two looks ellipses keep that of where they were."""
+        self.refine(self.spacing)
+
+    def _anneal(self) -> None:
+        """Displace bubbles where the order is broken, again and again, with a short relaxation after each."""
+        for ellipses in annealed(self.ellipses, self.spacing, self.schemes, self.random):
+            self.ellipses = ellipses
+            self._count(CONNECTING + self.schemes.annealing.shake_steps)
+
+    def _smooth(self, passes: int, smoothing: Smoothing, mending: NoMending | Mending) -> None:
+        """Passes of smoothing; between them bubbles leave, as often as there are attempts at most."""
+        for done in range(passes):
+            if isinstance(mending, Mending) and 0 < done <= mending.attempts:
+                self.ellipses = mended(self.ellipses, self.spacing, smoothing, mending)
+            self.ellipses = smoothed(self.ellipses, self.domain, self.spacing, smoothing)
+            self._count(SMOOTHING)
+
+    def _attempt(self, smoothing: Smoothing, mending: Mending) -> None:
+        """Try other neighbours around bad triangles."""
+        given = self.ellipses, self.spacing, smoothing, mending, self.random
+        self.ellipses = tried(*given, lambda: self._count(TRIAL))
+
+    def _count(self, cost: float) -> None:
+        """Count what has been done with each bubble as progress."""
+        self.progress.add(cost * len(self.ellipses.tensors))
