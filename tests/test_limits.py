@@ -210,7 +210,7 @@ def test_the_limits_of_the_outer_call_hold_inside():
 
 STANDS_FOR = {
     "geometry": "bubblemesh.problem.prepare.case_domain",
-    "spacing": "bubblemesh.problem.prepare.surveyed",
+    "spacing": "bubblemesh.problem.fitting.surveyed",
     "placement": "bubblemesh.run.packings.tabulated",
     "quality": "bubblemesh.run.measured.require_conforming",
     "writing": "bubblemesh.meshfiles.writing.json_text",
@@ -319,7 +319,7 @@ def test_memory_is_limited_in_run_check_and_batch(tmp_path, monkeypatch):
     limit = f"limits: {{max_memory_mb: {megabytes_held() + 400}}}\n"
     (tmp_path / "case.yaml").write_text(SQUARE + limit)
     assert command("run", "case.yaml", "-q", "-o", "out/")[0] == 0
-    monkeypatch.setattr("bubblemesh.problem.prepare.surveyed", lambda *_: np.ones(10**9))
+    monkeypatch.setattr("bubblemesh.problem.fitting.surveyed", lambda *_: np.ones(10**9))
     for name in ("run", "check"):
         code, _, message = command(name, "case.yaml")
         assert code == 6

@@ -13,12 +13,11 @@ from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, Key, LimitError, about, at_key
 from bubblemesh.geometry.distance.distances import require_labels
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
 from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.problem.narrow_parts import Unfilled, with_narrow_parts_filled
+from bubblemesh.problem.fitting import Asked, Fitted, asked_spacing, fitted_to_boundary
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.shapes import length_in_file
@@ -26,12 +25,9 @@ from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.process.limits import enter, timed
-from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.grading import Ground
-from bubblemesh.spacing.rules.rules import limited_across_sides, limited_for_packing_across_sides
-from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes, surveyed
+from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
@@ -103,61 +99,54 @@ def check_spacing(
 
     A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
     """
-    max_nodes = task.max_nodes
     _require_possible(domain, request, task)
     with timed(seconds, "spacing"):
-        before_rules, rules, cover = request.at(scale), request.rules, Cover.of(domain)
-        survey = surveyed(domain, before_rules, max_nodes, cover)
-        after_rules = rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes)
-        after_periodic = limited_across_sides(domain, after_rules)
-        spacing = after_periodic.spacing
-        if max(after_rules.ratio, after_periodic.ratio) > 1:
-            survey = surveyed(domain, spacing, max_nodes, cover)
-        short, coarse = short_pieces(domain, spacing), coarse_curves(domain, spacing)
-        for_packing = limited_for_packing_across_sides(domain, after_periodic, short.joined(coarse))
-        expected = survey.ideal_nodes
-        if for_packing.spacing is not spacing:
-            expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
-        walls = Walls(domain)
-        filled = with_narrow_parts_filled(
-            walls, rules, Unfilled(cover, after_periodic, for_packing, expected), max_nodes
-        )
-        from_files = any(region.area.outer.origin for region in domain.parts.regions)
-        detail = Detail(
-            short,
-            coarse,
-            filled.gaps,
-            filled.spacing,
-            survey.ideal_nodes,
-            filled.expected_nodes,
-            from_files,
-            task.file_length,
-        )
-        told = (
-            *domain.notes,
-            *request.warnings,
-            *warnings.sharp_angles(domain),
-            *warnings.detail(detail),
-            *warnings.limited_growth(for_packing, rules.growth, scale),
-            *warnings.narrow_parts(walls, filled.spacing.spacing, filled.left_out),
-        )
+        asked = asked_spacing(domain, request, scale, task.max_nodes)
+        fitted = fitted_to_boundary(domain, asked, request.rules, task.max_nodes)
+        told = _told(domain, request, task, scale, asked, fitted)
     problem = Problem(
-        task,
-        domain,
-        spacing,
-        filled.spacing.spacing,
-        survey,
-        filled.expected_nodes,
-        before_rules,
-        rules,
-        after_rules,
-        after_periodic,
-        once_each(told),
-        seconds,
+        task=task,
+        domain=domain,
+        spacing=asked.spacing,
+        packing_spacing=fitted.filled.spacing.spacing,
+        survey=asked.survey,
+        expected_nodes=fitted.filled.expected_nodes,
+        before_rules=asked.before_rules,
+        rules=request.rules,
+        after_rules=asked.after_rules,
+        after_periodic=asked.after_periodic,
+        warnings=told,
+        seconds=seconds,
     )
     metric = _metric(problem, request, scale)
     problem = problem if metric is None else _in_metric(problem, metric)
-    return _beside_layers(problem, filled.spacing.ground, metric) if task.ladders else problem
+    return _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
+
+
+def _told(
+    domain: Domain, request: SpacingRequest, task: Task, scale: float | None, asked: Asked, fitted: Fitted
+) -> tuple[str, ...]:
+    """Warnings of a domain and its spacing at some scale."""
+    filled = fitted.filled
+    detail = Detail(
+        fitted.short,
+        fitted.coarse,
+        filled.gaps,
+        filled.spacing,
+        asked.survey.ideal_nodes,
+        filled.expected_nodes,
+        any(region.area.outer.origin for region in domain.parts.regions),
+        task.file_length,
+    )
+    told = (
+        *domain.notes,
+        *request.warnings,
+        *warnings.sharp_angles(domain),
+        *warnings.detail(detail),
+        *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
+        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out),
+    )
+    return once_each(told)
 
 
 def _metric(problem: Problem, request: SpacingRequest, scale: float | None) -> "InMetric | None":

@@ -1,0 +1,67 @@
+"""The spacing that a case asks for, and the finer one that a packing goes by where the boundary needs it."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.problem.narrow_parts import Filled, Unfilled, with_narrow_parts_filled
+from bubblemesh.problem.spacing import SpacingRequest
+from bubblemesh.spacing.cover import Cover
+from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.rules import Rules, limited_across_sides, limited_for_packing_across_sides
+from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
+
+
+class Asked(NamedTuple):
+    """The spacing that a case asks for, and what it was before."""
+
+    before_rules: Spacing  # that of the terms and their limits
+    after_rules: LimitedSpacing
+    after_periodic: LimitedSpacing  # after the counterparts of periodic sides as well
+    survey: Survey
+
+    @property
+    def spacing(self) -> Spacing:
+        """The spacing itself."""
+        return self.after_periodic.spacing
+
+
+class Fitted(NamedTuple):
+    """The spacing of a packing, and what made it finer than the one that is asked for."""
+
+    short: Sources  # edges of the boundary
+    coarse: Sources  # places on tight curves
+    before_narrow_parts: LimitedSpacing
+    walls: Walls
+    filled: Filled
+
+
+def asked_spacing(domain: Domain, request: SpacingRequest, scale: float | None, max_nodes: int) -> Asked:
+    """The spacing of a request at some scale, finer where its rules and periodic sides ask for it.
+
+    CaseError where it is not positive and finite, and LimitError where it needs more than so many nodes.
+    """
+    before_rules, cover = request.at(scale), Cover.of(domain)
+    survey = surveyed(domain, before_rules, max_nodes, cover)
+    after_rules = request.rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes)
+    after_periodic = limited_across_sides(domain, after_rules)
+    if max(after_rules.ratio, after_periodic.ratio) > 1:
+        survey = surveyed(domain, after_periodic.spacing, max_nodes, cover)
+    return Asked(before_rules, after_rules, after_periodic, survey)
+
+
+def fitted_to_boundary(domain: Domain, asked: Asked, rules: Rules, max_nodes: int) -> Fitted:
+    """The spacing for a packing: finer at short edges, at tight curves and across narrow parts of the domain.
+
+    LimitError if it needs more than so many nodes.
+    """
+    cover, expected = asked.survey.cover, asked.survey.ideal_nodes
+    short, coarse = short_pieces(domain, asked.spacing), coarse_curves(domain, asked.spacing)
+    for_packing = limited_for_packing_across_sides(domain, asked.after_periodic, short.joined(coarse))
+    if for_packing.spacing is not asked.spacing:
+        expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
+    walls, unfilled = Walls(domain), Unfilled(cover, asked.after_periodic, for_packing, expected)
+    return Fitted(short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes))
