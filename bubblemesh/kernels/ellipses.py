@@ -181,7 +181,7 @@ class Metrics(NamedTuple):
 
     @property
     def axes(self) -> Floats:
-        """Two steps (k, 4) of length 1 from each place, which its root maps to x and y."""
+        """Two steps of length 1 from each place, as rows (ux, uy, vx, vy): its root maps them to the axes x and y."""
         r11, r12, r22 = self.roots.T
         return np.column_stack([1 / r11, np.zeros(len(r11)), -r12 / (r11 * r22), 1 / r22])
 
@@ -205,7 +205,8 @@ def smoothed(
     It is that of eta^4 over triangles, for the shape measure eta in the metric at the centroid, known around t places
     ``inside``, and of weight * (l^2 + 1 / l^2 - 2) over their sides, for the mean l of the lengths in the metrics of
     both ends, known around the ``own`` places of the nodes. Each node goes by Newton's method along its two ``axes``
-    (n, 4), steps of length 1, as far as what is around it gets better: no triangle is inverted.
+    (n, 4), steps of length 1 as rows (ux, uy, vx, vy), as far as what is around it gets better: no triangle is
+    inverted. With a second axis of 0 it goes along the first one only.
     """
     compiled = library()
     if compiled is None:

@@ -70,6 +70,10 @@ class NoAnnealing:
         """Zero, whatever the number of bubbles."""
         return 0
 
+    def by_size(self, bubbles: int) -> float:
+        """Zero, whatever the number of bubbles."""
+        return 0.0
+
     def sparing(self, calm: Calm) -> "NoAnnealing":
         """No annealing either: there is none to spare bubbles from."""
         return self

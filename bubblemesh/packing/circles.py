@@ -45,6 +45,11 @@ class CirclePacking:
         return cls(connect(start, domain), domain, spacing, method, random, progress)
 
     @staticmethod
+    def cycles(method: Method, bubbles: int, rank: Rank) -> int:
+        """Expected number of cycles of annealing."""
+        return method.annealing.cycles(bubbles, rank)
+
+    @staticmethod
     def finishing_work(method: Method, bubbles: int) -> float:
         """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
         mended = method.smoothing.shape_steps > 0 and method.mending.attempts > 0

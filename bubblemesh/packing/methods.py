@@ -86,7 +86,7 @@ METHODS = {
         termination=Settled(),
     ),
 }
-# The multilevel method in a metric, on one level.
+# What a case with a metric is packed by: the multilevel method for ellipses, on one level.
 METHODS["ellipses"] = replace(
     METHODS["multilevel"],
     levels=SingleLevel(),

@@ -1,6 +1,8 @@
 """Progress of a packing, as the share that is done: for those who show progress, and for limits of time."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Protocol
 
 from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.methods import Method
@@ -31,25 +33,32 @@ class Stage:
         return self.rank.coarser == 0 and not self.annealing
 
 
-def stages_of(
-    method: Method, levels: int, bubbles: int, finishing_work: Callable[[Method, int], float]
-) -> tuple[Stage, ...]:
+class Costs(Protocol):
+    """What a kind of packing takes, circles or ellipses."""
+
+    def cycles(self, method: Method, bubbles: int, rank: Rank) -> int:
+        """Expected number of cycles of annealing of so many bubbles on a level of that rank."""
+
+    def finishing_work(self, method: Method, bubbles: int) -> float:
+        """Expected cost of the end of a packing of so many bubbles, in steps of relaxation of one bubble."""
+
+
+def stages_of(method: Method, levels: int, bubbles: int, costs: Costs) -> tuple[Stage, ...]:
     """Stages of a method on its levels; the first has so many ``bubbles``, and each next one four times more.
 
-    Each level settles; those that have cycles of annealing go through these then, and settle again. What it costs to
-    finish so many bubbles is given by a function, in steps of relaxation of one bubble.
+    Each level settles; those that have cycles of annealing go through these then, and settle again.
     """
     stages = []
     for level in range(levels):
         rank, count = Rank(coarser=level, finer=levels - 1 - level), bubbles * 4**level
         finest = rank.finer == 0
         work = count * (CONNECTING + method.termination.expected_steps(level == 0))
-        cycles = method.annealing.cycles(count, rank)
+        cycles = costs.cycles(method, count, rank)
         if cycles:
             stages.append(Stage(rank, annealing=False, finishing=False, work=work))
             work += count * cycles * (CONNECTING + method.annealing.shake_steps)
         if finest:
-            work += finishing_work(method, count)
+            work += costs.finishing_work(method, count)
         stages.append(Stage(rank, annealing=cycles > 0, finishing=finest, work=work))
     return tuple(stages)
 
@@ -65,6 +74,11 @@ class Progress:
         """Begin the next stage: what was expected before it is done."""
         self._done, self._end = self._end, self._end + stage.work
         self.add(0.0)
+
+    def finish(self) -> None:
+        """Tell that all is done, whatever was expected; what the watch raises is of no concern any more."""
+        with suppress(TimeUp):
+            self._watch(1.0)
 
     def add(self, work: float) -> None:
         """Count so many steps of a bubble; TimeUp if the watch does, when it is told."""

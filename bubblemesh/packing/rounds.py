@@ -1,7 +1,7 @@
 """The rounds of a packing: bubbles move, and their number is controlled, until the method's termination says stop."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -11,14 +11,11 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.circles import CirclePacking
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.progress import Progress, Stage, TimeUp, Watch, stages_of
+from bubblemesh.packing.progress import Costs, Progress, Stage, TimeUp, Watch, stages_of
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
-
-if TYPE_CHECKING:
-    from bubblemesh.packing.ellipses.packing import EllipsePacking
 
 
 @record
@@ -75,6 +72,21 @@ class Packing(Protocol):
         """Make a result of what there is, when the time is up."""
 
 
+class Kind(Costs, Protocol):
+    """Circles or ellipses."""
+
+    def of(
+        self,
+        start: Bubbles,
+        domain: Domain,
+        spacing: Spacing,
+        method: Method,
+        random: np.random.Generator,
+        progress: Progress,
+    ) -> Packing:
+        """The bubbles of a start, connected."""
+
+
 def rounds(
     start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method, watch: Watch = lambda share: None
 ) -> Iterator[Round]:
@@ -86,31 +98,32 @@ def rounds(
     """
     kind = _kind(levels)
     random = method.perturbation.generator()
-    stages = stages_of(method, len(levels), len(start), kind.finishing_work)
+    stages = stages_of(method, len(levels), len(start), kind)
     progress = Progress(stages, watch)
-    first = method.perturbation(start, levels[0], random)
-    packing: Packing = kind.of(first, domain, levels[0], method, random, progress)
-    count = level = 0
+    packing = kind.of(method.perturbation(start, levels[0], random), domain, levels[0], method, random, progress)
+    number, before, level = 0, len(packing.net.bubbles), 0
     try:
         for stage in stages:
             if stage.rank.coarser > level:
                 level = stage.rank.coarser
                 packing.refine(levels[level])
             progress.begin(stage)
-            for done in _rounds(packing, method, stage, count + 1):
-                count = done.number
+            for done in _rounds(packing, method, stage, number + 1):
+                number, before = done.number, len(done.bubbles)
                 yield done
                 del done  # or its net, which takes most of the memory, stays while the next round makes its own
     except TimeUp as reason:
-        before = len(packing.net.bubbles)
+        # What the round has done until then counts as this one's.
         for spacing in levels[level + 1 :]:
             packing.refine(spacing)
         packing.end()
         inserted = max(len(packing.net.bubbles) - before, 0)
-        yield Round(count + 1, before, inserted, packing.net, np.zeros(0), 0, str(reason))
+        yield Round(number + 1, before, inserted, packing.net, np.zeros(0), 0, str(reason))
+    else:
+        progress.finish()
 
 
-def _kind(levels: Sequence[Spacing]) -> "type[CirclePacking | EllipsePacking]":
+def _kind(levels: Sequence[Spacing]) -> Kind:
     """What is packed: ellipses, if the levels have spacings in a metric."""
     if not isinstance(levels[-1], MetricSpacing):
         return CirclePacking
@@ -138,6 +151,6 @@ def _rounds(packing: Packing, method: Method, stage: Stage, first: int) -> Itera
         if reason is not None and stage.finishing:
             more, last = packing.finish(stage, number, odd)
             moved, inserted = moved.followed_by(last), inserted + more
-        told = reason if stage.finishing else None
+        stop_reason = reason if stage.finishing else None
         inserted += moved.added
-        yield Round(first + number, before, inserted, packing.net, moved.speeds, moved.evaluations, told)
+        yield Round(first + number, before, inserted, packing.net, moved.speeds, moved.evaluations, stop_reason)

@@ -16,11 +16,11 @@ from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
 
 class Asked(NamedTuple):
-    """The spacing that a case asks for, and what it was before."""
+    """The spacing that a case asks for, and the steps to it."""
 
     before_rules: Spacing  # that of the terms and their limits
-    after_rules: LimitedSpacing
-    after_periodic: LimitedSpacing  # after the counterparts of periodic sides as well
+    after_rules: LimitedSpacing  # made finer by rules such as ``growth``
+    after_periodic: LimitedSpacing  # and as fine as on the other one of two periodic sides
     survey: Survey
 
     @property
@@ -32,9 +32,9 @@ class Asked(NamedTuple):
 class Fitted(NamedTuple):
     """The spacing of a packing, and what made it finer than the one that is asked for."""
 
-    short: Sources  # edges of the boundary
-    coarse: Sources  # places on tight curves
-    before_narrow_parts: LimitedSpacing
+    short: Sources  # ends of boundary edges that are shorter than the spacing
+    coarse: Sources  # places on curves that are too tight for it
+    before_narrow_parts: LimitedSpacing  # made finer by these two
     walls: Walls
     filled: Filled
 

@@ -409,8 +409,9 @@ static void improve(const Patches *p, int64_t k, double delta, double most, int6
     put(p, k, px, py);
 }
 
-/* Improves nodes x (n, 2) one by one in an order (count,), again and again, along their axes (n, 4). Metrics, as of
-   `root_at`, are known around places inside the triangles (t, 3), and around those where the nodes are at first. */
+/* Improves nodes x (n, 2) one by one in an order (count,), again and again, along their axes (n, 4), of which the second
+   one may be 0. Metrics, as of `root_at`, are known around places inside the triangles (t, 3), and around those where the
+   nodes are at first. */
 KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *inside,
                              const double *inside_roots, const double *inside_slopes, const double *own,
                              const double *own_roots, const double *own_slopes, const double *axes, int64_t count,

@@ -25,6 +25,11 @@ def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats,
     return kernels.relaxed(net.bubbles.x, ellipses.tensors, net.triangles, net.edges, fixed, steps, dt, c)
 
 
+def cycles_of(annealing: Annealing | NoAnnealing, bubbles: int) -> int:
+    """Number of cycles of annealing of so many ellipses, which are on a single level."""
+    return math.ceil(annealing.by_size(bubbles))
+
+
 def annealed(
     ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator
 ) -> Iterator[EllipseNet]:
@@ -36,7 +41,7 @@ def annealed(
     annealing = schemes.annealing
     if isinstance(annealing, NoAnnealing):
         return
-    cycles = math.ceil(annealing.by_size(len(ellipses.tensors)))
+    cycles = cycles_of(annealing, len(ellipses.tensors))
     for cycle in range(cycles):
         if cycle % LOOK_AFTER == 0:
             ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.ellipses.annealing import annealed, relaxed
+from bubblemesh.packing.ellipses.annealing import annealed, cycles_of, relaxed
 from bubblemesh.packing.ellipses.mending import mended
 from bubblemesh.packing.ellipses.net import EllipseNet, connected, flipped_net
 from bubblemesh.packing.ellipses.population import controlled
@@ -55,6 +56,11 @@ class EllipsePacking:
         return cls(connected(start, domain, spacing), domain, spacing, schemes, random, progress)
 
     @staticmethod
+    def cycles(method: Method, bubbles: int, rank: Rank) -> int:
+        """Expected number of cycles of annealing."""
+        return cycles_of(Schemes.of(method).annealing, bubbles)
+
+    @staticmethod
     def finishing_work(method: Method, bubbles: int) -> float:
         """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
         return (method.smoothing.passes * SMOOTHING + method.mending.attempts * TRIAL) * bubbles
@@ -65,13 +71,16 @@ class EllipsePacking:
         return self.ellipses.net
 
     def refine(self, spacing: Spacing) -> None:
-        """Give ellipses the metric of a spacing where they are."""
+        """Take the metric of another spacing, where the ellipses are."""
         assert isinstance(spacing, MetricSpacing)
         net, self.spacing = self.ellipses.net, spacing
         self.ellipses = flipped_net(net, net.bubbles, net.triangles, spacing)
 
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
-        """Relax the ellipses; in the round that anneals they are displaced before, again and again."""
+        """Relax the ellipses; in the round that anneals they are displaced before, again and again.
+
+        What is told of the motion is the relaxation.
+        """
         if stage.annealing and number == 0:
             self._anneal()
         before, steps = len(self.ellipses.tensors), self.schemes.termination.steps(stage.opening and number == 0)
@@ -120,8 +129,15 @@ class EllipsePacking:
 
     def _attempt(self, smoothing: Smoothing, mending: Mending) -> None:
         """Try other neighbours around bad triangles."""
-        given = self.ellipses, self.spacing, smoothing, mending, self.random
-        self.ellipses = tried(*given, lambda: self._count(TRIAL))
+        given, left = (self.ellipses, self.spacing, smoothing, mending, self.random), mending.attempts
+
+        def on_attempt() -> None:
+            nonlocal left
+            left -= 1
+            self._count(TRIAL)
+
+        self.ellipses = tried(*given, on_attempt)
+        self._count(left * TRIAL)  # no triangles were left for these
 
     def _count(self, cost: float) -> None:
         """Count what has been done with each bubble as progress."""

@@ -8,7 +8,6 @@ from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.motion import SemiImplicitEuler
-from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.population import Defects
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.packing.termination import Termination
@@ -18,7 +17,6 @@ from bubblemesh.packing.viscosity import Viscosity
 class Schemes(NamedTuple):
     """Schemes that have a form in a metric, with their parameters."""
 
-    perturbation: Perturbation
     motion: SemiImplicitEuler
     viscosity: Viscosity
     population: Defects
@@ -38,7 +36,6 @@ class Schemes(NamedTuple):
         if not isinstance(method.levels, SingleLevel):
             raise CaseError("packing.levels: in a metric only single is possible: leave it out")
         return cls(
-            method.perturbation,
             motion,
             method.viscosity,
             population,

@@ -21,7 +21,6 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
 GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
-MOST_TRIES = 4  # of a pass, in the last of which the boundary stays
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
 
@@ -29,28 +28,42 @@ def smoothed(ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, smoot
     """The net after flips that better the worse of two triangles, and a pass of smoothing.
 
     Where the metric changes much from node to node the circle test, in a mean metric, does not find these. Bubbles on
-    the boundary go along its tangents where they were, and are put back on it in the end: those that would leave too
-    little of a triangle by that stay where they were.
+    the boundary go along its tangents where they were, and are put back on it in the end. Where that leaves too little
+    of a triangle, or makes boundary edges cross, the boundary stays as it is.
     """
     asked = spacing.unstraightened
     net = with_better_shapes(ellipses.net, asked)
     bubbles, triangles = net.bubbles, net.triangles
-    free, held = ellipses.interior, domain.tied[bubbles.piece]
-    for tries in range(MOST_TRIES):
-        sliding = Sliding(domain.boundary, bubbles)
-        free[bubbles.sliding] = ~held & (tries + 1 < MOST_TRIES)
-        tangents = np.zeros_like(bubbles.x)
-        tangents[bubbles.sliding] = sliding.tangents
-        along, _ = smoothed_places(bubbles.x, triangles, net.edges, free, asked, smoothing, tangents)
-        x = along.copy()
+    inside, own = metrics_around(bubbles.x, triangles, asked)
+    axes, free = own.axes, ellipses.interior
+    axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
+    for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
+        free[bubbles.sliding] = ~held
+        there = smoothed_places(bubbles.x, triangles, net.edges, free, inside, own, axes, smoothing)
+        sliding, x = Sliding(domain.boundary, bubbles), there.copy()
         sliding.follow(x)
-        _, share = kernels.moved(along, x - along, triangles)
-        stuck = free[bubbles.sliding] & (share[bubbles.sliding] < 1)
-        if not stuck.any():
+        tensors = spacing.at(x)
+        moved = net.of(sliding.bubbles_at(x, area_sizes(tensors)))
+        if held.all() or (_stand(there, x, triangles) and moved.has_simple_rim):
             break
-        held = held | stuck
-    tensors = spacing.at(x)
-    return EllipseNet(net.of(sliding.bubbles_at(x, area_sizes(tensors))), tensors, x)
+    return EllipseNet(moved, tensors, x)
+
+
+def _along(tangents: Floats, roots: Floats) -> Floats:
+    """Axes (b, 4) of nodes that go along tangents (b, 2) only: the second one is 0."""
+    lengths = np.hypot(*mapped(roots, tangents).T)
+    return np.column_stack([tangents / lengths[:, None], np.zeros_like(tangents)])
+
+
+def _stand(x: Floats, others: Floats, triangles: Integers) -> bool:
+    """Whether triangles (t, 3) of nodes x (n, 2) keep enough of their areas if these go to other places (n, 2)."""
+    _, shares = kernels.moved(x, others - x, triangles)
+    return bool((shares == 1).all())
+
+
+def metrics_around(x: Floats, triangles: Integers, spacing: MetricSpacing) -> tuple[Metrics, Metrics]:
+    """Metrics inside triangles (t, 3), and around their nodes x (n, 2)."""
+    return _split(metrics_at(_centroids_and(x, triangles), spacing), len(triangles))
 
 
 def smoothed_places(
@@ -58,22 +71,17 @@ def smoothed_places(
     triangles: Integers,
     edges: Integers,
     free: Booleans,
-    spacing: MetricSpacing,
+    inside: Metrics,
+    own: Metrics,
+    axes: Floats,
     smoothing: Smoothing,
-    tangents: Floats | None = None,
-) -> tuple[Floats, tuple[Metrics, Metrics]]:
-    """Nodes (n, 2) after a pass over those that are free (n,), and the metrics inside triangles and around nodes.
+) -> Floats:
+    """Nodes (n, 2) after a pass over those that are free (n,), which go along their axes (n, 4).
 
-    A node that has a tangent (n, 2) other than 0 goes along it.
+    The metrics are those `metrics_around` the nodes.
     """
-    inside, own = metrics = _split(metrics_at(_centroids_and(x, triangles), spacing), len(triangles))
-    axes = own.axes
-    if tangents is not None:
-        slides = tangents.any(axis=1)
-        unit = tangents[slides] / np.hypot(*mapped(own.roots[slides], tangents[slides]).T)[:, None]
-        axes[slides] = np.column_stack([unit, np.zeros_like(unit)])
     groups, weight = _groups(free, edges), side_weight(smoothing)
-    return kernels.smoothed(x, triangles, inside, own, axes, groups, smoothing.shape_steps, weight), metrics
+    return kernels.smoothed(x, triangles, inside, own, axes, groups, smoothing.shape_steps, weight)
 
 
 def side_weight(smoothing: Smoothing) -> float:

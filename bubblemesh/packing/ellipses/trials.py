@@ -14,7 +14,7 @@ from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.tensors import area_sizes, determinants, edge_lengths, roots, unmapped
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.patches import PatchNet, patches_around
-from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, side_weight, smoothed_places
+from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, metrics_around, side_weight, smoothed_places
 from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement import CLIPPED_AT
@@ -149,7 +149,9 @@ class Trials:
         """Patches after flips and smoothing, without those that cost so much more than before that there is no hope."""
         for done in range(PASSES):
             triangles, edges = better_shapes(patches.x, patches.triangles, patches.facets, self.spacing)
-            x, metrics = smoothed_places(patches.x, triangles, edges, patches.free, self.spacing, self.smoothing)
+            inside, own = metrics = metrics_around(patches.x, triangles, self.spacing)
+            given = patches.x, triangles, edges, patches.free, inside, own, own.axes, self.smoothing
+            x = smoothed_places(*given)
             patches = patches._replace(x=x, triangles=triangles)
             if done < PASSES - 1:
                 about = costs_in(x, triangles, *metrics, side_weight(self.smoothing)) - 1
