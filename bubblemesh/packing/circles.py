@@ -2,17 +2,15 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, connect, connect_inside
-from bubblemesh.packing.progress import CONNECTING, Progress, Stage
+from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Dynamics, Relaxed
+from bubblemesh.packing.setting import Setting
 from bubblemesh.spacing.spacing import Spacing
 
 # Costs in terms of a step of relaxation, as measured.
@@ -25,24 +23,13 @@ class CirclePacking:
     """Bubbles on the level at hand; it alone holds the net, which takes most of the memory."""
 
     net: Net
-    domain: Domain
     spacing: Spacing
-    method: Method
-    random: np.random.Generator
-    progress: Progress
+    setting: Setting
 
     @classmethod
-    def of(
-        cls,
-        start: Bubbles,
-        domain: Domain,
-        spacing: Spacing,
-        method: Method,
-        random: np.random.Generator,
-        progress: Progress,
-    ) -> "CirclePacking":
+    def of(cls, start: Bubbles, spacing: Spacing, setting: Setting) -> "CirclePacking":
         """The bubbles of a start, connected."""
-        return cls(connect(start, domain), domain, spacing, method, random, progress)
+        return cls(connect(start, setting.domain), spacing, setting)
 
     @staticmethod
     def cycles(method: Method, bubbles: int, rank: Rank) -> int:
@@ -58,7 +45,7 @@ class CirclePacking:
 
     def refine(self, spacing: Spacing) -> None:
         """Refine the bubbles for the next level's spacing."""
-        self.spacing, self.net = spacing, refined(self.net, self.domain, spacing)
+        self.spacing, self.net = spacing, refined(self.net, self.setting.domain, spacing)
 
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
         """Relax the bubbles, or anneal them in the round that does, and triangulate them where they are then."""
@@ -66,13 +53,14 @@ class CirclePacking:
             relaxed = self._annealed(stage.rank)
         else:
             relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
-        self.net = connect_inside(relaxed.bubbles, self.domain, self.spacing, self.net)
+        self.net = connect_inside(relaxed.bubbles, self.setting.domain, self.spacing, self.net)
         return relaxed
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
-        change = self.method.population(self.net, self.domain, self.spacing, self.random)
-        self.net = connect(change.bubbles, self.domain, self.net, change.triangles)
+        domain, method, random, _ = self.setting
+        change = method.population(self.net, domain, self.spacing, random)
+        self.net = connect(change.bubbles, domain, self.net, change.triangles)
         return change.inserted
 
     def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
@@ -81,7 +69,7 @@ class CirclePacking:
         A relaxation is repeated while bubbles are lost at the boundary. Between the passes of the smoothing the
         population is controlled, and after them the worst triangles are mended.
         """
-        method, domain = self.method, self.domain
+        domain, method, random, progress = self.setting
         total, inserted = Relaxed.none(self.net.bubbles), 0
         for _ in range(method.smoothing.last_relaxations):
             relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
@@ -92,23 +80,24 @@ class CirclePacking:
             if smoothed:
                 inserted += self._controlled_again()
             self.net = method.smoothing(self.net, domain, self.spacing)
-            self.progress.add(SMOOTHING * len(self.net.bubbles))
-        self.net = method.mending(self.net, domain, self.spacing, method.smoothing, self.random)
+            progress.add(SMOOTHING * len(self.net.bubbles))
+        self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
         return inserted, total
 
     def end(self) -> None:
         """Nothing is left to do when the time is up."""
 
     def _steps(self, stage: Stage, number: int) -> int:
-        return self.method.termination.steps(stage.opening and number == 0)
+        return self.setting.method.termination.steps(stage.opening and number == 0)
 
     def _relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """The bubbles after steps of a round; if ``odd``, those that were touched have a viscosity of their own."""
-        return self.method.relaxation(net, self.domain, self.spacing, self._dynamics(number, odd), steps)
+        domain, method, _, _ = self.setting
+        return method.relaxation(net, domain, self.spacing, self._dynamics(number, odd), steps)
 
     def _dynamics(self, number: int = 0, odd: bool = False) -> Dynamics:
         """The motion in a round; whatever asks for its damping counts as progress."""
-        method, progress = self.method, self.progress
+        method, progress = self.setting.method, self.setting.progress
 
         def damping(some: range, touched: Booleans) -> list[Floats | float]:
             connecting = CONNECTING if some.start == 0 else 0.0
@@ -120,14 +109,15 @@ class CirclePacking:
 
     def _annealed(self, rank: Rank) -> Relaxed:
         """The bubbles after annealing on a level of that rank; kernels go through its cycles where they can."""
-        method = self.method
+        domain, method, random, _ = self.setting
         compiled = method.relaxation.is_compiled(method.motion, method.annealing.shake_steps)
         dynamics = self._dynamics() if compiled else None
-        return method.annealing(self.net, self.domain, self.spacing, self.random, self._relaxed, rank, dynamics)
+        return method.annealing(self.net, domain, self.spacing, random, self._relaxed, rank, dynamics)
 
     def _controlled_again(self) -> int:
         """Control the population between passes of the smoothing; the number of new bubbles."""
-        change = self.method.population(self.net, self.domain, self.spacing, self.random)
+        domain, method, random, _ = self.setting
+        change = method.population(self.net, domain, self.spacing, random)
         if change.deleted + change.inserted:
-            self.net = connect_inside(change.bubbles, self.domain, self.spacing, self.net, change.triangles)
+            self.net = connect_inside(change.bubbles, domain, self.spacing, self.net, change.triangles)
         return change.inserted

@@ -34,7 +34,7 @@ class Stage:
 
 
 class Costs(Protocol):
-    """What a kind of packing takes, circles or ellipses."""
+    """Expected costs of a kind of packing, circles or ellipses."""
 
     def cycles(self, method: Method, bubbles: int, rank: Rank) -> int:
         """Expected number of cycles of annealing of so many bubbles on a level of that rank."""

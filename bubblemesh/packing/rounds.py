@@ -13,6 +13,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.progress import Costs, Progress, Stage, TimeUp, Watch, stages_of
 from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.setting import Setting
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -75,15 +76,7 @@ class Packing(Protocol):
 class Kind(Costs, Protocol):
     """Circles or ellipses."""
 
-    def of(
-        self,
-        start: Bubbles,
-        domain: Domain,
-        spacing: Spacing,
-        method: Method,
-        random: np.random.Generator,
-        progress: Progress,
-    ) -> Packing:
+    def of(self, start: Bubbles, spacing: Spacing, setting: Setting) -> Packing:
         """The bubbles of a start, connected."""
 
 
@@ -100,7 +93,8 @@ def rounds(
     random = method.perturbation.generator()
     stages = stages_of(method, len(levels), len(start), kind)
     progress = Progress(stages, watch)
-    packing = kind.of(method.perturbation(start, levels[0], random), domain, levels[0], method, random, progress)
+    setting = Setting(domain, method, random, progress)
+    packing = kind.of(method.perturbation(start, levels[0], random), levels[0], setting)
     number, before, level = 0, len(packing.net.bubbles), 0
     try:
         for stage in stages:
@@ -124,7 +118,7 @@ def rounds(
 
 
 def _kind(levels: Sequence[Spacing]) -> Kind:
-    """What is packed: ellipses, if the levels have spacings in a metric."""
+    """Ellipses, if the levels have spacings in a metric; else circles."""
     if not isinstance(levels[-1], MetricSpacing):
         return CirclePacking
     # Imported here since few cases have a metric.

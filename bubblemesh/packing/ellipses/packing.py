@@ -2,9 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.ellipses.annealing import annealed, cycles_of, relaxed
@@ -17,8 +14,9 @@ from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.progress import CONNECTING, Progress, Stage
+from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.setting import Setting
 from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -34,26 +32,15 @@ class EllipsePacking:
     """Ellipses on the only level."""
 
     ellipses: EllipseNet
-    domain: Domain
     spacing: MetricSpacing
     schemes: Schemes
-    random: np.random.Generator
-    progress: Progress
+    setting: Setting
 
     @classmethod
-    def of(
-        cls,
-        start: Bubbles,
-        domain: Domain,
-        spacing: Spacing,
-        method: Method,
-        random: np.random.Generator,
-        progress: Progress,
-    ) -> "EllipsePacking":
+    def of(cls, start: Bubbles, spacing: Spacing, setting: Setting) -> "EllipsePacking":
         """The bubbles of a start, connected in the metric of the spacing."""
         assert isinstance(spacing, MetricSpacing)
-        schemes = Schemes.of(method)
-        return cls(connected(start, domain, spacing), domain, spacing, schemes, random, progress)
+        return cls(connected(start, setting.domain, spacing), spacing, Schemes.of(setting.method), setting)
 
     @staticmethod
     def cycles(method: Method, bubbles: int, rank: Rank) -> int:
@@ -115,7 +102,7 @@ class EllipsePacking:
 
     def _anneal(self) -> None:
         """Displace bubbles where the order is broken, again and again, with a short relaxation after each."""
-        for ellipses in annealed(self.ellipses, self.spacing, self.schemes, self.random):
+        for ellipses in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
             self.ellipses = ellipses
             self._count(CONNECTING + self.schemes.annealing.shake_steps)
 
@@ -124,12 +111,12 @@ class EllipsePacking:
         for done in range(passes):
             if isinstance(mending, Mending) and 0 < done <= mending.attempts:
                 self.ellipses = mended(self.ellipses, self.spacing, smoothing, mending)
-            self.ellipses = smoothed(self.ellipses, self.domain, self.spacing, smoothing)
+            self.ellipses = smoothed(self.ellipses, self.setting.domain, self.spacing, smoothing)
             self._count(SMOOTHING)
 
     def _attempt(self, smoothing: Smoothing, mending: Mending) -> None:
         """Try other neighbours around bad triangles."""
-        given, left = (self.ellipses, self.spacing, smoothing, mending, self.random), mending.attempts
+        given, left = (self.ellipses, self.spacing, smoothing, mending, self.setting.random), mending.attempts
 
         def on_attempt() -> None:
             nonlocal left
@@ -141,4 +128,4 @@ class EllipsePacking:
 
     def _count(self, cost: float) -> None:
         """Count what has been done with each bubble as progress."""
-        self.progress.add(cost * len(self.ellipses.tensors))
+        self.setting.progress.add(cost * len(self.ellipses.tensors))
