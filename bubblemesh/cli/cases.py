@@ -1,7 +1,7 @@
 """Commands on cases: to mesh one or many, to tell what that would take, and to write one."""
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -68,8 +68,8 @@ def run(
     if picture is not None and not dry_run:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
     loaded = case_at(case, overrides, untrusted)
-    # Workers start while the rest is loaded here.
-    with crew_for(loaded, jobs, cluster, at_once=not dry_run) as crew:
+    # Workers start while the rest is loaded here; the folder of parts, to which they write, goes after them.
+    with ExitStack() as outlasting, crew_for(loaded, jobs, cluster, at_once=not dry_run) as crew:
         from bubblemesh.run import pipeline
         from bubblemesh.run.destination import OutputOptions
         from bubblemesh.run.keeping import parts_kept
@@ -79,9 +79,9 @@ def run(
         if dry_run:
             tell_estimate(loaded, case, picture, as_json, quiet)
             return
-        with parts_kept(loaded, place, resume) as keeping:
-            meshed = partial(pipeline.mesh_case_in_slices, loaded, keeping, crew=crew)
-            deliver(meshed, loaded, case, place, as_json, quiet)
+        keeping = outlasting.enter_context(parts_kept(loaded, place, resume, shared=cluster is None))
+        meshed = partial(pipeline.mesh_case_in_slices, loaded, keeping, crew=crew)
+        deliver(meshed, loaded, case, place, as_json, quiet)
 
 
 @with_overrides(CASE_OPTIONS)

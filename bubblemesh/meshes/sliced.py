@@ -15,6 +15,8 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.records import record
 
+AT_ONCE = 2  # slices that are in use
+
 
 class Slice(NamedTuple):
     """Nodes and triangles, whose numbers follow those of the slices before."""
@@ -90,6 +92,16 @@ class SlicedMesh:
                 if number < len(self.sizes):
                     following = reader.submit(self.read, number)
                 yield part
+
+    def side_by_side(self, use: Callable[[int, Slice], None]) -> None:
+        """Give all slices, with their numbers, to a function that several threads may call at once, in any order."""
+        with ThreadPoolExecutor(AT_ONCE, "slices") as threads:
+            try:
+                for _ in threads.map(lambda number: use(number, self.read(number)), range(len(self.sizes))):
+                    pass
+            except BaseException:
+                threads.shutdown(wait=False, cancel_futures=True)
+                raise
 
     def points(self, nodes: Integers, number: int, part: Slice) -> Floats:
         """Places (..., 2) of nodes (...), which are of the frame or of this slice with its number."""

@@ -1,7 +1,7 @@
 """Core and band of a packed part: what is done for good, and what seams may change yet."""
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import unconnected
 from bubblemesh.parts.division import Places
 from bubblemesh.parts.seams import JUNCTION, SEAM, near
+from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Deadline, Packed, Record, packed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -75,6 +76,13 @@ def packed_part(
 ) -> Part:
     """Pack a part by itself, and split it; figures are made if the wanted spacing is given."""
     return split(domain, places, packed(domain, spacing, method, expected_nodes, max_nodes, deadline), wanted)
+
+
+def kept_part(store: Store, number: int, *given: Any) -> Margin:
+    """Pack a part as `packed_part`, and keep it in a store; only what seams need of it is given on."""
+    part = packed_part(*given)
+    store.keep(number, part)
+    return part.margin
 
 
 def split(domain: Domain, places: Places, done: Packed, wanted: Spacing | None) -> Part:

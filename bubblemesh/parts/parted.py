@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from math import sqrt
 from typing import TypeVar
 
 import numpy as np
@@ -16,7 +17,7 @@ from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, reconnect
-from bubblemesh.parts.cores import Core, Margin, Part, packed_part
+from bubblemesh.parts.cores import Core, Margin, kept_part, packed_part
 from bubblemesh.parts.cuts import Cuts, cut
 from bubblemesh.parts.division import Division, Places, divided
 from bubblemesh.parts.patches import Patch, joined, patch
@@ -29,7 +30,9 @@ from bubblemesh.spacing.spacing import Spacing
 
 T = TypeVar("T")
 
-PER_PART = 100_000  # nodes, about, of each part, where their number is not given
+# Nodes, about, of each part, where their number is not given; from `FEW` parts on they grow with the mesh, as their
+# number does, or the seams would.
+PER_PART, FEW = 100_000, 10
 EVEN = 4, 2  # workers that share the parts evenly then, if there are enough
 SEAMS_WORK = 0.15  # share of the progress
 
@@ -81,6 +84,7 @@ class Parted:
 def enough_parts(expected_nodes: float) -> int:
     """Number of parts that a mesh is worth."""
     parts = expected_nodes / PER_PART
+    parts = min(parts, sqrt(FEW * parts))
     return next((each * round(parts / each) for each in EVEN if parts >= 0.75 * each), 1)
 
 
@@ -113,8 +117,7 @@ class Together:
         kept = ((cell, self.store.margin(cell)) for cell in range(cuts.cells))
         known = {cell: margin for cell, margin in kept if margin is not None and not margin.record.late}
         left = [cell for cell in range(cuts.cells) if cell not in known]
-        fresh = self._results(packed_part, job, left, shares)
-        all_parts = chain(known.items(), ((cell, self._kept(cell, part)) for cell, part in fresh))
+        all_parts = chain(known.items(), self._fresh(job, left, shares))
         margins = list[Margin]()
         for margin in self._in_order(all_parts, [(1 - SEAMS_WORK) * share for share in shares]):
             self.on_done(margin.record)
@@ -138,9 +141,21 @@ class Together:
             self.on_done(Record.together([part.record for part in done]))
         return found.put_back([(made[number], part) for number, part in enumerate(done)], self.spacing)
 
-    def _kept(self, cell: int, part: Part) -> Margin:
-        self.store.keep(cell, part)
-        return part.margin
+    def _fresh(
+        self, job: Callable[[int], Job], cells: Iterable[int], work: Sequence[float]
+    ) -> Iterator[tuple[int, Margin]]:
+        """Pack parts and keep them: where they are packed if that can be, as most of a part is nothing but kept."""
+
+        def keeping(cell: int) -> Job:
+            what, given = job(cell)
+            return Job(what, (self.store, cell, *given))
+
+        if self.store.shared:
+            yield from self._results(kept_part, keeping, cells, work)
+            return
+        for cell, part in self._results(packed_part, job, cells, work):
+            self.store.keep(cell, part)
+            yield cell, part.margin
 
     def _of_a_seam(self) -> Method:
         """The method for strips, whose order is that of the parts beside them."""

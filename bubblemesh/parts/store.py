@@ -21,6 +21,10 @@ UNFINISHED = ".unfinished"  # end of the name of a file that is being written
 class Store(Protocol):
     """Keeps parts by their numbers."""
 
+    @property
+    def shared(self) -> bool:
+        """Whether a copy of it in a process that packs parts keeps them in the same place."""
+
     def keep(self, number: int, part: "Part") -> None:
         """Keep a part."""
 
@@ -33,6 +37,8 @@ class Store(Protocol):
 
 class InMemory:
     """Keeps parts as long as the process runs."""
+
+    shared = False
 
     def __init__(self) -> None:
         self._parts: dict[int, Part] = {}
@@ -51,10 +57,14 @@ class InMemory:
 
 
 class InFolder:
-    """Keeps each part in a file of a folder that exists; FileError where it cannot be written or read."""
+    """Keeps each part in a file of a folder that exists; FileError where it cannot be written or read.
 
-    def __init__(self, folder: Path) -> None:
+    It is ``shared`` if those who pack the parts see the same folder.
+    """
+
+    def __init__(self, folder: Path, *, shared: bool = False) -> None:
         self._folder = folder
+        self.shared = shared
 
     def keep(self, number: int, part: "Part") -> None:
         """Keep a part: its file is there as a whole, or not at all."""

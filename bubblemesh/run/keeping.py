@@ -20,8 +20,8 @@ DIGITS = 16  # of the hash in a folder's name
 
 
 @contextmanager
-def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool) -> Iterator[Keeping]:
-    """Keep the parts of a case beside its results until the block ends.
+def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool, *, shared: bool) -> Iterator[Keeping]:
+    """Keep the parts of a case beside its results until the block ends; ``shared`` as of `InFolder`.
 
     To ``resume``, those of an earlier run with the same inputs are there, and if the block ends with an exception they
     stay. CaseError if that has no parts, or the results no folder.
@@ -39,10 +39,10 @@ def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool)
             if resume:
                 digest = inputs_digest(case, contents_of(case, case.root), version=__version__, in_slices=in_slices)
                 with _remaining(place.folder, f".{place.name}.parts-", digest[:DIGITS]) as folder:
-                    yield Keeping(lambda scale: InFolder(_within(folder, scale)), in_slices)
+                    yield Keeping(lambda scale: InFolder(_within(folder, scale), shared=shared), in_slices)
             elif in_slices:
                 with temporary_folder(place.folder, _PREFIX) as folder:
-                    yield Keeping(lambda scale: InFolder(_within(folder, scale)), in_slices)
+                    yield Keeping(lambda scale: InFolder(_within(folder, scale), shared=shared), in_slices)
             else:
                 yield IN_MEMORY
     except OSError as error:

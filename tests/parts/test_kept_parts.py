@@ -17,6 +17,7 @@ from bubblemesh.meshes.conformity import require_piece
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.triangulation import triangulated
+from bubblemesh.parts.parted import Together
 from bubblemesh.parts.store import IN_MEMORY, InFolder, InMemory, Keeping
 from bubblemesh.parts.work import alone
 from bubblemesh.run import destination
@@ -121,6 +122,8 @@ def test_a_kept_part_is_the_one_that_was_given(tmp_path):
     memory, files = InMemory(), InFolder(tmp_path)
 
     class Both:
+        shared = False
+
         def keep(self, number, part):
             memory.keep(number, part)
             files.keep(number, part)
@@ -168,15 +171,14 @@ def test_files_are_the_same_whether_a_run_was_ended_on_its_way(here, monkeypatch
     options = "--parts", "3", "--jobs", "1", "-q"
     assert command("run", "plate.yaml", "-o", "once", *options)[0] == 0
     # A run that fails when two of the parts are kept.
-    keep = InFolder.keep
+    fresh = Together._fresh
 
-    def failing(self, number, part):
-        if number == 2:
-            raise FileError("no more")
-        keep(self, number, part)
+    def failing(self, job, cells, work):
+        yield from fresh(self, job, [0, 1], work)
+        raise FileError("no more")
 
     with monkeypatch.context() as patch:
-        patch.setattr(InFolder, "keep", failing)
+        patch.setattr(Together, "_fresh", failing)
         code, _, told = command("run", "plate.yaml", "-o", "again", "--resume", *options)
     assert (code, told) == (5, "error: plate.yaml: no more\n")
     (kept,) = (here / "again").iterdir()
@@ -197,13 +199,13 @@ def test_other_inputs_find_no_parts(here, monkeypatch):
         with pytest.raises(AssertionError):
             command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q")
     (kept,) = (here / "out").iterdir()
-    packed, keep = [], InFolder.keep
+    packed, fresh = [], Together._fresh
 
-    def noted(self, number, part):
-        packed.append(number)
-        keep(self, number, part)
+    def noted(self, job, cells, work):
+        packed.extend(cells)
+        return fresh(self, job, cells, work)
 
-    monkeypatch.setattr(InFolder, "keep", noted)
+    monkeypatch.setattr(Together, "_fresh", noted)
     assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q", "--seed", "5")[0] == 0
     assert sorted(packed) == [0, 1]
     assert not kept.exists()
@@ -239,20 +241,20 @@ def test_parts_that_would_be_too_many_files_are_refused_before_the_work(here):
     assert (code, told) == (2, "error: .pvtu has a file for each part, 10,000 at most: ask for fewer parts\n")
 
 
-def test_a_failed_run_leaves_nothing(here, monkeypatch):
-    before = contents(here)
-    monkeypatch.setattr("bubblemesh.parts.store.np.savez", full_disk)
-    for options in ([], ["--resume"]):
+@pytest.mark.parametrize("options", [[], ["--resume"]])
+def test_a_failed_run_leaves_nothing(here, options):
+    resource = pytest.importorskip("resource", reason="Windows has no limit on the size of files")
+    before, limits = contents(here), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))  # of workers, which write the parts, too
+    try:
         code, _, told = command("run", "plate.yaml", "-o", "new/out", "--parts", "2", *options, "-q")
-        assert code == 5
-        assert "No space left on device" in told
-        left = contents(here)
-        assert left.keys() - before.keys() <= {"new", "new/out"} | {name for name in left if ".parts-" in name}
-        assert not any(name.endswith(".npz") for name in left)
-
-
-def full_disk(*arguments, **options):
-    raise OSError(28, "No space left on device")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert code == 5
+    assert "File too large" in told
+    left = contents(here)
+    assert left.keys() - before.keys() <= {"new", "new/out"} | {name for name in left if ".parts-" in name}
+    assert not any(name.endswith(".npz") for name in left)
 
 
 @pytest.mark.long

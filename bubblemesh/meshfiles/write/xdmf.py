@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from io import RawIOBase
+from math import prod
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.sliced import Slice, SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_ids, cell_values, facet_ids, group_names
 from bubblemesh.process.limits import settle
 from bubblemesh.records import record
@@ -76,24 +77,43 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
     data |= {name: _unwritten((mesh.triangles,)) for name in mesh.fields}
     labels = _facet_data(frame)
     cells = _unwritten((mesh.triangles, 3), np.int64)
-    with (
-        _columns(path, frame, _Topology(_CELLS[3], cells, len(cells)), data) as (points, triangles, materials, *fields),
-        _columns(_beside(path), frame, _Topology.of_facets(frame.facets), labels) as (same_points, facets, ids),
-    ):
-        facets[:], ids[:] = frame.facets, labels["label"]
-        points[: len(mesh.frame.points)] = same_points[: len(mesh.frame.points)] = mesh.frame.points
-        node, cell = len(mesh.frame.points), 0
-        for part in mesh.slices():
-            nodes, rows = slice(node, node + len(part.points)), slice(cell, cell + len(part.triangles))
-            points[nodes] = same_points[nodes] = part.points
-            triangles[rows], materials[rows] = part.triangles, part.regions + 1 + len(frame.labels)
-            for name, column in zip(mesh.fields, fields, strict=True):
-                column[rows] = part.fields[name]
-            node, cell = nodes.stop, rows.stop
+    points, triangles, material, *fields = _columns(path, frame, _Topology(_CELLS[3], cells, len(cells)), data)
+    same_points, facets, ids = _columns(_beside(path), frame, _Topology.of_facets(frame.facets), labels)
+    facets.put(0, frame.facets)
+    ids.put(0, labels["label"])
+    first_nodes, first_triangles = mesh.first_nodes.tolist(), mesh.first_triangles.tolist()
+
+    def put(number: int, part: Slice) -> None:
+        node, cell = first_nodes[number], first_triangles[number]
+        for column in (points, same_points):
+            column.put(node, part.points)
+        triangles.put(cell, part.triangles)
+        material.put(cell, part.regions + 1 + len(frame.labels))
+        for name, column in zip(mesh.fields, fields, strict=True):
+            column.put(cell, part.fields[name])
+
+    for column in (points, same_points):
+        column.put(0, mesh.frame.points)
+    mesh.side_by_side(put)
 
 
-@contextmanager
-def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> Iterator[list[Any]]:
+@record
+class _Column:
+    """A data set of an HDF5 file, which lies there in one piece and is filled row by row."""
+
+    path: Path
+    offset: int  # bytes before it in the file
+    kind: np.dtype[Any]
+    width: int  # bytes of a row
+
+    def put(self, row: int, values: NDArray[Any]) -> None:
+        """Write rows from one on; threads may write others meanwhile."""
+        with self.path.open("r+b") as stream:
+            stream.seek(self.offset + row * self.width)
+            stream.write(np.ascontiguousarray(values, self.kind).data)
+
+
+def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> list[_Column]:
     """Data sets for points, cells and data of the shapes of these arrays, to be filled; with the XML beside them."""
     heavy = path.with_suffix(".h5")
     with heavy.open("w+b", buffering=0) as stream:
@@ -101,15 +121,21 @@ def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> Iterat
         with h5py.File(sink, "w") as file:
 
             def store(array: NDArray[Any]) -> tuple[str, str]:
-                name = f"data{len(file)}"
-                file.create_dataset(name, array.shape, array.dtype)
+                name, settings = f"data{len(file)}", h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                settings.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+                file.create_dataset(name, array.shape, array.dtype, dcpl=settings, fill_time="never")
                 return "HDF", f"{heavy.name}:/{name}"
 
             tree = _grid(mesh, topology, data, {}, store)
-            yield [file[f"data{k}"] for k in range(len(file))]
+            sets = [file[f"data{k}"] for k in range(len(file))]
+            columns = [
+                _Column(heavy, each.id.get_offset() or 0, each.dtype, each.dtype.itemsize * prod(each.shape[1:]))
+                for each in sets
+            ]
         if sink.error is not None:
             raise sink.error
     tree.write(path)
+    return columns
 
 
 class _Sink:
