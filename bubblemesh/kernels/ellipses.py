@@ -47,14 +47,14 @@ def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers
     ends = np.concatenate([facets, facets[:, ::-1]])
     held = np.sort(ends[:, 0] * n + ends[:, 1])
     for left in range(MOST_PASSES, -1, -1):
-        sides = triangles.T[[[0, 1, 2], [1, 2, 0]]].reshape(2, -1).T
+        sides = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         keys = sides[:, 0] * n + sides[:, 1]
         order = np.argsort(keys)
         place = np.minimum(np.searchsorted(keys[order], keys % n * n + keys // n), 3 * t - 1)
         other = order[place]
         other[keys[other] != keys % n * n + keys // n] = -1
         inner = np.flatnonzero((other > np.arange(3 * t)) & ~np.isin(keys, held))
-        (k, row), (k2, row2) = np.divmod(inner, t), np.divmod(other[inner], t)
+        (row, k), (row2, k2) = np.divmod(inner, 3), np.divmod(other[inner], 3)
         a, b = sides[inner].T
         c, e = triangles[row, (k + 2) % 3], triangles[row2, (k2 + 2) % 3]
         wrong: list[int] = np.flatnonzero(_wrong(x, m, a, b, c, e)).tolist() if left else []

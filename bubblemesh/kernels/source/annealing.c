@@ -2,13 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "disorder.h"
 #include "relaxing.h"
 #include "triangles.h"
 
 enum { REGULAR_VALENCE = 6 };
-enum { DISORDERED = 1, BESIDE_BOUNDARY = 2 }; /* of a bubble, or next to it */
-
-static const double UNIT = 3.737624729588589e-05; /* sqrt(6) / 65536 */
 
 /* Bubbles (n, 2) with the spacings d (n,), of which the first ones are on the boundary. */
 typedef struct {
@@ -18,11 +16,6 @@ typedef struct {
     const char *calm; /* (n,): whether they are not displaced */
 } Bubbles;
 
-/* Random numbers of a seed: each bubble has its own in each cycle. */
-typedef struct {
-    uint64_t seed, cycle;
-} Chance;
-
 /* Buffers that all cycles use. */
 typedef struct {
     double *start, *v, *contact;
@@ -31,37 +24,18 @@ typedef struct {
     char *near;
 } Work;
 
-/* 64 random bits for a bubble, by SplitMix64: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number
-   generators", OOPSLA 2014. */
-static uint64_t random_bits(const Chance *chance, int64_t bubble)
+void mark_disorder(int64_t n, int64_t fixed, int64_t m, const int32_t *ends, int32_t *valence, char *near)
 {
-    uint64_t z = chance->seed + (chance->cycle << 32 | (uint64_t)bubble) * 0x9E3779B97F4A7C15u;
-    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ z >> 27) * 0x94D049BB133111EBu;
-    return z ^ z >> 31;
-}
-
-/* A random number of unit deviation, at most sqrt(6): the sum of two that are uniform, from 16 bits each. */
-static double deviation(uint64_t bits)
-{
-    return (double)((int64_t)(bits & 0xFFFF) + (int64_t)(bits >> 16 & 0xFFFF) - 0xFFFF) * UNIT;
-}
-
-/* Marks bubbles without six of the edges (m, 2), those next to them, and those next to the boundary. */
-static void mark(const Bubbles *bubbles, int64_t m, const int32_t *ends, Work *work)
-{
-    int32_t *valence = work->valence;
-    char *near = work->near;
     int64_t k;
-    memset(valence, 0, (size_t)bubbles->n * sizeof *valence);
+    memset(valence, 0, (size_t)n * sizeof *valence);
     for (k = 0; k < 2 * m; k++)
         valence[ends[k]]++;
-    for (k = 0; k < bubbles->n; k++)
+    for (k = 0; k < n; k++)
         near[k] = valence[k] != REGULAR_VALENCE ? DISORDERED : 0;
     for (k = 0; k < m; k++) {
         int32_t i = ends[2 * k], j = ends[2 * k + 1];
-        near[i] |= (char)((valence[j] != REGULAR_VALENCE) | (j < bubbles->fixed) << 1);
-        near[j] |= (char)((valence[i] != REGULAR_VALENCE) | (i < bubbles->fixed) << 1);
+        near[i] |= (char)((valence[j] != REGULAR_VALENCE) | (j < fixed) << 1);
+        near[j] |= (char)((valence[i] != REGULAR_VALENCE) | (i < fixed) << 1);
     }
 }
 
@@ -176,7 +150,7 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
     const Motion motion = {bubbles->n, bubbles->fixed, bubbles->x, work->v, rules->most};
     int64_t status = DONE;
     memcpy(work->start, bubbles->x, (size_t)(2 * bubbles->n) * sizeof *work->start);
-    mark(bubbles, net->m, work->ends, work);
+    mark_disorder(bubbles->n, bubbles->fixed, net->m, work->ends, work->valence, work->near);
     displace(bubbles, work->near, chance, inside, beside);
     if (*outcome == DONE)
         status = flip_all(&net->mesh, work->start, bubbles->x, outcome);

@@ -6,12 +6,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.kernels import ellipse_annealing as kernel
 from bubblemesh.kernels import ellipses as kernels
+from bubblemesh.kernels.annealing import Cycles
+from bubblemesh.kernels.ellipse_annealing import Relaxing, Tensors
+from bubblemesh.kernels.library import library
 from bubblemesh.meshes.tensors import roots, unmapped
-from bubblemesh.packing.annealing import Annealing, NoAnnealing, disorder_marked
+from bubblemesh.packing.annealing import SEEDS, Annealing, NoAnnealing, deviations, disorder_marked
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.schemes import Schemes
-from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 SPARED = 0.98  # share of its length below which a shortened ellipse is left alone
@@ -20,9 +23,15 @@ LOOK_AFTER = 10  # cycles: at the metric, and which ellipses are spared; bubbles
 
 def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
     """Places (n, 2) of the bubbles after steps of motion from rest, and their mean speeds (steps,) in the metric."""
-    net, c = ellipses.net, schemes.viscosity(0, 0)
-    fixed, dt = net.bubbles.boundary_count, float(schemes.motion.dt)
-    return kernels.relaxed(net.bubbles.x, ellipses.tensors, net.triangles, net.edges, fixed, steps, dt, c)
+    net = ellipses.net
+    return kernels.relaxed(
+        net.bubbles.x, ellipses.tensors, net.triangles, net.edges, *_motion(ellipses, schemes, steps)
+    )
+
+
+def _motion(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[int, int, float, float]:
+    """What kernels want to know of the motion: number of fixed bubbles, steps, time step and damping."""
+    return ellipses.net.bubbles.boundary_count, steps, float(schemes.motion.dt), schemes.viscosity(0, 0)
 
 
 def cycles_of(annealing: Annealing | NoAnnealing, bubbles: int) -> int:
@@ -32,32 +41,44 @@ def cycles_of(annealing: Annealing | NoAnnealing, bubbles: int) -> int:
 
 def annealed(
     ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator
-) -> Iterator[EllipseNet]:
-    """The ellipses after each cycle of annealing: less and less displaced, relaxed.
+) -> Iterator[tuple[EllipseNet, int]]:
+    """The ellipses after some cycles of annealing, and how many these were, until all are done.
 
-    Those with other than six neighbours, and those next to them, are displaced by about the same in the metric. Where
-    ellipses are shorter than the metric asks for, since it bends, forces know no better order than smoothing makes.
+    Those with other than six neighbours, and those next to them, are displaced by less and less in the metric, and
+    relaxed. Where ellipses are shorter than the metric asks for, since it bends, forces know no better order than
+    smoothing makes.
     """
     annealing = schemes.annealing
     if isinstance(annealing, NoAnnealing):
         return
-    cycles = cycles_of(annealing, len(ellipses.tensors))
-    for cycle in range(cycles):
-        if cycle % LOOK_AFTER == 0:
+    total, seed = cycles_of(annealing, len(ellipses.tensors)), int(random.integers(SEEDS))
+    inside = annealing.amplitude * (1 - np.arange(total) / total)
+    for done in range(0, total, LOOK_AFTER):
+        some = inside[done : done + LOOK_AFTER]
+        ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
+        calm = spacing.shares(ellipses.net.bubbles.x) <= SPARED
+        cycles = Cycles(seed, done, some, annealing.amplitude_at_boundary * some, calm)
+        ellipses = _through(ellipses, schemes, cycles, annealing.shake_steps)
+        if done + len(some) == total:
             ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
-            free = spacing.shares(ellipses.net.bubbles.x) > SPARED
-        amplitude = np.where(free, _amplitude(annealing, ellipses, 1 - cycle / cycles), 0.0)
-        chance = random.standard_normal((len(amplitude), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
-        moves = unmapped(roots(ellipses.tensors), amplitude[:, None] * chance)
-        ellipses = ellipses.displaced(moves)
-        # Displacements and relaxations go by the tensors of the last look.
-        ellipses = ellipses.at(relaxed(ellipses, schemes, annealing.shake_steps)[0])
-        if cycle + 1 == cycles:
-            ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
-        yield ellipses
+        yield ellipses, len(some)
 
 
-def _amplitude(annealing: Annealing, ellipses: EllipseNet, share: float) -> Floats:
-    """Standard deviations (n,) of displacements, in the metric: of the first cycle's the ``share``."""
-    inside = share * annealing.amplitude
-    return disorder_marked(ellipses.net, inside, annealing.amplitude_at_boundary * inside)
+def _through(ellipses: EllipseNet, schemes: Schemes, cycles: Cycles, steps: int) -> EllipseNet:
+    """The ellipses after cycles, all with the tensors that they have now."""
+    compiled, net, root = library(), ellipses.net, roots(ellipses.tensors)
+    if compiled is None:
+        for number in range(len(cycles.inside)):
+            ellipses = _once(ellipses, schemes, cycles.after(number), root, steps)
+        return ellipses
+    tensors, relaxing = Tensors(ellipses.tensors, root), Relaxing(*_motion(ellipses, schemes, steps))
+    return ellipses.by(*kernel.annealed(compiled, net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
+
+
+def _once(ellipses: EllipseNet, schemes: Schemes, cycles: Cycles, root: Floats, steps: int) -> EllipseNet:
+    """The ellipses after the first of the cycles, with roots (n, 3) of their tensors."""
+    amplitude = disorder_marked(ellipses.net, float(cycles.inside[0]), float(cycles.beside[0]))
+    amplitude[cycles.calm] = 0.0
+    chance = deviations(cycles.seed, cycles.first, np.arange(len(amplitude)))
+    ellipses = ellipses.displaced(unmapped(root, amplitude[:, None] * chance))
+    return ellipses.at(relaxed(ellipses, schemes, steps)[0])

@@ -51,6 +51,10 @@ class EllipseNet(NamedTuple):
         """Net with the same triangles and tensors, with the bubbles at x (n, 2)."""
         return EllipseNet(self.net.of(self.net.bubbles.moved(x)), self.tensors, self.known)
 
+    def by(self, x: Floats, triangles: Integers, edges: Integers) -> "EllipseNet":
+        """Net with the same tensors, with the bubbles at x (n, 2), triangles (t, 3) after flips, and edges (e, 2)."""
+        return _linked(self.net, self.net.bubbles.moved(x), triangles, edges, self.tensors, self.known)
+
 
 def flipped_net(net: Net, bubbles: Bubbles, triangles: Integers, spacing: MetricSpacing) -> EllipseNet:
     """Bubbles with the facets of a net, and their triangles (t, 3) after flips."""
@@ -58,7 +62,12 @@ def flipped_net(net: Net, bubbles: Bubbles, triangles: Integers, spacing: Metric
 
 
 def _flipped(net: Net, bubbles: Bubbles, triangles: Integers, tensors: Floats, known: Floats) -> EllipseNet:
-    triangles, edges = flipped(triangles, bubbles.x, tensors, net.facets)
+    return _linked(net, bubbles, *flipped(triangles, bubbles.x, tensors, net.facets), tensors, known)
+
+
+def _linked(
+    net: Net, bubbles: Bubbles, triangles: Integers, edges: Integers, tensors: Floats, known: Floats
+) -> EllipseNet:
     there = bubbles.moved(bubbles.x, area_sizes(tensors))
     return EllipseNet(Net(there, net.facets, net.facet_piece, net.two_sided, triangles, edges), tensors, known)
 

@@ -102,9 +102,10 @@ class EllipsePacking:
 
     def _anneal(self) -> None:
         """Displace bubbles where the order is broken, again and again, with a short relaxation after each."""
-        for ellipses in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
+        cost = CONNECTING + self.schemes.annealing.shake_steps
+        for ellipses, cycles in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
             self.ellipses = ellipses
-            self._count(CONNECTING + self.schemes.annealing.shake_steps)
+            self._count(cycles * cost)
 
     def _smooth(self, passes: int, smoothing: Smoothing, mending: NoMending | Mending) -> None:
         """Passes of smoothing; between them bubbles leave, as often as there are attempts at most."""

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from lattices import hexagon, hexagon_domain
 from metrics import uniform_metric
+from twins import needs_compiler
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -197,12 +198,34 @@ def test_as_many_bubbles_are_packed_as_the_area_in_the_metric_has_room_for():
 def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
     spacing, net = front(), settled_ellipses()
     schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, shake_steps=0)))
-    first = next(annealed(net, spacing, schemes, np.random.default_rng(0)))
+    first, _ = next(annealed(net, spacing, schemes, np.random.default_rng(0)))
     before, free = net.net.bubbles.x, spacing.shares(net.net.bubbles.x) > SPARED
     stayed = (first.net.bubbles.x == before).all(axis=1)
     assert not free.all()
     assert stayed[~free].all()
     assert not stayed[free].all()
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("steps", [1, 8])
+def test_both_engines_anneal_alike(seed, steps, monkeypatch):
+    schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, effort="fast", shake_steps=steps)))
+
+    def found():
+        return list(annealed(settled_ellipses(), front(), schemes, np.random.default_rng(seed)))
+
+    compiled = found()
+    monkeypatch.setattr("bubblemesh.packing.ellipses.annealing.library", lambda: None)
+    monkeypatch.setattr("bubblemesh.kernels.ellipses.library", lambda: None)
+    for (one, cycles), (other, same) in zip(compiled, found(), strict=True):
+        assert cycles == same
+        for part in ("x", "d"):
+            np.testing.assert_array_equal(getattr(one.net.bubbles, part), getattr(other.net.bubbles, part))
+        np.testing.assert_array_equal(one.net.triangles, other.net.triangles)
+        np.testing.assert_array_equal(one.net.edges, other.net.edges)
+    assert sum(cycles for _, cycles in compiled) == 20
+    assert (compiled[0][0].net.triangles != compiled[1][0].net.triangles).any()
 
 
 def test_smoothing_goes_by_the_metric_that_is_asked_for():
@@ -259,10 +282,10 @@ def disc(radius):
 
 
 def shifted(domain, spacing):
-    """Ellipses of a packed domain, and those on its boundary a third of the way to the next one."""
+    """Ellipses of a packed domain, and those on its boundary a quarter of the way to the next one."""
     net = packed(domain, spacing)[-1].net
     bubbles, boundary = net.bubbles, domain.boundary
-    s = bubbles.s + 0.3 * np.diff(np.append(bubbles.s, bubbles.s[:1] + boundary.lengths[0]))
+    s = bubbles.s + 0.25 * np.diff(np.append(bubbles.s, bubbles.s[:1] + boundary.lengths[0]))
     x = bubbles.x.copy()
     x[bubbles.sliding] = boundary.points(bubbles.piece, s)
     return flipped_net(net, replace(bubbles, x=x, s=s), net.triangles, spacing)

@@ -1,0 +1,52 @@
+"""Cycles of annealing in a metric at once: the twin goes through them one by one, in `packing.ellipses.annealing`."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.annealing import Cycles
+from bubblemesh.kernels.ellipses import CUTOFF, FLATTEST, KEEP, MOST_MOVE, MOST_PASSES, SHORTEST, SURE
+from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.linking import room_of_edges, shortened
+
+
+class Tensors(NamedTuple):
+    """Tensors that ellipses keep through some cycles."""
+
+    entries: Floats  # (n, 3)
+    roots: Floats  # (n, 3): as of `meshes.tensors.roots`
+
+
+class Relaxing(NamedTuple):
+    """How ellipses are relaxed in each cycle, as of `ellipses.relaxed`."""
+
+    fixed: int  # the first ones, which stay
+    steps: int
+    dt: float
+    c: float
+
+
+def annealed(
+    compiled: Library,
+    x: Floats,
+    triangles: Integers,
+    facets: Integers,
+    tensors: Tensors,
+    relaxing: Relaxing,
+    cycles: Cycles,
+) -> tuple[Floats, Integers, Integers]:
+    """Places (n, 2), triangles (t, 3) and edges (e, 2) of ellipses after cycles of annealing from x (n, 2).
+
+    Displacements are those of `Cycles` in the metric, as far as they invert no triangle; edges but for facets (f, 2)
+    are flipped after each.
+    """
+    places, result = np.array(x, order="C"), np.array(triangles, order="C")
+    edges, count = room_of_edges(triangles)
+    net = len(x), len(result), result, len(facets), np.ascontiguousarray(facets), places
+    known = (np.ascontiguousarray(part) for part in tensors)
+    displacing = cycles.calm, len(cycles.inside), cycles.inside, cycles.beside, cycles.seed, cycles.first
+    fixed, *motion = relaxing
+    bounds = CUTOFF, MOST_MOVE, KEEP, SHORTEST, MOST_PASSES, SURE, FLATTEST
+    compiled.call("metric_anneal", *net, *known, fixed, *displacing, *motion, *bounds, edges, count)
+    return places, result, shortened(edges, count)
