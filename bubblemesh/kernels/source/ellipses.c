@@ -155,27 +155,48 @@ void give_sides_back(Sides *s)
     free(s->changed);
 }
 
+/* Tests the edge at a side again, under the lower number of its two sides. */
+static void test_again(Sides *s, const double *x, const double *m, int64_t side, const Circles *circles)
+{
+    int64_t twin = s->twin[side], lower = twin >= 0 && twin < side ? twin : side;
+    s->wrong[side] = 0;
+    if (twin >= 0)
+        s->wrong[twin] = 0;
+    s->wrong[lower] = is_wrong(s, x, m, lower, circles);
+}
+
+/* The first side from one on that is wrong; 3 t if there is none. */
+static int64_t next_wrong(const Sides *s, int64_t side)
+{
+    const char *found = memchr(s->wrong + side, 1, (size_t)(3 * s->t - side));
+    return found ? found - s->wrong : 3 * s->t;
+}
+
 void flip_wrong(Sides *s, const double *x, const double *m, const Circles *circles)
 {
-    int64_t sides = 3 * s->t, side, k, pass;
+    int64_t sides = 3 * s->t, side, k, j, pass;
     char *changed = s->changed;
     for (side = 0; side < sides; side++)
         s->wrong[side] = s->twin[side] > side && is_wrong(s, x, m, side, circles);
+    memset(changed, 0, (size_t)s->t);
     for (pass = 0; pass < circles->passes; pass++) {
         int64_t number = 0;
-        memset(changed, 0, (size_t)s->t);
-        for (side = 0; side < sides; side++)
-            if (s->wrong[side] && !changed[side / 3] && !changed[s->twin[side] / 3]) {
+        for (side = next_wrong(s, 0); side < sides; side = next_wrong(s, side + 1))
+            if (!changed[side / 3] && !changed[s->twin[side] / 3]) {
                 changed[side / 3] = changed[s->twin[side] / 3] = 1;
-                s->chosen[number++] = side;
+                s->chosen[2 * number] = side;
+                s->chosen[2 * number++ + 1] = s->twin[side];
             }
         if (number == 0)
             break;
         for (k = 0; k < number; k++)
-            flip(s, s->chosen[k]);
-        for (side = 0; side < sides; side++)
-            if (changed[side / 3] || (s->twin[side] >= 0 && changed[s->twin[side] / 3]))
-                s->wrong[side] = s->twin[side] > side && is_wrong(s, x, m, side, circles);
+            flip(s, s->chosen[2 * k]);
+        for (k = 0; k < 2 * number; k++) {
+            int64_t triangle = s->chosen[k] / 3;
+            changed[triangle] = 0;
+            for (j = 0; j < 3; j++)
+                test_again(s, x, m, 3 * triangle + j, circles);
+        }
     }
 }
 
@@ -209,42 +230,51 @@ KERNEL int64_t metric_flips(int64_t n, int64_t t, int64_t *triangles, const doub
 
 int make_room(Room *room, int64_t n, int64_t t)
 {
-    double *all = malloc((size_t)(t + 11 * n + 1) * sizeof *all);
-    const Room made = {all, all + t, all + t + 2 * n, all + t + 3 * n, all + t + 5 * n, all + t + 7 * n,
-                       all + t + 9 * n, malloc((size_t)(n + 1))};
+    double *all = malloc((size_t)(2 * t + 11 * n + 1) * sizeof *all), *of_nodes = all + 2 * t;
+    const Room made = {all, all, all + t, of_nodes, of_nodes + 2 * n, of_nodes + 3 * n, of_nodes + 5 * n,
+                       of_nodes + 7 * n, of_nodes + 9 * n, malloc((size_t)(n + 1))};
     *room = made;
-    return room->least && room->marked;
+    return room->all && room->marked;
 }
 
 void leave_room(Room *room)
 {
-    free(room->least);
+    free(room->all);
     free(room->marked);
 }
 
-void move_guarded(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *move, double keep, Room *room)
+/* Doubled areas (t,) of triangles (t, 3) with nodes at x (n, 2). */
+static void find_areas(int64_t t, const int64_t *triangles, const double *x, double *area)
 {
-    double *share = room->share, *least = room->least, *places = room->places;
+    int64_t k;
+    for (k = 0; k < t; k++)
+        area[k] = cross(x + 2 * triangles[3 * k], x + 2 * triangles[3 * k + 1], x + 2 * triangles[3 * k + 2]);
+}
+
+/* Moves nodes as `move_guarded` where the areas of the triangles are known, which are so again after it. */
+static void move_by_areas(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *move, double keep,
+                          Room *room)
+{
+    double *share = room->share, *area = room->area, *next = room->next, *places = room->places;
     int64_t k, j, tries;
     for (k = 0; k < n; k++)
         share[k] = 1;
-    for (k = 0; k < t; k++)
-        least[k] = keep * cross(x + 2 * triangles[3 * k], x + 2 * triangles[3 * k + 1], x + 2 * triangles[3 * k + 2]);
     for (tries = 0; tries < MOST_TRIES; tries++) {
         int bad = 0;
         for (k = 0; k < n; k++) {
             places[2 * k] = x[2 * k] + share[k] * move[2 * k];
             places[2 * k + 1] = x[2 * k + 1] + share[k] * move[2 * k + 1];
-            room->marked[k] = 0;
         }
-        for (k = 0; k < t; k++) {
-            const int64_t *row = triangles + 3 * k;
-            if (cross(places + 2 * row[0], places + 2 * row[1], places + 2 * row[2]) < least[k])
+        find_areas(t, triangles, places, next);
+        memset(room->marked, 0, (size_t)n);
+        for (k = 0; k < t; k++)
+            if (next[k] < keep * area[k])
                 for (bad = 1, j = 0; j < 3; j++)
-                    room->marked[row[j]] = 1;
-        }
+                    room->marked[triangles[3 * k + j]] = 1;
         if (!bad) {
             memcpy(x, places, (size_t)(2 * n) * sizeof *x);
+            room->area = next;
+            room->next = area;
             return;
         }
         for (k = 0; k < n; k++)
@@ -253,6 +283,12 @@ void move_guarded(int64_t n, int64_t t, const int64_t *triangles, double *x, con
     }
     for (k = 0; k < n; k++)
         share[k] = 0;
+}
+
+void move_guarded(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *move, double keep, Room *room)
+{
+    find_areas(t, triangles, x, room->area);
+    move_by_areas(n, t, triangles, x, move, keep, room);
 }
 
 /* Moves nodes as `move_guarded`; shares (n,) are written. */
@@ -337,6 +373,7 @@ void relax_ellipses(int64_t n, int64_t t, const int64_t *triangles, int64_t e, c
     int64_t step, k;
     for (k = 0; k < 2 * n; k++)
         v[k] = 0;
+    find_areas(t, triangles, x, room->area);
     for (step = 0; step < steps; step++) {
         double sum = 0;
         for (k = 0; k < 2 * n; k++)
@@ -355,7 +392,7 @@ void relax_ellipses(int64_t n, int64_t t, const int64_t *triangles, int64_t e, c
             move[2 * k] = dt * v[2 * k];
             move[2 * k + 1] = dt * v[2 * k + 1];
         }
-        move_guarded(n, t, triangles, x, move, motion->keep, room);
+        move_by_areas(n, t, triangles, x, move, motion->keep, room);
         for (k = 0; k < n; k++) {
             v[2 * k] *= room->share[k];
             v[2 * k + 1] *= room->share[k];

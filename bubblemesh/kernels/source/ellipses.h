@@ -29,7 +29,9 @@ typedef struct {
 
 /* Room to move n nodes of t triangles. */
 typedef struct {
-    double *least, *places, *share, *v, *move, *first, *second;
+    double *all;         /* of which the others are parts */
+    double *area, *next; /* (t,): doubled areas of the triangles, and those after a move */
+    double *places, *share, *v, *move, *first, *second;
     char *marked;
 } Room;
 

@@ -282,10 +282,10 @@ def disc(radius):
 
 
 def shifted(domain, spacing):
-    """Ellipses of a packed domain, and those on its boundary a quarter of the way to the next one."""
+    """Ellipses of a packed domain, and those on its boundary a third of the way to the next one."""
     net = packed(domain, spacing)[-1].net
     bubbles, boundary = net.bubbles, domain.boundary
-    s = bubbles.s + 0.25 * np.diff(np.append(bubbles.s, bubbles.s[:1] + boundary.lengths[0]))
+    s = bubbles.s + 0.3 * np.mod(np.roll(bubbles.s, -1) - bubbles.s, boundary.lengths[0])
     x = bubbles.x.copy()
     x[bubbles.sliding] = boundary.points(bubbles.piece, s)
     return flipped_net(net, replace(bubbles, x=x, s=s), net.triangles, spacing)
