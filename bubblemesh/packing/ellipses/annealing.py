@@ -18,6 +18,7 @@ from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 SPARED = 0.98  # share of its length below which a shortened ellipse is left alone
+TIMES = 2  # as many cycles as of circles: gentle metrics gain by more, steep ones do not
 LOOK_AFTER = 10  # cycles: at the metric, and which ellipses are spared; bubbles move little in between
 
 
@@ -36,7 +37,7 @@ def _motion(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[int, in
 
 def cycles_of(annealing: Annealing | NoAnnealing, bubbles: int) -> int:
     """Number of cycles of annealing of so many ellipses, which are on a single level."""
-    return math.ceil(annealing.by_size(bubbles))
+    return math.ceil(TIMES * annealing.by_size(bubbles))
 
 
 def annealed(
@@ -53,10 +54,13 @@ def annealed(
         return
     total, seed = cycles_of(annealing, len(ellipses.tensors)), int(random.integers(SEEDS))
     inside = annealing.amplitude * (1 - np.arange(total) / total)
+    calm, known = spacing.shares(ellipses.known) <= SPARED, ellipses.known
     for done in range(0, total, LOOK_AFTER):
         some = inside[done : done + LOOK_AFTER]
         ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
-        calm = spacing.shares(ellipses.net.bubbles.x) <= SPARED
+        fresh = (ellipses.known != known).any(axis=1)
+        known = ellipses.known
+        calm[fresh] = spacing.shares(known[fresh]) <= SPARED
         cycles = Cycles(seed, done, some, annealing.amplitude_at_boundary * some, calm)
         ellipses = _through(ellipses, schemes, cycles, annealing.shake_steps)
         if done + len(some) == total:

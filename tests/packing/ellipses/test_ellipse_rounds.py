@@ -224,7 +224,7 @@ def test_both_engines_anneal_alike(seed, steps, monkeypatch):
             np.testing.assert_array_equal(getattr(one.net.bubbles, part), getattr(other.net.bubbles, part))
         np.testing.assert_array_equal(one.net.triangles, other.net.triangles)
         np.testing.assert_array_equal(one.net.edges, other.net.edges)
-    assert sum(cycles for _, cycles in compiled) == 20
+    assert sum(cycles for _, cycles in compiled) == 40
     assert (compiled[0][0].net.triangles != compiled[1][0].net.triangles).any()
 
 
