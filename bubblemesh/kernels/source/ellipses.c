@@ -107,8 +107,10 @@ static void join(Sides *s, int64_t side, int64_t twin, char fixed)
 {
     s->twin[side] = twin;
     s->fixed[side] = fixed;
-    if (twin >= 0)
+    if (twin >= 0) {
         s->twin[twin] = side;
+        s->fixed[twin] = fixed;
+    }
 }
 
 /* The edge at a side (a, b) between (a, b, c) and (b, a, e) becomes (e, c), between (a, e, c) and (e, b, c). */

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from bubblemesh.packing.annealing import Rank
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.ellipses.annealing import annealed, cycles_of, relaxed
@@ -9,7 +11,7 @@ from bubblemesh.packing.ellipses.mending import mended
 from bubblemesh.packing.ellipses.net import EllipseNet, connected, flipped_net
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
-from bubblemesh.packing.ellipses.smoothing import smoothed
+from bubblemesh.packing.ellipses.smoothing import costs, smoothed
 from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.methods import Method
@@ -22,6 +24,7 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 LAST_PASSES = 2  # of the smoothing, after trials
+MOST_COST = 1.0  # of a triangle, where a packing is judged as a whole
 # Costs in terms of a step of relaxation, as measured.
 SMOOTHING = 200.0  # a pass
 TRIAL = 75.0  # an attempt
@@ -101,11 +104,16 @@ class EllipsePacking:
         self.refine(self.spacing)
 
     def _anneal(self) -> None:
-        """Displace bubbles where the order is broken, again and again, with a short relaxation after each."""
-        cost = CONNECTING + self.schemes.annealing.shake_steps
+        """Displace bubbles where the order is broken, again and again, with a short relaxation after each.
+
+        In a metric that jumps from bubble to bubble this may pile them up: then they stay where they were.
+        """
+        cost, before = CONNECTING + self.schemes.annealing.shake_steps, self.ellipses
         for ellipses, cycles in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
             self.ellipses = ellipses
             self._count(cycles * cost)
+        if _disorder(self.net, self.spacing) > _disorder(before.net, self.spacing):
+            self.ellipses = before
 
     def _smooth(self, passes: int, smoothing: Smoothing, mending: NoMending | Mending) -> None:
         """Passes of smoothing; between them bubbles leave, as often as there are attempts at most."""
@@ -130,3 +138,9 @@ class EllipsePacking:
     def _count(self, cost: float) -> None:
         """Count what has been done with each bubble as progress."""
         self.setting.progress.add(cost * len(self.ellipses.tensors))
+
+
+def _disorder(net: Net, spacing: MetricSpacing) -> float:
+    """Mean cost of the triangles, each of `MOST_COST` at most: single bad ones are mended in the end."""
+    each = costs(net.bubbles.x, net.triangles, spacing, Smoothing())
+    return float(np.minimum(each, MOST_COST).mean())

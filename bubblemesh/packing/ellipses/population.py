@@ -67,9 +67,13 @@ def _lacking(ellipses: EllipseNet, spacing: MetricSpacing) -> Lack:
         ellipses.net.edges.T,
         len(ellipses.tensors),
     )
-    # Areas by the cubature that is exact for densities of the second degree.
-    at_nodes = np.sqrt(determinants(ellipses.tensors))
-    density = 0.75 / spacing.extended(x[triangles].mean(axis=1)) ** 2 + at_nodes[triangles].sum(axis=1) / 12
+    # Areas by the cubature that is exact for densities of the third degree; at seven places a layer is seldom missed.
+    at_nodes = np.sqrt(determinants(ellipses.tensors))[triangles].sum(axis=1)
+    corners = x[triangles]
+    middles = (corners + np.roll(corners, -1, axis=1)) / 2
+    inside = 1 / spacing.extended(np.concatenate([corners.mean(axis=1), *np.swapaxes(middles, 0, 1)])) ** 2
+    at_center, at_middles = inside[: len(triangles)], inside[len(triangles) :].reshape(3, -1).sum(axis=0)
+    density = (27 * at_center + 8 * at_middles + 3 * at_nodes) / 60
     areas = density * np.abs(doubled_areas(x[triangles])) / 2
     own = np.bincount(triangles.ravel(), np.repeat((areas / AREA_OF_TRIANGLE - 1) / 6, 3), n)
     around = own + np.bincount(i, own[j], n) + np.bincount(j, own[i], n)

@@ -206,6 +206,19 @@ def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
     assert not stayed[free].all()
 
 
+def test_bubbles_stay_where_they_were_if_annealing_piles_them_up(monkeypatch):
+    def piled(ellipses, *given):
+        x = ellipses.net.bubbles.x.copy()
+        x[ellipses.interior] = 0.5 + 0.9 * (x[ellipses.interior] - 0.5)
+        yield ellipses.at(x), 1
+
+    found = []
+    for annealing in (piled, lambda *given: iter(())):
+        monkeypatch.setattr("bubblemesh.packing.ellipses.packing.annealed", annealing)
+        found.append(packed(SQUARE, front())[-1].net.bubbles.x)
+    np.testing.assert_array_equal(*found)
+
+
 @needs_compiler
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("steps", [1, 8])
@@ -317,7 +330,7 @@ def test_the_boundary_stays_where_too_little_would_be_left_of_a_triangle_put_bac
     domain, spacing = disc(1.0), uniform_metric(0.1, 0.25, 0.3)
     before = shifted(domain, spacing)
     on_curve = before.net.bubbles.sliding
-    monkeypatch.setattr("bubblemesh.kernels.ellipses.KEEP", 0.99)
+    monkeypatch.setattr("bubblemesh.kernels.ellipses.KEEP", 0.999)
     net = smoothed(before, domain, spacing, METHOD.smoothing).net
     np.testing.assert_allclose(net.bubbles.x[on_curve], before.net.bubbles.x[on_curve], atol=1e-12)
     assert (signed_areas(net.bubbles.x, net.triangles) > 0).all()
