@@ -17,6 +17,8 @@ TESTS = [
     "kernels/test_kernels_fuzz.py",
     "kernels/test_annealed.py",
     "kernels/test_bulge_distances.py",
+    "kernels/test_ellipse_annealing.py",
+    "kernels/test_ellipses.py",
     "kernels/test_linking.py",
     "kernels/test_lookup.py",
     "kernels/test_patches.py",

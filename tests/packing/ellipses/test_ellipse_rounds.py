@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from lattices import hexagon, hexagon_domain
 from metrics import uniform_metric
-from twins import needs_compiler
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -217,28 +216,6 @@ def test_bubbles_stay_where_they_were_if_annealing_piles_them_up(monkeypatch):
         monkeypatch.setattr("bubblemesh.packing.ellipses.packing.annealed", annealing)
         found.append(packed(SQUARE, front())[-1].net.bubbles.x)
     np.testing.assert_array_equal(*found)
-
-
-@needs_compiler
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("steps", [1, 8])
-def test_both_engines_anneal_alike(seed, steps, monkeypatch):
-    schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, effort="fast", shake_steps=steps)))
-
-    def found():
-        return list(annealed(settled_ellipses(), front(), schemes, np.random.default_rng(seed)))
-
-    compiled = found()
-    monkeypatch.setattr("bubblemesh.packing.ellipses.annealing.library", lambda: None)
-    monkeypatch.setattr("bubblemesh.kernels.ellipses.library", lambda: None)
-    for (one, cycles), (other, same) in zip(compiled, found(), strict=True):
-        assert cycles == same
-        for part in ("x", "d"):
-            np.testing.assert_array_equal(getattr(one.net.bubbles, part), getattr(other.net.bubbles, part))
-        np.testing.assert_array_equal(one.net.triangles, other.net.triangles)
-        np.testing.assert_array_equal(one.net.edges, other.net.edges)
-    assert sum(cycles for _, cycles in compiled) == 40
-    assert (compiled[0][0].net.triangles != compiled[1][0].net.triangles).any()
 
 
 def test_smoothing_goes_by_the_metric_that_is_asked_for():

@@ -1,0 +1,31 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_ellipse_rounds import METHOD, front, settled_ellipses
+from twins import needs_compiler
+
+from bubblemesh.packing.ellipses.annealing import annealed
+from bubblemesh.packing.ellipses.schemes import Schemes
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("steps", [1, 8])
+def test_both_engines_anneal_alike(seed, steps, monkeypatch):
+    schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, effort="fast", shake_steps=steps)))
+
+    def found():
+        return list(annealed(settled_ellipses(), front(), schemes, np.random.default_rng(seed)))
+
+    compiled = found()
+    monkeypatch.setattr("bubblemesh.packing.ellipses.annealing.library", lambda: None)
+    monkeypatch.setattr("bubblemesh.kernels.ellipses.library", lambda: None)
+    for (one, cycles), (other, same) in zip(compiled, found(), strict=True):
+        assert cycles == same
+        for part in ("x", "d"):
+            np.testing.assert_array_equal(getattr(one.net.bubbles, part), getattr(other.net.bubbles, part))
+        np.testing.assert_array_equal(one.net.triangles, other.net.triangles)
+        np.testing.assert_array_equal(one.net.edges, other.net.edges)
+    assert sum(cycles for _, cycles in compiled) == 40
+    assert (compiled[0][0].net.triangles != compiled[1][0].net.triangles).any()
