@@ -17,7 +17,6 @@ TESTS = [
     "kernels/test_kernels_fuzz.py",
     "kernels/test_annealed.py",
     "kernels/test_bulge_distances.py",
-    "kernels/test_ellipse_annealing.py",
     "kernels/test_ellipses.py",
     "kernels/test_linking.py",
     "kernels/test_lookup.py",
@@ -27,7 +26,7 @@ TESTS = [
     "kernels/test_shapes.py",
 ]
 TESTS += ["kernels/test_hilbert.py", "kernels/test_spreading.py", "geometry/distance/test_nearest_chord.py"]
-TESTS += ["packing/test_neighbours.py"]
+TESTS += ["packing/ellipses/test_ellipse_annealing.py", "packing/test_neighbours.py"]
 CODE = """
 import sys
 import bubblemesh.kernels.library as kernels
