@@ -31,7 +31,7 @@ def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats,
 
 
 def _motion(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[int, int, float, float]:
-    """What kernels want to know of the motion: number of fixed bubbles, steps, time step and damping."""
+    """Motion as kernels take it: number of fixed bubbles, steps, time step and damping."""
     return ellipses.net.bubbles.boundary_count, steps, float(schemes.motion.dt), schemes.viscosity(0, 0)
 
 

@@ -141,6 +141,9 @@ class EllipsePacking:
 
 
 def _disorder(net: Net, spacing: MetricSpacing) -> float:
-    """Mean cost of the triangles, each of `MOST_COST` at most: single bad ones are mended in the end."""
+    """Mean cost of the triangles, each of `MOST_COST` at most: single bad ones are mended in the end.
+
+    It goes by the default weights, since a case may smooth by others, or not at all.
+    """
     each = costs(net.bubbles.x, net.triangles, spacing, Smoothing())
     return float(np.minimum(each, MOST_COST).mean())
